@@ -1,9 +1,12 @@
-"""Doors to other tools: what `gaitval export` writes, walked and read again there.
+"""The page that decides, and doors to other tools: what `gaitval export` writes, walked and read
+again there.
 
-The test person is subject 5 with the stored baseline.
+The test person is subject 5: with the stored baseline for the doors, with a walk made from the
+record (tests/support/report_run.py) for the page.
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -30,7 +33,40 @@ CYCLES = 100
 SECOND = 500
 """Physics steps."""
 STEPS = evidence.option("--steps", type=int, default=200_000, help="actions to learn from")
+WIDTHS = (360, 800, 1600)
+"""Pixels of the windows in which the grids are looked at."""
+GRIDS = ("curves", "kinematics", "kinetics", "forces")
 MEASURES = {
+    "the sheet*": {
+        "code": ("gaitval/reporting/*.py", "gaitval/metrics/norms.py", "evidence/page.py:sheet"),
+        "data": ("tests/reporting/test_sheet.py",),
+        "allowed": 150,
+        "why": "tests/reporting/test_sheet.py reads every number at every change",
+    },
+    "words before*": {
+        "code": ("gaitval/reporting/*.py", "gaitval/metrics/norms.py", "evidence/page.py:words"),
+        "allowed": 150,
+        "why": "tests/reporting/test_sheet.py counts them at every change",
+    },
+    "grids*": {
+        "code": (
+            "gaitval/reporting/*.py",
+            "gaitval/metrics/norms.py",
+            "evidence/page.py:looks,_overlaps,_page_of",
+        ),
+        "allowed": 150,
+        "why": "tests/reporting/test_every_reader.py looks at pages in the browser",
+    },
+    "report time*": {
+        "code": ("gaitval/reporting/*.py", "gaitval/metrics/norms.py", "evidence/page.py:seconds"),
+        "allowed": 150,
+    },
+    "texts in*": {
+        "code": ("scripts/messages.py", "evidence/page.py:languages"),
+        "data": ("gaitval/reporting/languages/*.po",),
+        "allowed": 30,
+        "why": "tests/reporting/test_languages.py reads every catalogue at every change",
+    },
     "export -> plain MuJoCo*": {
         "code": (
             "@walk",
@@ -100,6 +136,154 @@ MEASURES = {
     },
 }
 """What the rows depend on; see evidence/stale.py."""
+
+
+def _page_of(folder: Path) -> str:
+    """The page of a made-up run of the test person, in a folder."""
+    sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
+    from report_run import build_run
+
+    from gaitval.reporting.report import write_report
+
+    build_run(folder)
+    write_report(folder)
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+@evidence.measurement()
+def sheet(_: Namespace) -> evidence.Row:
+    """Whether the first page has everything, on one sheet, with every number its source's."""
+    words = [sys.executable, "-m", "pytest", "-q", "-n", "0", "tests/reporting/test_sheet.py"]
+    done = subprocess.run(words, cwd=evidence.ROOT, capture_output=True, text=True, check=False)
+    failed, passed = evidence.pytest_counts(done.stdout.strip().splitlines()[-1])
+    return evidence.none_may(
+        "the sheet: all on one A4 page, at least 8 pt, every number its source's: tests that fail",
+        *(failed, "tests", failed + passed),
+    )
+
+
+@evidence.measurement()
+def words(_: Namespace) -> evidence.Row:
+    """Words of the page in front of its first figure of curves."""
+    with tempfile.TemporaryDirectory() as name:
+        page = _page_of(Path(name))
+    start = page.index('<main id="content"')
+    before = re.sub(
+        r"<svg.*?</svg>", "", page[start : page.index("<figure", start)], flags=re.DOTALL
+    )
+    count = len(re.sub(r"<[^>]*>", " ", before).split())
+    return evidence.Row("words before the first curve", count, "words", "<=", 150, 250, 1)
+
+
+@evidence.measurement()
+def looks(_: Namespace) -> list[evidence.Row]:
+    """The grids in a browser at three widths and in both modes, and on paper."""
+    sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
+    from page_in_browser import opened, overflow, violations
+
+    from evidence.browser import program
+    from gaitval.reporting.page import _with_letters
+
+    browser = program()
+    if browser is None:
+        raise SystemExit("no browser")
+    found, smallest, overlaps = 0, np.inf, 0
+    with tempfile.TemporaryDirectory() as name:
+        page = _page_of(Path(name))
+        letters = {}
+        for each in GRIDS:
+            svg = re.search(rf'<svg(?:(?!<svg).)*?id="{each}-figure_1".*?</svg>', page, re.DOTALL)
+            assert svg is not None
+            sizes = re.findall(r'font-size="([\d.]+)"', _with_letters(svg[0]))
+            letters[each] = [float(size) for size in sizes]
+        for width in WIDTHS:
+            for dark in (False, True):
+                with opened(browser, Path(name) / "report.html", width=width, dark=dark) as view:
+                    found += len(violations(view)) + (overflow(view) > 0)
+                    overlaps += 0 if dark else sum(_overlaps(view, each) for each in GRIDS)
+                    for each, sizes in letters.items():
+                        shown = view.evaluate(
+                            f"""() => {{
+                                const part = document.querySelector('[id="{each}-figure_1"]');
+                                const svg = part.ownerSVGElement;
+                                const width = svg.getBoundingClientRect().width;
+                                return width / svg.viewBox.baseVal.width;
+                            }}"""
+                        )
+                        smallest = min(smallest, min(sizes) * shown)
+    printed = 180.0 / 25.4 * 72.0 / 511.2  # the width of the text of A4 over that of a figure
+    points = min(min(sizes) for sizes in letters.values()) * printed
+    where = "grids at 360, 800 and 1600 px"
+    return [
+        evidence.none_may(
+            f"{where}, light and dark: serious or critical by axe, or too wide",
+            *(found, "findings", 6),
+        ),
+        evidence.none_may(
+            f"{where}: texts that overlap", overlaps, "texts", len(GRIDS) * len(WIDTHS)
+        ),
+        evidence.Row(f"{where}: smallest text", float(smallest), "px", ">=", 9, 9, len(GRIDS)),
+        evidence.Row("grids on A4: smallest text", points, "pt", ">=", 7, 7, len(GRIDS)),
+    ]
+
+
+def _overlaps(view: Any, name: str) -> int:
+    """Pairs of texts of a figure whose boxes overlap by more than a pixel both ways; texts are
+    groups behind a comment with their letters.
+    """
+    return int(
+        view.evaluate(
+            f"""() => {{
+                const svg = document.querySelector('[id="{name}-figure_1"]').ownerSVGElement;
+                const boxes = [...svg.querySelectorAll('g[id*="-text_"]')]
+                    .map((each) => each.getBoundingClientRect()).filter((box) => box.width > 0);
+                let count = 0;
+                boxes.forEach((a, i) => boxes.slice(i + 1).forEach((b) => {{
+                    const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+                    const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+                    count += wide > 1 && high > 1;
+                }}));
+                return count;
+            }}"""
+        )
+    )
+
+
+@evidence.measurement()
+def seconds(_: Namespace) -> evidence.Row:
+    """Processor time of a report, page and PDF, in a process of its own."""
+    sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
+    from report_run import build_run
+
+    with tempfile.TemporaryDirectory() as name:
+        build_run(Path(name))
+        code = (
+            "import sys, time; from pathlib import Path;"
+            "from gaitval.reporting.report import write_report;"
+            "write_report(Path(sys.argv[1])); print(time.process_time())"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code, name], capture_output=True, text=True, check=True
+        )
+    return evidence.Row(
+        "report time, HTML and PDF, processor", float(done.stdout), "s", "<=", 12, 20, 1
+    )
+
+
+@evidence.measurement()
+def languages(_: Namespace) -> list[evidence.Row]:
+    """Texts of the pages that each language has."""
+    sys.path.insert(0, str(evidence.ROOT / "scripts"))
+    import messages
+
+    texts = [each.id for each in messages.all_texts() if each.id]
+    rows = []
+    for code, language in (("de", "German"), ("pt", "Portuguese")):
+        stored = messages.catalogue(messages.LANGUAGES / f"{code}.po")
+        known = {each.id for each in stored if each.id and each.string and all(each.string)}
+        share = 100.0 * sum(each in known for each in texts) / len(texts)
+        rows.append(evidence.Row(f"texts in {language}", share, "%", ">=", 100, 100, len(texts)))
+    return rows
 
 
 def _walker() -> "Walked":

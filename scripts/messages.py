@@ -11,6 +11,7 @@ from `tolerances.toml`. A new language begins with `python scripts/messages.py -
 import argparse
 import io
 import os
+import tomllib
 from pathlib import Path
 from typing import Final
 
@@ -44,6 +45,11 @@ def result_texts() -> Catalog:
     for line in lines:
         if line and not line.startswith("#"):
             found.add(line.replace("\\n", "\n"), locations=[(TEXTS, 0)])
+    rows = tomllib.loads((TEMPLATES / "checklist.toml").read_text(encoding="utf-8"))["row"]
+    for row in rows:
+        for text in (row["item"], *(row.get(key, "") for key in ("limit", "answer", "not_done"))):
+            if any(letter.isalpha() for letter in text):
+                found.add(text.replace("%", "%%"), locations=[("checklist.toml", 0)])
     for tolerance in load_registry().tolerance:
         texts = [tolerance.title]
         if tolerance.measure in WALK_UNITS:  # the report prints their notes and remedies

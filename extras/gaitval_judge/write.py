@@ -13,6 +13,7 @@ from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.typed import tidy
+from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.page import write_page
 from gaitval_judge.body import segment_shares
@@ -246,19 +247,26 @@ def _drawings(found: Judgement) -> dict[str, list[Markup]]:
     stance = {side: float("nan") for side in SIDES}
     if found.gait is not None:
         stance = dict(found.gait.stance_fraction)
-    bands = {name: (band.low, band.high) for name, band in found.band.items()}
+    bands = {
+        f"moments/{name[:-2]}": (0.5 * (band.low + band.high), 0.5 * (band.high - band.low))
+        for name, band in found.band.items()
+    }
     drawn: dict[str, list[Markup]] = {}
-    kinds: tuple[tuple[str, Mapping[str, tuple[Array, Array]], str, float], ...] = (
-        ("angles", found.angles, "angle, °", float(np.degrees(1.0))),
-        ("moments", found.moments, "moment, Nm/kg", 1.0),
+    kinds: tuple[tuple[str, Mapping[str, tuple[Array, Array]], float], ...] = (
+        ("angles", found.angles, float(np.degrees(1.0))),
+        ("moments", found.moments, 1.0),
     )
-    for kind, curves, label, factor in kinds:
+    for kind, curves, factor in kinds:
         drawn[kind] = []
         if curves:
             # Figures contain no text from outside, so their markup is safe.
-            svg = figures.cycle_curves(
-                curves, stance, label=label, factor=factor, figure_name=kind,
-                bands=bands if kind == "moments" else {},
+            rows = figures.curve_rows(
+                curves, stance, kind, factor=factor, norms=bands if kind == "moments" else {},
+                layout=grids.KINEMATICS if kind == "angles" else grids.MOMENTS,
+            )  # fmt: skip
+            svg = grids.grid(
+                rows, height=1.6, figure_name=kind, words=("model", "motion"), linked=False,
+                norm="typically developing children ± SD",
             )  # fmt: skip
             drawn[kind].append(Markup(svg))
     drawn["residuals"] = []

@@ -3,30 +3,24 @@ are, and how far both are from healthy gait.
 """
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
 from gaitval.metrics.record_results import Kind
-from gaitval.metrics.results import Metrics
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
-from gaitval.metrics.typed import array, sided
+from gaitval.metrics.typed import sided
 from gaitval.metrics.walk_statistics import BAND
-from gaitval.reporting.drawing import Draw, new_figure, svg
+from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import (
     BAND_COLOUR,
     COLOURS,
     NAMES,
-    PERCENT,
     RECORD_COLOUR,
-    STYLES,
-    legend,
 )
 
 _ROWS: Final[tuple[tuple[Kind, tuple[str, ...]], ...]] = (
@@ -53,61 +47,6 @@ _SHORT: Final = {
 }
 _MARKERS: Final[Mapping[Side, str]] = {"right": ">", "left": "<"}
 """Symbols that point to their side; those of the record are hollow."""
-
-
-def drawings(metrics: Metrics, found: WalkStatistics) -> dict[str, Draw]:
-    """The figures of the section, by name: of `metrics` and its statistics `found`."""
-    # no text from outside is in them
-    return {
-        "differences": partial(differences, metrics, found),
-        "gait_profile": partial(profile, found.profiles),
-    }
-
-
-def differences(metrics: Metrics, found: WalkStatistics) -> str:
-    """Walk less record in `metrics`, mean ± SD over the cycles, as SVG; bars mark the regions of
-    `found` where the difference is more than the scatter of the cycles.
-    """
-    with new_figure(5.4) as figure:
-        grid = figure.subplots(len(_ROWS), 3, sharex=True)
-        for panels, (kind, names) in zip(grid, _ROWS, strict=True):
-            unit = metrics.units.of(kind).replace("deg", "°")
-            for axes, name in zip(panels, names, strict=True):
-                _difference(axes, metrics, found, kind, name)
-                axes.set_title(f"{NAMES[name]}{' moment' if kind == 'moments' else ''}")
-                axes.set_xlim(0, 100)
-            panels[0].set_ylabel(f"walk − record, {unit}")
-        for axes in grid[-1]:
-            axes.set_xlabel("% of gait cycle")
-        legend(figure, grid[0, 0])
-        return svg(figure, "differences")
-
-
-def _difference(axes: Axes, metrics: Metrics, found: WalkStatistics, kind: Kind, name: str) -> None:
-    """Both sides of one curve; bars along the lower edge mark the regions."""
-    axes.axhline(0.0, color="#b0b0b0", linewidth=0.5, zorder=0)
-    for place, side in zip((0.02, 0.055), SIDES, strict=True):
-        key = f"{name}_{side[0]}"
-        recorded, walked = metrics.record.curves.of(kind)[key], metrics.walk.curves.of(kind)[key]
-        mean, spread = array(walked.mean or []) - array(recorded), array(walked.sd or [])
-        axes.plot(
-            PERCENT, mean, color=COLOURS[side], linestyle=STYLES[side], label=side, linewidth=1.0,
-            zorder=3,
-        )  # fmt: skip
-        axes.fill_between(
-            PERCENT, mean - spread, mean + spread, color=COLOURS[side], alpha=0.25, linewidth=0
-        )
-        for region in found.curves.of(kind)[key].regions:
-            axes.plot(
-                # a region of the first point alone would have no length
-                (region.first, region.last or 0.5),
-                (place, place),
-                transform=axes.get_xaxis_transform(),
-                color=COLOURS[side],
-                linewidth=2.2,
-                solid_capstyle="butt",
-            )
-    axes.margins(y=0.2)
 
 
 def profile(profiles: GaitProfiles) -> str:

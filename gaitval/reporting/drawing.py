@@ -38,17 +38,7 @@ WIDTH: Final = 7.1
 Draw = Callable[[], str]
 """Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
 
-_stretch: ContextVar[float] = ContextVar("stretch", default=1.0)
 _language: ContextVar[str] = ContextVar("language", default=SOURCE)
-_size_alone: ContextVar[bool] = ContextVar("size_alone", default=False)
-
-
-class _Size(Exception):
-    """Raised to end a drawing when only its size, inches, is needed."""
-
-    def __init__(self, width: float, height: float) -> None:
-        super().__init__(width, height)
-        self.width, self.height = width, height
 
 
 @contextmanager
@@ -56,39 +46,19 @@ def new_figure(
     height: float, *, width: float = WIDTH, axes_line: float = SETTINGS["axes.linewidth"]
 ) -> Iterator[Figure]:
     """A figure in the common style, `height` by `width` inches, with axes' lines of `axes_line`
-    points; it must be drawn within the block. Raises `_Size` instead where only the size is wanted.
+    points; it must be drawn within the block.
     """
-    if _size_alone.get():
-        raise _Size(width, height)
     with matplotlib.rc_context(SETTINGS | {"axes.linewidth": axes_line}):
-        yield Figure(figsize=(width, height * _stretch.get()), layout="constrained")
+        yield Figure(figsize=(width, height), layout="constrained")
 
 
-def drawn(draw: Draw, factor: float, language: str = SOURCE) -> str:
-    """The figure of `draw` as SVG, higher by `factor` to fill a page with texts and lines
-    unchanged, its words in `language` (`svg`).
-    """
-    before, spoken = _stretch.set(factor), _language.set(language)
+def drawn(draw: Draw, language: str = SOURCE) -> str:
+    """The figure of `draw` as SVG, its words in `language` (`svg`)."""
+    spoken = _language.set(language)
     try:
         return draw()
     finally:
-        _stretch.reset(before)
         _language.reset(spoken)
-
-
-def blank(draw: Draw) -> str:
-    """An empty picture of the size of the figure of `draw`, to lay out a page without it."""
-    before = _size_alone.set(True)
-    try:
-        return draw()
-    except _Size as size:
-        width, height = 72.0 * size.width, 72.0 * size.height
-        return (
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}pt" height="{height:g}pt" '
-            f'viewBox="0 0 {width:g} {height:g}"></svg>'
-        )
-    finally:
-        _size_alone.reset(before)
 
 
 def svg(figure: Figure, name: str) -> str:

@@ -15,26 +15,12 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
-from gaitval.gait.cycle_curves import FORCES, PELVIS_ANGLES
-from gaitval.metrics.comparison import rmse_of
-from gaitval.metrics.joint_power import JOINTS
-from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import sided
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
 
 FOLDER: Final = "figures"
 """Folder of the tables, beside the page."""
-
-CURVES: Final[Mapping[str, tuple[Kind, tuple[str, ...]]]] = {
-    "sagittal_angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
-    "other_angles": ("angles", ("hip_adduction", "hip_rotation", "subtalar_angle")),
-    "pelvis_angles": ("angles", tuple(PELVIS_ANGLES)),
-    "moments": ("moments", ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction")),
-    "forces": ("forces", tuple(FORCES)),
-}
-"""Kind and curves of each figure of curves over the gait cycle."""
 
 _PERCENT: Final = np.arange(101)
 
@@ -69,44 +55,15 @@ def of_run(
     """Tables of the figures of a run with the results `metrics`, by the names of the figures: from
     `training`, the columns of the learning curve, and `traces` around each push, if there are any.
     """
-    tables = {name: _curves(metrics, kind, names) for name, (kind, names) in CURVES.items()}
-    tables["torque_loop"] = _torque_loop(metrics)
-    tables["pressure"] = _pressure(metrics)
-    tables["joint_power"] = _joint_power(metrics)
+    tables = {"pressure": _pressure(metrics)}
     tables["centre_of_mass"] = _centre_of_mass(metrics)
     if metrics.push_recovery is not None:
         tables["stability"] = _stability(metrics.push_recovery)
     if traces is not None:
         tables["push_velocity"] = _push_velocity(traces)
-    if metrics.final == "identified":
-        tables["error_bars"] = _error_bars(metrics)
     if training is not None:
         tables["learning"] = table(training)
     return tables
-
-
-def _curves(metrics: Metrics, kind: Kind, names: Sequence[str]) -> str:
-    walks, record = metrics.walks, metrics.record.curves.of(kind)
-    columns: dict[str, Column] = {"percent": _PERCENT}
-    for key in sided(names):
-        walked = metrics.walk.curves.of(kind)[key]
-        columns[f"{key}_record"] = record[key]
-        columns[f"{key}_mean"] = walked.mean
-        columns[f"{key}_sd"] = walked.sd
-        if metrics.final == "identified":
-            columns[f"{key}_before"] = walks.nominal.curves.of(kind)[key].mean
-    return table(columns)
-
-
-def _torque_loop(metrics: Metrics) -> str:
-    record, walked = metrics.record.curves, metrics.walk.curves
-    kinds: tuple[Kind, ...] = ("angles", "moments")
-    columns: dict[str, Column] = {"percent": _PERCENT}
-    for key in sided(["hip_flexion"]):
-        for kind in kinds:
-            columns[f"{key}_{kind}_record"] = record.of(kind)[key]
-            columns[f"{key}_{kind}_mean"] = walked.of(kind)[key].mean
-    return table(columns)
 
 
 def _pressure(metrics: Metrics) -> str:
@@ -118,15 +75,6 @@ def _pressure(metrics: Metrics) -> str:
         for way, curve in (("across", path.across), ("along", path.along)):
             columns[f"{way}_{side}_mean"] = curve.mean
             columns[f"{way}_{side}_sd"] = curve.sd
-    return table(columns)
-
-
-def _joint_power(metrics: Metrics) -> str:
-    walked = metrics.walk.joint_power
-    columns: dict[str, Column] = {"percent": _PERCENT}
-    for key in sided(JOINTS):
-        columns[f"{key}_record"] = metrics.record.joint_power.power[key]
-        columns[f"{key}_mean"] = None if walked is None else walked.power[key]
     return table(columns)
 
 
@@ -159,14 +107,4 @@ def _push_velocity(traces: Sequence[PushTrace]) -> str:
         for cycle, velocity in zip(trace.cycles, trace.velocity, strict=True)
     ]
     names = ("phase", "direction_deg", "cycles_since_push", "forward_m_s", "left_m_s")
-    return table(dict(zip(names, zip(*rows, strict=True), strict=True)))
-
-
-def _error_bars(metrics: Metrics) -> str:
-    rows = []
-    for kind in KINDS:
-        before, after = (walk.errors.of(kind) for walk in (metrics.walks.nominal, metrics.walk))
-        for key, error in after.items():
-            rows.append((kind, key, metrics.units.of(kind), rmse_of(before[key]), rmse_of(error)))
-    names = ("kind", "curve", "unit", "rmse_before", "rmse_after")
     return table(dict(zip(names, zip(*rows, strict=True), strict=True)))

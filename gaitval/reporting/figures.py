@@ -16,16 +16,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.metrics.comparison import rmse_of
-from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import Curve, array, sided
+from gaitval.metrics.typed import array
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.links import link
@@ -87,126 +84,6 @@ def draw_record(axes: Axes, curve: Any, *, label: str | None = None) -> None:
     )  # fmt: skip
 
 
-def _curve_panel(axes: Axes, metrics: Metrics, kind: Kind, name: str, side: Side) -> None:
-    key = f"{name}_{side[0]}"
-    recorded = metrics.record.curves.of(kind)[key]
-    stance = getattr(metrics.record.spatiotemporal, f"stance_fraction_{side}")
-    axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-    axes.axvline(100 * stance, color="#b0b0b0", linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
-    draw_record(axes, recorded, label="record")
-    final = metrics.walk
-    if metrics.final == "identified":
-        before = metrics.walks.nominal.curves.of(kind)[key].mean
-        if before is not None:
-            axes.plot(
-                PERCENT,
-                array(before),
-                color=COLOURS[side],
-                linewidth=0.8,
-                linestyle=(0, (1, 1.5)),
-                zorder=3,
-                label="before identification and correction",
-            )
-    curve = final.curves.of(kind)[key]
-    if curve.mean is None:
-        axes.text(0.5, 0.5, "no complete gait cycle", transform=axes.transAxes, ha="center")
-        return
-    _band(axes, curve, side, f"simulated, {side}")
-    error = rmse_of(final.errors.of(kind)[key])
-    digits = 2 if kind == "moments" else 1
-    # above the axes, where no curve is
-    axes.annotate(
-        f"RMSE {error:.{digits}f}" if error is not None else "RMSE not finite",
-        (1.0, 1.0),
-        xycoords="axes fraction",
-        xytext=(0, 2),
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        fontsize=8.0,
-        color="#404040",
-    )
-
-
-def curves(metrics: Metrics, kind: Kind, names: Sequence[str], *, figure_name: str) -> str:
-    """Simulated mean ± SD and the record in `metrics`: one row per side, one column per curve, as
-    SVG named `figure_name`. `kind` is "angles", "moments" or "forces"; `names` are curves without
-    side.
-    """
-    with new_figure(3.25) as figure:
-        panels = figure.subplots(2, len(names), sharex=True, sharey="col", squeeze=False)
-        for row, side in enumerate(SIDES):
-            for column, name in enumerate(names):
-                axes = panels[row, column]
-                link(axes, "cycle", side, column)
-                _curve_panel(axes, metrics, kind, name, side)
-                axes.set_xlim(0, 100)
-                axes.margins(y=0.15)
-                if row == 0:
-                    axes.set_title(NAMES[name], pad=_TITLE_PAD)
-                else:
-                    axes.set_xlabel("% of gait cycle")
-            panels[row, 0].set_ylabel(f"{side}, {metrics.units.of(kind).replace('deg', '°')}")
-        legend(figure, *panels[:, 0])
-        return svg(figure, figure_name)
-
-
-def torque_loop(metrics: Metrics) -> str:
-    """Hip moment against hip angle over one gait cycle in `metrics`, 0, 50 and 100 % marked."""
-    with new_figure(2.5) as figure:
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        for axes, side in zip(panels, SIDES, strict=True):
-            link(axes, "loop", side, 0)
-            key = f"hip_flexion_{side[0]}"
-            recorded = metrics.record.curves
-            final = metrics.walk.curves
-            loops: list[tuple[Curve | None, Curve | None, str, Any, str]] = [
-                (recorded.angles[key], recorded.moments[key], RECORD_COLOUR, "-", "record"),
-                (
-                    final.angles[key].mean,
-                    final.moments[key].mean,
-                    COLOURS[side],
-                    STYLES[side],
-                    f"simulated, {side}",
-                ),
-            ]
-            for number, (angle, moment, colour, style, label) in enumerate(loops):
-                if angle is not None and moment is not None:
-                    line = _loop(axes, array(angle), array(moment), colour, style, label)
-                    line.set_gid(f"points.{side}.{number}")
-            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-            axes.axvline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-            axes.set_xlabel("hip flexion, °")
-            axes.legend(loc="best")
-        panels[0].set_ylabel("hip flexion moment, Nm/kg")
-        return svg(figure, "loop")
-
-
-def _loop(axes: Axes, angle: Array, moment: Array, colour: str, style: Any, label: str) -> Line2D:
-    (line,) = axes.plot(angle, moment, color=colour, linestyle=style, label=label)
-    # arrows show the direction of time, away from the marks at 0, 50 and 100 %
-    for percent in (12, 37, 62, 87):
-        axes.annotate(
-            "",
-            xy=(angle[percent + 1], moment[percent + 1]),
-            xytext=(angle[percent - 1], moment[percent - 1]),
-            arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 0.8},
-        )
-    # the loop is periodic: 0 % is drawn small, within 100 %
-    for percent, marker, size in ((100, "D", 7.0), (50, "s", 5.0), (0, "o", 3.5)):
-        axes.plot(
-            angle[percent],
-            moment[percent],
-            marker,
-            color=colour,
-            markersize=size,
-            markerfacecolor=colour if percent == 0 else "white",
-            markeredgewidth=0.9,
-            zorder=5,
-        )
-    return line
-
-
 def learning(training: Mapping[str, Array]) -> str:
     """Episode length, cycles and reward over training samples, the columns of `training`."""
     with new_figure(2.0) as figure:
@@ -224,45 +101,6 @@ def learning(training: Mapping[str, Array]) -> str:
             axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
         return svg(figure, "learning")
 
-
-def error_bars(metrics: Metrics) -> str:
-    """RMSE of sagittal curves and forces in `metrics` before and after identification."""
-    groups: tuple[tuple[Kind, tuple[str, ...], str], ...] = (
-        ("angles", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint angle RMSE, °"),
-        ("moments", ("hip_flexion", "knee_angle", "ankle_angle"), "Joint moment RMSE, Nm/kg"),
-        ("forces", ("forward", "medial", "vertical"), "Ground reaction RMSE, % BW"),
-    )
-    with new_figure(2.1) as figure:
-        panels = figure.subplots(1, 3)
-        for axes, (kind, names, title) in zip(panels, groups, strict=True):
-            keys = sided(names)
-            # right and left of a curve are together, with a gap before the next curve
-            place = np.arange(len(keys)) + 0.35 * (np.arange(len(keys)) // 2)
-            before, after = metrics.walks.nominal, metrics.walk
-            for offset, walk, shade in ((-0.2, before, "#b8b8b8"), (0.2, after, "")):
-                errors = walk.errors.of(kind)
-                found = array([rmse_of(errors[key]) for key in keys])
-                colours = [shade or COLOURS["right" if key[-1] == "r" else "left"] for key in keys]
-                hatches = ["" if shade or key[-1] == "r" else "////" for key in keys]
-                axes.bar(
-                    place + offset, found, 0.38, color=colours, hatch=hatches, edgecolor="#ffffff"
-                )
-            axes.set_xticks(place, [key[-1].upper() for key in keys])
-            axes.tick_params(axis="x", length=0)
-            axes.set_title(title)
-            for index, name in enumerate(names):
-                axes.annotate(
-                    name.split("_")[0],
-                    (place[2 * index : 2 * index + 2].mean(), 0),
-                    xytext=(0, -21),
-                    xycoords=("data", "axes fraction"),
-                    textcoords="offset points",
-                    ha="center",
-                )
-        return svg(figure, "bars")
-
-
-# --- feet and pushes ---------------------------------------------------------------------
 
 _MARKED = (10, 50, 90)
 """% of stance at which the path of the centre of pressure is marked."""

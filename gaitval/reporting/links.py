@@ -8,15 +8,14 @@ from gaitval.coordinates import Side
 
 
 def link(
-    axes: Axes, kind: Literal["cycle", "stance", "loop"], side: Side | Literal["both"], number: int
+    axes: Axes, kind: Literal["cycle", "stance"], side: Side | Literal["both"], number: int
 ) -> None:
     """Let the replay on the page (`replay.js`) show its moment in the panel `axes` of a `side`.
 
     Parameters
     ----------
     kind : what the horizontal axis is, 0 to 100 % of the gait cycle or of the stance of the foot of
-        this side; or "loop": a dot on each line whose name begins with "points.", which has a point
-        for each percent of the cycle.
+        this side.
     number : of the panel, among those of its figure, kind and side.
     """
     axes.set_gid(f"{kind}.{side}.{number}")

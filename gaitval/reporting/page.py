@@ -23,10 +23,9 @@ from weasyprint.urls import URLFetcher
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.policy.processes import kept_workers
-from gaitval.reporting import filling
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
-from gaitval.reporting.drawing import Draw, blank, drawn
+from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
 from gaitval.reporting.words import SOURCE
 
@@ -51,14 +50,14 @@ def number(value: float | None, digits: int = 2) -> str:
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
-def _labelled(svg: str, text: str, medium: str, name: str = "") -> Markup:
+def _labelled(svg: str, text: str, medium: str) -> Markup:
     """A figure with a text for those who cannot see it. On a screen its colours follow the style
-    sheet, so that dark mode has its own. With a name, it may be drawn higher.
+    sheet, so that dark mode has its own.
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
         return Markup(
             f'<img src="data:image/svg+xml;base64,{_base64(_with_letters(svg))}" '
-            f'alt="{escape(text)}" {filling.NAME}="{name}">'
+            f'alt="{escape(text)}">'
         )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)
     return Markup(themed.replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1))
@@ -195,20 +194,13 @@ def write_page(
     page, values = _prepared(template, context, chosen, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
     with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
-        as_usual = _drawings(draws, {}, chosen.language)
-        lay_out = _printer(chosen.paper, own)
-        higher: Mapping[str, float] = {}
-        if draws:  # where they will be is found out while they are drawn
-            values["drawings"] = {each: Markup(blank(draw)) for each, draw in draws.items()}
-            higher = filling.stretches(lay_out(page.render(values, medium="print")))
-        # only the PDF has figures of another height; the HTML gets them as usual
-        stretched = _drawings({each: draws[each] for each in higher}, higher, chosen.language)
-        values["drawings"] = as_usual()
+        finish = _drawings(draws, chosen.language)
+        lay_out = _printer(chosen.paper, own)  # while workers draw
+        values["drawings"] = finish()
         write_tables(folder, values["data"])
         html = with_contents(page.render(values, medium="screen"))
         write_text(folder / f"{name}.html", html)
-        values["drawings"] |= stretched()
-        document = lay_out(page.render(values, medium="print"))
+        document = lay_out(with_contents(page.render(values, medium="print")))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 
 
@@ -217,7 +209,7 @@ def write_html(folder: Path, name: str, template: str, context: Mapping[str, Any
     are those of `write_page`.
     """
     page, values = _prepared(template, context, ReportSettings(), ())
-    values["drawings"] = _drawings(context.get("drawings", {}), {}, SOURCE)()
+    values["drawings"] = _drawings(context.get("drawings", {}), SOURCE)()
     path = folder / f"{name}.html"
     write_text(path, with_contents(page.render(values, medium="screen")))
     return path
@@ -241,18 +233,13 @@ def _prepared(
     return _environment(settings.language).get_template(template), values
 
 
-def _drawings(
-    draws: Mapping[str, Draw], factors: Mapping[str, float], language: str
-) -> Callable[[], dict[str, Markup]]:
-    """Start drawing figures, each stretched by its factor, with their words in a language, in
-    workers if some are kept; the returned function waits for them.
-
-    They contain no text from outside, so their markup is safe.
+def _drawings(draws: Mapping[str, Draw], language: str) -> Callable[[], dict[str, Markup]]:
+    """Start drawing figures with their words in a language, in workers if some are kept; the
+    returned function waits for them. They contain no text from outside, so their markup is safe.
     """
     workers = kept_workers()
     each = map if workers is None else workers.map
-    heights = [factors.get(name, 1.0) for name in draws]
-    pictures = each(drawn, draws.values(), heights, [language] * len(heights))
+    pictures = each(drawn, draws.values(), [language] * len(draws))
     return lambda: {name: Markup(picture) for name, picture in zip(draws, pictures, strict=True)}
 
 

@@ -4,25 +4,22 @@ No text from outside (names of markers or files) is drawn here: it belongs on th
 escaped.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import Side
 from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR, RECORD_SHADE, STYLES
+from gaitval.reporting.figures import RECORD_COLOUR
+from gaitval.reporting.grids import DrawnCurve, Panel
 
 MeanAndDeviation = tuple[Array, Array]
 
 COLUMNS: Final = 3
-_PANEL_HEIGHT: Final = 1.75
-"""Inches."""
 _SUFFIX: Final[Mapping[str, Side]] = {"_r": "right", "_l": "left"}
 _BINS: Final = 500
 """Columns of a drawn time series, about two per printed dot of 0.3 mm."""
@@ -30,7 +27,7 @@ _LIMIT_STYLE: Final = {"color": "#a8200d", "linewidth": 0.7, "linestyle": (0, (4
 
 
 def side_of(name: str) -> tuple[str, Side | None]:
-    """Curve and side of a `name`: ("knee_angle", "right") of "knee_angle_r"."""
+    """DrawnCurve and side of a `name`: ("knee_angle", "right") of "knee_angle_r"."""
     side = _SUFFIX.get(name[-2:])
     return (name, None) if side is None else (name[:-2], side)
 
@@ -40,98 +37,52 @@ def curve_names(curves: Mapping[str, MeanAndDeviation]) -> list[str]:
     return list(dict.fromkeys(side_of(name)[0] for name in curves))
 
 
-def cycle_curves(
+def curve_rows(
     curves: Mapping[str, MeanAndDeviation],
     stance_fraction: Mapping[Side, float],
+    kind: str,
     *,
-    label: str,
-    figure_name: str,
+    layout: Sequence[Sequence[str]] = (),
     factor: float = 1.0,
-    bands: Mapping[str, tuple[Array, Array]] | None = None,
-) -> str:
-    """Mean ± SD over the gait cycle as SVG `figure_name`: a panel per curve, with both sides.
+    norms: Mapping[str, tuple[Array, Array]] | None = None,
+    strides: Mapping[str, Array] | None = None,
+) -> list[list[Panel]]:
+    """The rows of a grid of recorded curves: those of `layout` ("kind/curve") that were recorded in
+    some panel of their row, then all others of the `kind`, three in a row.
 
     Parameters
     ----------
     curves : mean (101,) and standard deviation (101,), NaN where not measured, by name with "_r"
         or "_l"; a name without a side is drawn in black.
     stance_fraction : toe-off of each side as a fraction of its gait cycle; NaN if not known.
-    label : quantity and unit of the drawn values, which are those of `curves` times `factor`.
-    bands : mean - SD and mean + SD (101,) of typically developing children, by name as `curves`;
-        drawn in grey, once for both sides.
+    factor : of curves and strides, to the unit of the grid.
+    norms : mean and SD by "kind/curve", in the unit of the grid.
+    strides : (n, 101) by "kind/curve_r".
     """
-    bands = bands or {}
-    names = curve_names(curves)
-    # the quotient rounded up
-    rows = max(1, -(-len(names) // COLUMNS))
-    with new_figure(_PANEL_HEIGHT * rows + 0.55) as figure:
-        panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
-        for axes, name in zip(panels, names, strict=False):
-            _panel(axes, curves, name, stance_fraction, factor)
-            band = bands.get(f"{name}_r", bands.get(f"{name}_l"))
-            if band is not None:
-                low, high = (factor * np.asarray(edge, dtype=float) for edge in band)
-                axes.fill_between(PERCENT, low, high, color=RECORD_SHADE, linewidth=0, zorder=0)
-        for axes in panels[len(names) :]:
-            axes.set_visible(False)
-        for index, axes in enumerate(panels[: len(names)]):
-            if index % COLUMNS == 0:
-                axes.set_ylabel(label)
-            if index + COLUMNS >= len(names):
-                axes.set_xlabel("% of gait cycle")
-        handles: list[Line2D | Patch] = [
-            Line2D([], [], color=COLOURS[side], linestyle=STYLES[side], label=side)
-            for side in SIDES
-        ]
-        handles.append(Patch(facecolor="#9a9a9a", alpha=0.35, label="± SD"))
-        handles.append(
-            Line2D([], [], color="#707070", linewidth=0.6, linestyle=(0, (2, 2)), label="toe-off")
-        )
-        if bands:
-            handles.append(
-                Patch(facecolor=RECORD_SHADE, label="typically developing children ± SD")
-            )
-        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
-        return svg(figure, figure_name)
+    norms, strides, here = norms or {}, strides or {}, curve_names(curves)
+    toe_off = {s: 100.0 * at for s, at in stance_fraction.items() if np.isfinite(at)}
+    placed = [row for row in layout if any(each.partition("/")[2] in here for each in row)]
+    left = [f"{kind}/{name}" for name in here if not any(f"{kind}/{name}" in r for r in placed)]
+    rows = [*placed, *(left[i : i + COLUMNS] for i in range(0, len(left), COLUMNS))]
 
+    def panel(name: str) -> Panel:
+        found = []
+        for key, (mean, deviation) in curves.items():
+            curve, side = side_of(key)
+            if f"{kind}/{curve}" == name and np.isfinite(mean).any():
+                every = strides.get(f"{kind}/{key}")
+                found.append(
+                    DrawnCurve(
+                        side,
+                        factor * np.asarray(mean, dtype=float),
+                        factor * np.asarray(deviation, dtype=float),
+                        None if every is None else factor * every,
+                        "record" if side is None else "walk",
+                    )
+                )
+        return Panel(name, tuple(found), norms.get(name), toe_off)
 
-def _panel(
-    axes: Axes,
-    curves: Mapping[str, MeanAndDeviation],
-    name: str,
-    stance_fraction: Mapping[Side, float],
-    factor: float,
-) -> None:
-    axes.set_title(NAMES.get(name, name.replace("_", " ").capitalize()), parse_math=False)
-    axes.set_xlim(0, 100)
-    axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-    drawn = False
-    for key, (mean, deviation) in curves.items():
-        curve, side = side_of(key)
-        if curve != name:
-            continue
-        colour = RECORD_COLOUR if side is None else COLOURS[side]
-        middle = factor * np.asarray(mean, dtype=float)
-        spread = factor * np.asarray(deviation, dtype=float)
-        if not np.isfinite(middle).any():
-            continue
-        drawn = True
-        axes.fill_between(
-            PERCENT, middle - spread, middle + spread, color=colour, alpha=0.22, linewidth=0
-        )
-        axes.plot(PERCENT, middle, color=colour, linestyle="-" if side is None else STYLES[side])
-        if side is not None and np.isfinite(stance_fraction.get(side, np.nan)):
-            axes.axvline(
-                100 * stance_fraction[side],
-                color=colour,
-                linewidth=0.6,
-                linestyle=(0, (2, 2)),
-                zorder=0,
-            )
-    axes.margins(y=0.1)
-    if not drawn:
-        axes.set_yticks([])
-        axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", color="#5c5c5c")
+    return [[panel(name) for name in (*row, *("",) * (COLUMNS - len(row)))] for row in rows]
 
 
 def residuals(

@@ -15,7 +15,13 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
+from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.joint_power import JOINTS, joint_power
+from gaitval.metrics.norms import norms_at
 from gaitval.metrics.recording_limits import State
+from gaitval.metrics.typed import array, sided
+from gaitval.metrics.walk_statistics import ADULT
+from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
@@ -23,8 +29,6 @@ from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 from gaitval.scaling.segments import ScaledSegment
 
-PANELS: Final = 9
-"""Curves in one figure: three rows, as many as fit on an A4 page with the caption."""
 BAR_HEADROOM: Final = 1.25
 """Length of the marker error scale / the larger of limit and largest error."""
 LEFT_OUT_SHOWN: Final = 40
@@ -201,6 +205,8 @@ class RecordingSummary:
     stance_fraction : mean toe-off as a fraction of the cycle, by side; NaN if not known.
     angles : rad; moments : Nm/kg; forces : body weights. Mean (101,) and SD (101,) by name with
         "_r" or "_l" (`gaitval.coordinates`; forces "forward", "medial", "vertical").
+    strides : (n, 101) of each cycle, by "angles/knee_angle_r", where they are kept.
+    age, leg_length : years and m, for the norms; None if not known.
     functional : joints of the range-of-motion trials.
     weight_ratio : share of the body weight that the plates carried over whole gait cycles; None if
         no cycle of both feet is shown whole.
@@ -240,6 +246,9 @@ class RecordingSummary:
     forces: Mapping[str, MeanAndDeviation] = field(default_factory=dict)
     functional: Sequence[FunctionalRow] = ()
     weight_ratio: float | None = None
+    strides: Mapping[str, Array] = field(default_factory=dict)
+    age: float | None = None
+    leg_length: float | None = None
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
@@ -329,37 +338,47 @@ def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
 
 
 def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
-    """What draws each figure, its table, and the names of the figures of each section, as many as
-    its curves need. Figures contain no text from outside.
+    """What draws each figure, its table, and the names of the figures of each section. Figures
+    contain no text from outside.
     """
-    kinds: tuple[tuple[str, Mapping[str, MeanAndDeviation], str, float], ...] = (
-        ("angles", summary.angles, "angle, °", float(np.degrees(1.0))),
-        ("moments", summary.moments, "moment, Nm/kg", 1.0),
-        ("forces", summary.forces, "force, % of weight", 100.0),
+    normal = {}
+    if summary.leg_length is not None and np.isfinite(summary.walking_speed):
+        found = norms_at(summary.walking_speed, summary.leg_length, summary.age)
+        normal = {name: (norm.mean, norm.sd) for name, norm in found.items()}
+    rows = partial(
+        figures.curve_rows,
+        stance_fraction=summary.stance_fraction,
+        norms=normal,
+        strides=summary.strides,
     )
-    drawings: dict[str, Draw] = {}
-    data = {}
-    names: dict[str, list[str]] = {}
-    for kind, curves, label, factor in kinds:
-        titles = figures.curve_names(curves)
-        names[kind] = []
-        for begin in range(0, len(titles), PANELS):
-            chosen = titles[begin : begin + PANELS]
-            part = {key: one for key, one in curves.items() if figures.side_of(key)[0] in chosen}
-            name = f"{kind}{begin // PANELS}"
-            names[kind].append(name)
-            drawings[name] = partial(
-                figures.cycle_curves,
-                part,
-                summary.stance_fraction,
-                label=label,
-                factor=factor,
-                figure_name=name,
-            )
-            data[name] = _curve_table(part, factor)
+    power = _power(summary)
+    every = {
+        "angles": rows(
+            summary.angles, kind="angles", layout=grids.KINEMATICS, factor=float(np.degrees(1.0))
+        ),
+        "moments": rows(summary.moments, kind="moments", layout=grids.MOMENTS),
+        "power": rows(power, kind="power") if power else [],
+        "forces": rows(summary.forces, kind="forces", factor=100.0),
+    }
+    every = {kind: each for kind, each in every.items() if each}
+    children = summary.age is not None and summary.age < ADULT
+    drawings: dict[str, Draw] = {
+        kind: partial(
+            grids.grid,
+            each,
+            height=1.5,
+            figure_name=kind,
+            words=("trunk", "recorded"),
+            norm=grids.CHILDREN if children else grids.ADULTS,
+            linked=False,
+        )
+        for kind, each in every.items()
+    }
+    data = {kind: grids.grid_table(each) for kind, each in every.items()}
+    names = {kind: [kind] for kind in every}
     left = summary.residuals
-    names["residuals"] = [] if left is None else ["residuals"]
     if left is not None:
+        names["residuals"] = ["residuals"]
         drawings["residuals"] = partial(
             figures.residuals,
             np.asarray(left.time, dtype=float),
@@ -373,13 +392,23 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
     return {"drawings": drawings, "data": data, "names": names}
 
 
-def _curve_table(curves: Mapping[str, MeanAndDeviation], factor: float) -> str:
-    """Mean and SD over the gait cycle as drawn."""
-    columns: dict[str, Any] = {"percent": np.arange(101)}
-    for key, (mean, deviation) in curves.items():
-        columns[f"{key}_mean"] = factor * np.asarray(mean, dtype=float)
-        columns[f"{key}_sd"] = factor * np.asarray(deviation, dtype=float)
-    return table(columns)
+def _power(summary: RecordingSummary) -> dict[str, MeanAndDeviation]:
+    """Power of hip, knee and ankle from the mean curves, W/kg, without SD; none where something
+    for it was not measured.
+    """
+    times = next((row for row in summary.spatiotemporal if row.name == "Stride time"), None)
+    needed = sided(JOINTS)
+    if times is None or not {*needed} <= summary.angles.keys() & summary.moments.keys():
+        return {}
+    means = Curves(
+        {name: summary.angles[name][0] for name in needed},
+        {name: summary.moments[name][0] for name in needed},
+        {},
+    )
+    seconds = {"r": times.right and times.right[0], "l": times.left and times.left[0]}
+    found = joint_power(means, seconds)
+    nothing = np.full(101, NAN)
+    return {} if found is None else {n: (array(p), nothing) for n, p in found.power.items()}
 
 
 def _residual_table(left: ResidualCurves) -> str:

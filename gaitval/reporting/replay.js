@@ -13,7 +13,6 @@
 
   const fallBack = () => {
     player.hidden = true;
-    find(".replay-strip").hidden = false;
     find(".replay-message").hidden = false;
   };
   // Edges are not smoothed: without a graphics card that costs more than all else (measured by
@@ -297,7 +296,7 @@
   // ---- curves -------------------------------------------------------------------------------
 
   const SVG = "http://www.w3.org/2000/svg";
-  const LINKED = /-(cycle|stance|loop)\.(right|left|both)\.\d+$/;
+  const LINKED = /-(cycle|stance)\.(right|left|both)\.\d+$/;
   const links = new Map(); // of every figure that was seen: what moves in it
   const seen = new Set(); // the figures in the window: to move what nobody sees would take half the time
   const within = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -326,11 +325,6 @@
     seek(best);
   }
 
-  const pointsOf = (path) => {
-    const numbers = path.getAttribute("d").match(/-?[\d.]+(?:e-?\d+)?/g).map(Number);
-    return Array.from({ length: numbers.length / 2 }, (_, i) => numbers.slice(2 * i, 2 * i + 2));
-  };
-
   function clickable(group, box, moved) {
     const hit = element("rect", { ...box, class: "replay-hit" }, group);
     const inside = (event) =>
@@ -346,35 +340,16 @@
     const frame = group.querySelector('g[id*="-patch_"] > path');
     if (!frame) return;
     const { x, y, width, height } = frame.getBBox();
-    const attributes = { y1: y, y2: y + height, class: "replay-cursor", "vector-effect": "non-scaling-stroke" };
+    const attributes = { y1: y, y2: y + height, class: `replay-cursor ${SIDES[side]}`, "vector-effect": "non-scaling-stroke" };
     const line = element("line", { ...attributes, "aria-hidden": "true" }, group);
-    clickable(group, { x, y, width, height }, (point) => goTo(kind, side, (100 * within(point.x - x, 0, width)) / width));
+    // of a panel with both sides the right one's cycle is followed
+    const first = !group.querySelector(".replay-hit");
+    if (first) clickable(group, { x, y, width, height }, (point) => goTo(kind, side, (100 * within(point.x - x, 0, width)) / width));
     links.get(group.closest("figure")).push(() => {
       const percent = own(kind, side);
       line.style.visibility = Number.isFinite(percent) && shows("cursor") ? "" : "hidden";
       line.setAttribute("x1", x + (width * percent) / 100 || 0);
       line.setAttribute("x2", x + (width * percent) / 100 || 0);
-    });
-  }
-
-  /* A dot on each loop, whose points are at 0, 1, ... 100 % of the cycle of its side. */
-  function linkLoop(group, side) {
-    const loops = [...group.querySelectorAll('g[id*="-points."] > path')].map(pointsOf);
-    const frame = group.querySelector('g[id*="-patch_"] > path');
-    if (!loops.length || !frame) return;
-    const dots = loops.map(() => element("circle", { r: 3, class: "replay-dot", "aria-hidden": "true" }, group));
-    const { x, y, width, height } = frame.getBBox();
-    clickable(group, { x, y, width, height }, (point) => {
-      const distances = loops.at(-1).map(([a, b]) => Math.hypot(a - point.x, b - point.y));
-      goTo("cycle", side, distances.indexOf(Math.min(...distances)));
-    });
-    links.get(group.closest("figure")).push(() => {
-      const percent = own("cycle", side);
-      dots.forEach((dot, index) => {
-        const at = loops[index][Math.round(percent)];
-        dot.style.visibility = at && shows("cursor") ? "" : "hidden";
-        if (at) ["cx", "cy"].forEach((name, axis) => dot.setAttribute(name, at[axis]));
-      });
     });
   }
 
@@ -384,8 +359,7 @@
       const [, kind, sideName] = group.id.match(LINKED) ?? [];
       SIDES.forEach((name, side) => {
         if (!kind || (sideName !== name && sideName !== "both")) return;
-        if (kind === "loop") linkLoop(group, side);
-        else linkCurve(group, kind, side);
+        linkCurve(group, kind, side);
       });
     }
   }
@@ -577,7 +551,6 @@
     find(".replay-stride").add(new Option(`${index + 1} (${figure(seconds)} s)`, index));
   });
   player.hidden = false;
-  find(".replay-strip").hidden = true;
   shown.spheres.forEach((object) => (object.visible = shows("spheres")));
   resize();
   look("oblique");

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from gaitval.metrics.results import (
     Determination,
     FoundParameters,
     Metrics,
-    Spatiotemporal,
     read_metrics,
 )
 from gaitval.metrics.tolerances import Role, Verdict
@@ -41,33 +40,23 @@ from gaitval.metrics.walk_results import PushRecovery, PushTrace, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
+    checklist,
     credibility,
     figure_data,
     figures,
     mechanics_figures,
     provenance,
+    run_grids,
     tables,
 )
 from gaitval.reporting.drawing import Draw
-from gaitval.reporting.facts import UNKNOWN, compiled_walks, measured_force
+from gaitval.reporting.facts import compiled_walks, measured_force
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
+from gaitval.reporting.sheet import sheet
 
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
-
-_SPATIOTEMPORAL: Final[Mapping[Spatiotemporal, str]] = {
-    "walking_speed": "Walking speed",
-    "cadence": "Cadence",
-    "stride_time_right": "Stride time, right",
-    "stride_time_left": "Stride time, left",
-    "stance_fraction_right": "Stance, right",
-    "stance_fraction_left": "Stance, left",
-    "double_support_fraction": "Double support",
-    "step_length_right": "Step length, right",
-    "step_length_left": "Step length, left",
-    "step_width": "Step width",
-}
 
 
 def _failed_text(rows: Sequence[Verdict]) -> str:
@@ -345,31 +334,27 @@ def _statistics(metrics: Metrics, subject: Subject) -> dict[str, object] | None:
 def _drawings(
     metrics: Metrics, training: Mapping[str, Array] | None, traces: list[PushTrace] | None
 ) -> dict[str, Draw]:
-    """What draws each figure. Figures contain no text from outside."""
+    """What draws each figure but the grids. Figures contain no text from outside."""
     drawings: dict[str, Draw] = {
-        name: partial(figures.curves, metrics, kind, names, figure_name=name)
-        for name, (kind, names) in figure_data.CURVES.items()
+        "pressure": partial(figures.pressure_path, metrics),
+        "centre_of_mass": partial(mechanics_figures.centre_of_mass, metrics),
     }
-    drawings["torque_loop"] = partial(figures.torque_loop, metrics)
-    drawings["pressure"] = partial(figures.pressure_path, metrics)
-    drawings["joint_power"] = partial(mechanics_figures.joint_power, metrics)
-    drawings["centre_of_mass"] = partial(mechanics_figures.centre_of_mass, metrics)
     if metrics.push_recovery is not None:
         drawings["stability"] = partial(figures.stability_regions, metrics.push_recovery)
     if traces is not None:
         drawings["push_velocity"] = partial(figures.push_velocity, traces)
-    if metrics.final == "identified":
-        drawings["error_bars"] = partial(figures.error_bars, metrics)
     if training is not None:
         drawings["learning"] = partial(figures.learning, training)
     if metrics.curve_statistics is not None:
         from gaitval.reporting import curve_statistics
 
-        drawings |= curve_statistics.drawings(metrics, metrics.curve_statistics)
+        drawings["gait_profile"] = partial(
+            curve_statistics.profile, metrics.curve_statistics.profiles
+        )
     return drawings
 
 
-def _context(folder: Path) -> tables.Row:
+def _context(folder: Path) -> dict[str, Any]:
     """Everything that the template shows, read from the run folder."""
     subject = load_subject(str(folder / "subject.toml"))
     metrics = read_metrics(folder / METRICS)
@@ -377,6 +362,7 @@ def _context(folder: Path) -> tables.Row:
     traces = _traces(folder / "push.json")
     walk = metrics.walk
     before = credibility.provenance_before(folder)
+    drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
     return {
         "subject": subject,
         "metrics": metrics,
@@ -404,9 +390,8 @@ def _context(folder: Path) -> tables.Row:
         "statistics": _statistics(metrics, subject),
         "correlated": _correlated(metrics.identification),
         "correction": _correction(metrics.correction),
-        "spatiotemporal": [
-            {**row.as_dict(), "label": _SPATIOTEMPORAL[row.name]} for row in walk.spatiotemporal
-        ],
+        "spatiotemporal": walk.spatiotemporal,
+        "sheet": sheet(metrics, subject),
         "scaling": _scaling(folder / "scaling.csv"),
         "training": training,
         "learned": metrics.training and metrics.training.in_words(),
@@ -414,8 +399,10 @@ def _context(folder: Path) -> tables.Row:
         "provenance": before,
         "dates": provenance.dates(before),
         "hashes": provenance.hashes(folder),
-        "credibility": credibility.sections(folder, metrics),
-        "unknown": UNKNOWN,
+        "project": credibility.project_rows(),
+        "evidence_file": credibility.EVIDENCE,
+        "checks": checklist.checklist(metrics, credibility.beside_metrics(folder, metrics)),
+        "not_done": checklist.NOT_DONE,
         "pushes": metrics.push_recovery,
         "push_rows": _push_rows(metrics.push_recovery),
         "consistency": metrics.record.consistency,
@@ -423,8 +410,8 @@ def _context(folder: Path) -> tables.Row:
         & {name for name, *_ in not_recorded(metrics.origins)},
         "measured_force": measured_force(metrics.record),
         "curve_names": figures.NAMES,
-        "drawings": _drawings(metrics, training, traces),
-        "data": figure_data.of_run(metrics, training, traces),
+        "drawings": drawn | _drawings(metrics, training, traces),
+        "data": data | figure_data.of_run(metrics, training, traces),
     }
 
 
@@ -435,7 +422,8 @@ def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, and `evidence.toml`, which they cite.
+    """Write `report.html` and `report.pdf` of a run `folder`, `evidence.toml`, which they cite,
+    and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -448,6 +436,7 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """
     context = _context(folder)
     write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
+    checklist.write_checklist(folder, context["checks"])
     write_page(
         folder,
         "report",

@@ -135,6 +135,13 @@ def summary_of(found: Import) -> page.RecordingSummary:
         angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},
         moments={name: (c.mean, c.deviation) for name, c in found.moments.items()},
         forces=_force_curves(found),
+        strides={
+            f"{kind}/{name}": curve.curves
+            for kind, curves in (("angles", found.angles), ("moments", found.moments))
+            for name, curve in curves.items()
+        },
+        age=request.age,
+        leg_length=found.body.chosen.hip_height,
         residuals=None
         if dynamics is None
         else page.ResidualCurves(

@@ -11,8 +11,10 @@ from gaitval.metrics.gait_profile import load_controls
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate
-from gaitval.reporting.curve_statistics import differences, drawings, profile, tables
+from gaitval.reporting.curve_statistics import profile, tables
+from gaitval.reporting.drawing import drawn
 from gaitval.reporting.report import _drawings, _statistics
+from gaitval.reporting.run_grids import figures
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
 PERSON = load_subject("S05")
@@ -31,8 +33,8 @@ def read(values):
 
 
 def _differences(values):
-    found = read(values)
-    return differences(found, found.curve_statistics)
+    draws, _ = figures(read(values), PERSON, {})
+    return drawn(draws["kinematics"])
 
 
 def _tables(values):
@@ -86,9 +88,9 @@ def test_regions_are_drawn(metrics):
     marked = copy.deepcopy(without)
     region = {"first": 10, "last": 30, "p": 0.01}
     marked["curve_statistics"]["curves"]["angles"]["knee_angle_r"]["regions"] = [region]
-    bare, drawn = (_differences(each) for each in (without, marked))
-    assert drawn.count("<path") == bare.count("<path") + 1
-    assert _differences(marked) == drawn
+    bare, barred = (_differences(each) for each in (without, marked))
+    assert barred.count("<path") == bare.count("<path") + 3  # with those of the legend
+    assert _differences(marked) == barred
 
 
 def test_the_profile_shows_what_it_is_given(metrics):
@@ -103,9 +105,8 @@ def test_the_profile_shows_what_it_is_given(metrics):
 def test_older_metrics_have_no_such_section(metrics):
     older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
     assert _statistics(read(older), PERSON) is None
-    assert not drawings(read(metrics), read(metrics).curve_statistics).keys() & _drawings(
-        read(older), None, None
-    )
+    assert "gait_profile" in _drawings(read(metrics), None, None)
+    assert "gait_profile" not in _drawings(read(older), None, None)
 
 
 def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_modes(metrics):

@@ -11,6 +11,7 @@ import pytest
 from html_page import Page, an_hour_later, only_html, whole_pdf, without_figures
 from recording_summary import ANGLES, curves, sample
 
+from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.recording_report import (
     ConsistencyChange,
@@ -83,7 +84,9 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
         "figures",
     }
     tables = {path.name for path in (folder / "figures").iterdir()}
-    assert tables == {"angles0.csv", "moments0.csv", "forces0.csv", "residuals.csv"}
+    assert tables == {
+        f"{name}.csv" for name in ("angles", "moments", "power", "forces", "residuals")
+    }
 
 
 def test_the_pdf_is_whole(folder: Path) -> None:
@@ -113,7 +116,7 @@ def test_every_section_says_what_the_summary_holds(page: Page) -> None:
     ):
         assert text.replace(" ", "") in page.text.replace(" ", "")
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 4
+    assert page.tags.count("svg") == 5
 
 
 def test_failures_come_first(page: Page) -> None:
@@ -267,7 +270,7 @@ def test_a_date_given_from_outside_is_that_of_the_fonts(
     assert os.environ.get("SOURCE_DATE_EPOCH") == outside
 
 
-def test_all_coordinates_are_drawn_nine_a_figure(
+def test_coordinates_without_a_place_in_the_grid_are_drawn_below_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
@@ -281,11 +284,10 @@ def test_all_coordinates_are_drawn_nine_a_figure(
 
 def test_curves_keep_their_unit_and_side() -> None:
     flat = {"knee_angle_r": (np.linspace(0, np.pi, 101), np.zeros(101))}
-    drawing = figures.cycle_curves(
-        flat, {}, label="angle, °", factor=float(np.degrees(1)), figure_name="one"
-    )
+    rows = figures.curve_rows(flat, {}, "angles", factor=float(np.degrees(1)))
+    drawing = grids.grid(rows, height=1.5, figure_name="one")
     ElementTree.fromstring(drawing)
-    assert "<!-- 150 -->" in drawing
+    assert "<!-- 100 -->" in drawing
     assert "<!-- Knee flexion -->" in drawing
     assert figures.side_of("knee_angle_l") == ("knee_angle", "left")
     assert figures.side_of("lumbar_extension") == ("lumbar_extension", None)

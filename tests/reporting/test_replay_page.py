@@ -250,9 +250,9 @@ def cursor(still, figure, side):
     """% of the axis at which the cursor of the first panel of a side is."""
     return still.page.evaluate(
         f"""() => {{
-            const group = document.querySelector('[id="{figure}-cycle.{side}.0"]');
+            const group = document.querySelector('[id="{figure}-cycle.both.0"]');
             const box = group.querySelector('.replay-hit').getBBox();
-            const line = group.querySelector('.replay-cursor');
+            const line = group.querySelector('.replay-cursor.{side}');
             return 100 * (line.getAttribute('x1') - box.x) / box.width;
         }}"""
     )
@@ -261,7 +261,7 @@ def cursor(still, figure, side):
 def figure_of(still, name):
     figure = still.page.locator(f'figure:has([id^="{name}-cycle"])')
     figure.scroll_into_view_if_needed()
-    still.page.wait_for_selector(f'[id="{name}-cycle.left.0"] .replay-cursor', state="attached")
+    still.page.wait_for_selector(f'[id="{name}-cycle.both.0"] .replay-cursor', state="attached")
     still.settle()
     return figure
 
@@ -272,35 +272,18 @@ def test_curves_show_the_moment_and_a_click_moves_the_walk(still, folder):
     figure_of(still, "forces")
     assert cursor(still, "forces", "right") == pytest.approx(30, abs=0.1)
     assert cursor(still, "forces", "left") == pytest.approx((30 - left_phase) % 100, abs=0.5)
-    hit = still.page.locator('[id="forces-cycle.left.0"] .replay-hit')
+    hit = still.page.locator('[id="forces-cycle.both.0"] .replay-hit')
     box = hit.bounding_box()
     still.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
     still.settle()
-    assert cursor(still, "forces", "left") == pytest.approx(25, abs=1.0)
-    assert still.value() == pytest.approx((25 + left_phase) % 100, abs=1.5)
+    assert cursor(still, "forces", "right") == pytest.approx(25, abs=1.0)
+    assert still.value() == pytest.approx(25, abs=1.5)
     assert still.page.locator(".replay-play").inner_text() == "Play"
     still.page.locator("[data-shows=cursor]").uncheck()
     figure_of(still, "forces")
-    line = still.page.locator('[id="forces-cycle.left.0"] .replay-cursor')
+    line = still.page.locator('[id="forces-cycle.both.0"] .replay-cursor.left')
     assert line.evaluate("(e) => e.style.visibility") == "hidden"
     still.page.locator("[data-shows=cursor]").check()
-
-
-def test_a_dot_runs_along_the_torque_loops(still):
-    still.go(0, 40)
-    still.page.locator('figure:has([id="loop-loop.right.0"])').scroll_into_view_if_needed()
-    still.page.wait_for_selector('[id="loop-loop.right.0"] .replay-dot', state="attached")
-    still.settle()
-    places = still.page.evaluate(
-        """() => {
-            const group = document.querySelector('[id="loop-loop.right.0"]');
-            const path = group.querySelector('[id$="points.right.1"] > path').getAttribute('d');
-            const dot = [...group.querySelectorAll('.replay-dot')].at(-1);
-            return [path, ['cx', 'cy'].map((name) => +dot.getAttribute(name))];
-        }"""
-    )
-    points = np.array(places[0].replace("M", " ").replace("L", " ").split(), dtype=float)
-    np.testing.assert_allclose(places[1], points.reshape(101, 2)[40])
 
 
 def test_it_plays_by_itself_and_not_for_those_who_asked_for_little_motion(chromium, folder):
@@ -326,7 +309,7 @@ def test_without_graphics_the_poses_stay(chromium, folder):
     nothing = "HTMLCanvasElement.prototype.getContext = () => null;"
     opened = Opened(chromium, folder / "report.html", script=nothing)
     opened.page.wait_for_selector(".replay-message", state="visible")
-    assert opened.page.locator(".replay-strip").is_visible()
+    assert opened.page.locator(".sheet .strip").is_visible()
     assert not opened.page.locator(".replay-player").is_visible()
     assert opened.complaints == []
     opened.context.close()
@@ -334,7 +317,7 @@ def test_without_graphics_the_poses_stay(chromium, folder):
 
 def test_without_scripts_the_poses_stay(chromium, folder):
     opened = Opened(chromium, folder / "report.html", java_script_enabled=False)
-    assert opened.page.locator(".replay-strip").is_visible()
+    assert opened.page.locator(".sheet .strip").is_visible()
     assert not opened.page.locator(".replay-player").is_visible()
     opened.context.close()
 

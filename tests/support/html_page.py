@@ -12,9 +12,13 @@ import pytest
 import weasyprint
 from matplotlib.figure import Figure
 
-from gaitval.reporting.drawing import blank
-
 _RENDER = weasyprint.HTML.render
+
+EMPTY = (
+    '<svg xmlns="http://www.w3.org/2000/svg" width="511pt" height="200pt" '
+    'viewBox="0 0 511 200"></svg>'
+)
+"""Stands for a figure."""
 
 
 def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,7 +55,7 @@ def only_quick_tests(config: pytest.Config) -> bool:
 
 def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave figures out, too, where a test is about words: they take seconds."""
-    monkeypatch.setattr("gaitval.reporting.page.drawn", lambda draw, *_: blank(draw))
+    monkeypatch.setattr("gaitval.reporting.page.drawn", lambda *_: EMPTY)
 
 
 def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:

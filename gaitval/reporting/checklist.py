@@ -1,0 +1,107 @@
+"""The checklists of Hicks 2015 and ASME V&V 40, row by row, to paste into a supplement.
+
+`checklist.toml` has the rows; what a run says of each is read from its `metrics.json`. A row that
+the run cannot answer says "not done", and why.
+"""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from gaitval.artefacts import write_text
+from gaitval.metrics.results import METRICS, Metrics
+from gaitval.metrics.verdicts import limit_verdicts
+from gaitval.reporting.facts import at, shown
+from gaitval.reporting.figure_data import table
+
+NOT_DONE: Final = "not done"
+_COLUMNS: Final = ("document", "item", "value", "limit", "evidence")
+
+
+class Check(NamedTuple):
+    """A row: which document asks what, the run's value, the limit and where the value is."""
+
+    source: str
+    item: str
+    value: str
+    limit: str = ""
+    evidence: str = ""
+
+
+def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[Check]:
+    """Every row, of a run with the results `metrics` and what its other files say (`beside`, see
+    `credibility.beside_metrics`).
+    """
+    text = resources.files("gaitval.reporting").joinpath("checklist.toml").read_text("utf-8")
+    limits = {each.first.id: each for each in limit_verdicts(metrics)}
+    found = []
+    for row in tomllib.loads(text)["row"]:
+        start, limit = (row["source"], row["item"]), row.get("limit", "")
+        if "limit_id" in row:
+            verdict = limits.get(row["limit_id"])
+            place = f"{METRICS}#/tolerances ({row['limit_id']})"
+            if verdict is not None:
+                found.append(Check(*start, verdict.value_text(), verdict.limit_text(), place))
+                continue
+            row = {"not_done": "this run does not judge it"}
+        if "not_done" in row:
+            found.append(Check(*start, NOT_DONE, limit, row["not_done"]))
+        elif "beside" in row:
+            value = beside[row["beside"]]
+            found.append(Check(*start, value or NOT_DONE, limit, row["evidence"]))
+        elif "answer" in row:
+            found.append(Check(*start, row["answer"], limit, row.get("evidence", "")))
+        else:
+            place = row.get("least") or row["pointer"]
+            value = _value(metrics, row, place)
+            found.append(Check(*start, value or NOT_DONE, limit, f"{METRICS}#{place}"))
+    return found
+
+
+def _value(metrics: Metrics, row: Mapping[str, str], place: str) -> str:
+    """The value of a row that is read; empty where the run has none."""
+    try:
+        value = at(metrics, place)
+    except (KeyError, AttributeError):
+        return ""
+    if value is None:
+        return ""
+    if "least" in row and isinstance(value, Mapping):
+        return shown(100.0 * min(each.walk for each in value.values()), "%", 0)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        wanted = row.get("counts")
+        count = sum(wanted is None or each == wanted for each in value)
+        return f"{count} of {len(value)}" if wanted else f"{count}" if count else ""
+    text = shown(value, row.get("unit", ""), 2)
+    if "of" in row:
+        return f"{text} of {at(metrics, row['of'])}"
+    if "plus" in row:
+        return f"{text} of {int(str(value)) + int(str(at(metrics, row['plus'])))}"
+    return text
+
+
+def tables(rows: Sequence[Check]) -> dict[str, str]:
+    """The `rows` as text, by file name: CSV, Markdown and LaTeX."""
+    columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
+    bars = ["| " + " | ".join(row) + " |" for row in (_COLUMNS, ["---"] * 5, *rows)]
+    special = {each: f"\\{each}" for each in "%&#_$"}
+    special |= {"≤": "$\\le$", "≥": "$\\ge$", "<": "$<$", "°": "\\textdegree{}"}
+    lines = [
+        " & ".join("".join(special.get(c, c) for c in each) for each in row) + r" \\"
+        for row in rows
+    ]
+    head, *body = [" & ".join(_COLUMNS) + r" \\ \hline", *lines]
+    latex = [r"\begin{tabular}{lp{5cm}p{4cm}p{2cm}p{4cm}}", r"\hline", head, *body, r"\hline"]
+    return {
+        "checklist.csv": table(columns),
+        "checklist.md": "\n".join(bars) + "\n",
+        "checklist.tex": "\n".join([*latex, r"\end{tabular}"]) + "\n",
+    }
+
+
+def write_checklist(folder: Path, rows: Sequence[Check]) -> None:
+    """Write the `tables` of `rows` into a `folder`."""
+    for name, text in tables(rows).items():
+        write_text(folder / name, text)

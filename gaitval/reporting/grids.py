@@ -1,0 +1,276 @@
+"""Grids of curves as gait laboratories draw them: joints in rows, planes in columns, both sides.
+
+Each panel has the norm of healthy people as a grey band, a wide black line for what was recorded,
+a narrow coloured one for the walk with its standard deviation, thin strides behind, and toe-off;
+the left side is dashed. The grids of a run, an import and a comparison are drawn here.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from gaitval.arrays import Array
+from gaitval.coordinates import Side
+from gaitval.metrics.joint_power import BURSTS
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figure_data import Column, table
+from gaitval.reporting.figures import (
+    BAND_COLOUR,
+    COLOURS,
+    PERCENT,
+    RECORD_COLOUR,
+    RECORD_WIDTH,
+    STYLES,
+    WALK_WIDTH,
+)
+from gaitval.reporting.links import link
+
+KINEMATICS: Final = (
+    ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),
+    ("angles/hip_flexion", "angles/hip_adduction", "angles/hip_rotation"),
+    ("angles/knee_angle", "angles/knee_adduction", "angles/knee_rotation"),
+    ("angles/ankle_angle", "angles/subtalar_angle", "angles/ankle_rotation"),
+    ("angles/foot_pitch", "angles/foot_list", "angles/foot_progression"),
+)
+KINETICS: Final = (
+    ("moments/hip_flexion", "moments/hip_adduction", "power/hip_flexion"),
+    ("moments/knee_angle", "moments/knee_adduction", "power/knee_angle"),
+    ("moments/ankle_angle", "moments/subtalar_angle", "power/ankle_angle"),
+)
+"""Rows: joints; columns: sagittal, frontal and transverse plane, and for kinetics the power."""
+MOMENTS: Final = (
+    (*KINETICS[0][:2], "moments/hip_rotation"),
+    (*KINETICS[1][:2], "moments/knee_rotation"),
+    (*KINETICS[2][:2], "moments/ankle_rotation"),
+)
+FORCES: Final = (("forces/forward", "forces/medial", "forces/vertical"),)
+SAGITTAL: Final = (
+    ("angles/hip_flexion", "angles/knee_angle", "angles/ankle_angle"),
+    ("moments/hip_flexion", "moments/knee_angle", "moments/ankle_angle"),
+)
+"""On the sheet."""
+
+_ANGLES: Final = {
+    "pelvis_tilt": "Pelvis anterior tilt",
+    "pelvis_list": "Pelvis obliquity, up",
+    "pelvis_rotation": "Pelvis rotation, forward",
+    "hip_flexion": "Hip flexion",
+    "hip_adduction": "Hip adduction",
+    "hip_rotation": "Hip internal rotation",
+    "knee_angle": "Knee flexion",
+    "knee_adduction": "Knee adduction",
+    "knee_rotation": "Knee internal rotation",
+    "ankle_angle": "Ankle dorsiflexion",
+    "subtalar_angle": "Subtalar inversion",
+    "ankle_rotation": "Ankle internal rotation",
+    "foot_pitch": "Foot pitch",
+    "foot_list": "Foot tilt",
+    "foot_progression": "Foot progression, inward",
+}
+_FORCES: Final = {"forward": "Forward", "medial": "Medial", "vertical": "Vertical"}
+_JOINTS: Final = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
+
+ADULTS: Final = "healthy adults at this speed and age, ± SD"
+CHILDREN: Final = "typically developing children, free speed, ± SD"
+
+Which = Literal["record", "walk"]
+"""How a curve is drawn: black and wide, or narrow in the colour of its side."""
+
+
+class DrawnCurve(NamedTuple):
+    """A curve of a side: mean, SD and strides (n, 101), where there are any."""
+
+    side: Side | None
+    mean: Array
+    sd: Array | None = None
+    strides: Array | None = None
+    which: Which = "walk"
+
+
+class Panel(NamedTuple):
+    """What a panel shows of one quantity, by its `name`, "kind/curve".
+
+    Attributes
+    ----------
+    norm : mean and SD between healthy people, if there is one.
+    toe_off : % of the cycle, by side.
+    regions : first and last % where curves differ by a test, by side.
+    bursts : their names and place in the cycle, %.
+    error : RMSE of the right and the left side, written above the panel.
+    """
+
+    name: str
+    curves: tuple[DrawnCurve, ...] = ()
+    norm: tuple[Array, Array] | None = None
+    toe_off: Mapping[Side, float] = {}
+    regions: Mapping[Side, Sequence[tuple[float, float]]] = {}
+    bursts: Mapping[str, float] = {}
+    error: str = ""
+
+
+def title(name: str) -> str:
+    """The title of the panel of a quantity `name`, "kind/curve"; its unit is beside the axis."""
+    kind, _, curve = name.partition("/")
+    if kind == "forces":
+        return f"{_FORCES[curve]} force"
+    if kind == "power":
+        return f"{_JOINTS[curve]} power"
+    return _ANGLES.get(curve, curve.replace("_", " ").capitalize())
+
+
+UNITS: Final = {
+    "angles": "angle, °",
+    "moments": "moment, Nm/kg",
+    "forces": "force, % BW",
+    "power": "power, W/kg",
+}
+
+
+def grid(
+    panels: Sequence[Sequence[Panel]],
+    *,
+    height: float,
+    figure_name: str,
+    words: tuple[str, str] = ("record", "walk"),
+    norm: str = ADULTS,
+    linked: bool = True,
+) -> str:
+    """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
+    by `words`, the band by `norm`. `linked` panels show the moment of the replay.
+    """
+    with new_figure(height * len(panels) + 0.45) as figure:
+        every = figure.subplots(len(panels), len(panels[0]), sharex=True, squeeze=False)
+        for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
+            for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
+                if linked and panel.curves:
+                    link(axes, "cycle", "both", number * len(row) + column)
+                _draw(axes, panel)
+                kind = panel.name.partition("/")[0]
+                if kind and (column == 0 or kind != row[column - 1].name.partition("/")[0]):
+                    axes.set_ylabel(UNITS[kind])
+        for axes in every[-1]:
+            axes.set_xlabel("% of gait cycle")
+        shown = [panel for row in panels for panel in row]
+        handles = _handles(shown, words, norm)
+        figure.legend(
+            handles=handles, loc="outside upper center", ncols=-(-len(handles) // 2), fontsize=8.0
+        )
+        return svg(figure, figure_name)
+
+
+def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
+    """The curves of a grid of `panels` as CSV: record, mean and SD of each side, and the norm."""
+    shown = [panel for row in panels for panel in row if panel.name]
+    kinds = {panel.name.partition("/")[0] for panel in shown}
+    columns: dict[str, Column] = {"percent": PERCENT}
+    for panel in shown:
+        # moments and powers of a joint have the same name
+        name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
+        for curve in panel.curves:
+            key = name if curve.side is None else f"{name}_{curve.side[0]}"
+            columns[f"{key}_{'mean' if curve.which == 'walk' else 'record'}"] = curve.mean
+            columns[f"{key}_sd"] = curve.sd
+        if panel.norm is not None:
+            columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm
+    return table(columns)
+
+
+def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list[Line2D | Patch]:
+    """What the legend has: only what some panel shows."""
+    drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
+    handles: list[Line2D | Patch] = []
+    for which, said in zip(("record", "walk"), words, strict=True):
+        for side in (*COLOURS, None):
+            if (which, side) in drawn:
+                look = _look("walk" if which == "walk" else "record", side)
+                handles.append(Line2D([], [], **look, label=f"{said}, {side}" if side else said))
+    if any(each.sd is not None for panel in panels for each in panel.curves):
+        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
+    if any(each.strides is not None for panel in panels for each in panel.curves):
+        handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
+    if any(panel.norm is not None for panel in panels):
+        handles.append(Patch(facecolor=BAND_COLOUR, label=norm))
+    if any(found for panel in panels for found in panel.regions.values()):
+        bar = Line2D([], [], color="#606060", linewidth=2.0)
+        bar.set_label(f"{words[1]} differs from {words[0]}")
+        handles.append(bar)
+    if any(panel.toe_off for panel in panels):
+        dotted = Line2D([], [], color="#707070", linewidth=0.7, linestyle=(0, (1, 1.5)))
+        dotted.set_label("toe-off")
+        handles.append(dotted)
+    return handles
+
+
+def _look(which: Which, side: Side | None) -> dict[str, Any]:
+    """Colour, dashes and width of a curve."""
+    walked = which == "walk"
+    return {
+        "color": COLOURS[side] if walked and side else RECORD_COLOUR,
+        "linestyle": STYLES[side] if side else "-",
+        "linewidth": WALK_WIDTH if walked else RECORD_WIDTH,
+    }
+
+
+def _draw(axes: Axes, panel: Panel) -> None:
+    axes.set_xlim(0, 100)
+    if not panel.curves:
+        axes.axis("off")
+    if not panel.name:
+        return
+    axes.set_title(title(panel.name), loc="left", pad=3, parse_math=False)
+    if not panel.curves:
+        axes.text(0.0, 0.9, "not measured", transform=axes.transAxes, va="top", color="#5c5c5c")
+        return
+    axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+    if panel.norm is not None:
+        mean, sd = panel.norm
+        axes.fill_between(PERCENT, mean - sd, mean + sd, color=BAND_COLOUR, linewidth=0, zorder=0)
+    for side, percent in panel.toe_off.items():
+        colour = COLOURS[side]
+        axes.axvline(percent, color=colour, linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1)
+    for curve in panel.curves:
+        _curve(axes, curve)
+    for place, (side, regions) in zip((0.02, 0.06), panel.regions.items(), strict=False):
+        for first, last in regions:
+            axes.plot(
+                (first, last or 0.5), (place, place), transform=axes.get_xaxis_transform(),
+                color=COLOURS[side], linewidth=2.0, solid_capstyle="butt",
+            )  # fmt: skip
+    _bursts(axes, panel)
+    axes.margins(y=0.14)
+    if panel.error:
+        axes.text(
+            1.0, 1.0, panel.error, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5,
+            color="#404040",
+        )  # fmt: skip
+
+
+def _curve(axes: Axes, curve: DrawnCurve) -> None:
+    look = _look(curve.which, curve.side)
+    colour = look["color"]
+    if curve.strides is not None and len(curve.strides):
+        # one line with gaps, of every third point: a path each would make the page three times
+        # as long
+        values = np.pad(curve.strides[:, ::3], ((0, 0), (0, 1)), constant_values=np.nan).ravel()
+        percent = np.tile(np.append(PERCENT[::3], np.nan), len(curve.strides))
+        axes.plot(percent, values, color=colour, linewidth=0.35, alpha=0.45, zorder=2)
+    if curve.sd is not None:
+        low, high = curve.mean - curve.sd, curve.mean + curve.sd
+        axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=2)
+    axes.plot(PERCENT, curve.mean, **look, zorder=4 if curve.which == "walk" else 3)
+
+
+def _bursts(axes: Axes, panel: Panel) -> None:
+    """Names of the bursts of power, beyond all curves."""
+    for burst, at in panel.bursts.items():
+        sign = BURSTS[burst].sign
+        near = slice(max(0, int(at) - 4), int(at) + 5)
+        top = sign * max((sign * curve.mean[near]).max() for curve in panel.curves)
+        axes.annotate(
+            burst, (at, top), xytext=(0, 4 * sign), textcoords="offset points", ha="center",
+            va="bottom" if sign > 0 else "top", fontsize=7.5, color="#404040",
+        )  # fmt: skip

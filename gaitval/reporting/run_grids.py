@@ -1,0 +1,193 @@
+"""The grids of a run: what was recorded, what walked, and what is normal at this speed and age."""
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import load_configuration
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
+from gaitval.gait.record import LowPass
+from gaitval.metrics.comparison import rmse_of, simulated_curves
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.joint_power import BURSTS, burst_places
+from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
+from gaitval.metrics.norms import Norm, norms
+from gaitval.metrics.record_results import KINDS
+from gaitval.metrics.results import Metrics
+from gaitval.metrics.typed import array
+from gaitval.metrics.walk_statistics import foot_progression
+from gaitval.model.parameters import apply_parameters
+from gaitval.model.urdf import read_urdf
+from gaitval.reporting import grids
+from gaitval.reporting.drawing import Draw
+from gaitval.reporting.grids import DrawnCurve, Panel
+from gaitval.simulation.rollout import Rollout
+
+STRIDES: Final = 8
+"""Drawn of each side: more are one grey area."""
+
+
+def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
+    """The first strides of the walk in a run `folder`, (n, 101) by "kind/curve_r" in the units of
+    `metrics`; none without its rollout, or where it is too short.
+    """
+    path, settings = folder / "rollouts" / f"{metrics.final}.npz", folder / "configuration.toml"
+    if not path.exists() or not (folder / "model.urdf").exists():
+        return {}
+    rollout, method = Rollout.load(path), metrics.method
+    cycles = find_cycles(rollout, load_configuration(settings if settings.exists() else None))
+    few = cycles.first(min(STRIDES, method.cycles))
+    if not all(few.count(side) for side in SIDES):
+        return {}
+    # filters need some time after the last of them, and nothing of the walk's other minutes
+    last = max(int(each[-1]) for each in few.ends.values()) + 1000
+    length = len(rollout.time)
+    rollout = replace(
+        rollout,
+        **{
+            each.name: values[:last]
+            for each in fields(rollout)
+            if len(values := getattr(rollout, each.name)) == length
+        },
+    )
+    hertz, low_pass = method.filter_frequency_hz, method.record_low_pass
+    filters = LowPass(hertz, hertz)
+    if low_pass is not None:
+        filters = LowPass(low_pass.moments_hz, low_pass.forces_hz)
+    curves = simulated_curves(rollout, few, mass=method.model_mass_kg, filters=filters)
+    body = apply_parameters(read_urdf(folder / "model.urdf"), rollout.mu)
+    factors = {"angles": float(np.degrees(1.0)), "moments": 1.0, "forces": 100.0}
+    found = {
+        f"{kind}/{name}": factors[kind] * each
+        for kind in KINDS
+        for name, each in getattr(curves, kind).items()
+    }
+    for name, each in foot_progression(rollout, few, body).items():
+        found[f"angles/{name}"] = np.degrees(each)
+    return found
+
+
+def figures(
+    metrics: Metrics, subject: Subject, strides: Mapping[str, Array]
+) -> tuple[dict[str, Draw], dict[str, str]]:
+    """What draws the figures of curves of a run of `subject` with the results `metrics`, by name,
+    the small one of the sheet and the grids, and their tables; `strides` as `strides_of`.
+    """
+    normal = norms(subject)
+    panel = partial(_panel, metrics, subject, strides, normal)
+    rows = {
+        name: [[panel(each) for each in row] for row in names]
+        for name, names in (
+            ("curves", grids.SAGITTAL),
+            ("kinematics", grids.KINEMATICS),
+            ("kinetics", grids.KINETICS),
+            ("forces", grids.FORCES),
+        )
+    }
+    rows["curves"] = [
+        [
+            each._replace(
+                error="", regions={}, curves=tuple(c._replace(strides=None) for c in each.curves)
+            )
+            for each in row
+        ]
+        for row in rows["curves"]
+    ]
+    heights = {"curves": 1.05, "kinematics": 1.27}
+    draws: dict[str, Draw] = {
+        name: partial(
+            grids.grid,
+            each,
+            height=heights.get(name, 1.6),
+            figure_name=name,
+            norm=grids.ADULTS if "parameter/cadence" in normal else grids.CHILDREN,
+        )
+        for name, each in rows.items()
+    }
+    return draws, {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
+
+
+def _panel(
+    metrics: Metrics,
+    subject: Subject,
+    strides: Mapping[str, Array],
+    normal: Mapping[str, Norm],
+    name: str,
+) -> Panel:
+    """The panel of a quantity "kind/curve" without side."""
+    kind, _, curve = name.partition("/")
+    curves, errors, regions = [], [], {}
+    for side in SIDES:
+        key = f"{curve}_{side[0]}"
+        recorded = _recorded(metrics, subject, kind, key)
+        if recorded is not None:
+            curves.append(DrawnCurve(side, recorded, which="record"))
+        walked = _walked(metrics, strides, kind, key)
+        if walked is not None:
+            curves.append(DrawnCurve(side, *walked, strides.get(f"{kind}/{key}")))
+        for each in KINDS:
+            if each == kind and key in metrics.walk.errors.of(each):
+                errors.append(rmse_of(metrics.walk.errors.of(each)[key]))
+                if metrics.curve_statistics is not None:
+                    found = metrics.curve_statistics.curves.of(each).get(key)
+                    regions[side] = [(r.first, r.last) for r in found.regions] if found else []
+    known = [f"{each:.2f}" if kind == "moments" else f"{each:.1f}" for each in errors if each]
+    norm = normal.get(name)
+    stance = metrics.record.spatiotemporal
+    return Panel(
+        name,
+        tuple(curves),
+        None if norm is None else (norm.mean, norm.sd),
+        {side: 100.0 * getattr(stance, f"stance_fraction_{side}") for side in SIDES},
+        regions,
+        _bursts(metrics, curve) if kind == "power" else {},
+        " / ".join(known),
+    )
+
+
+def _recorded(metrics: Metrics, subject: Subject, kind: str, key: str) -> Array | None:
+    """The record as it is compared; of what is not compared, as it came."""
+    if kind == "power":
+        return array(metrics.record.joint_power.power[key])
+    for each in KINDS:
+        if each == kind and key in metrics.record.curves.of(each):
+            return array(metrics.record.curves.of(each)[key])
+    record, percent = subject.record(), np.linspace(0.0, 1.0, 101)
+    if kind == "angles" and key in record.angles:
+        return np.degrees(record.angles[key](percent))
+    if kind == "moments" and key in record.moments:
+        return np.asarray(record.moments[key](percent))
+    return None
+
+
+def _walked(
+    metrics: Metrics, strides: Mapping[str, Array], kind: str, key: str
+) -> tuple[Array, Array | None] | None:
+    """Mean and SD over the cycles; of what is not compared, over the drawn ones."""
+    power = metrics.walk.joint_power
+    if kind == "power":
+        return None if power is None else (array(power.power[key]), None)
+    for each in KINDS:
+        if each == kind and key in metrics.walk.curves.of(each):
+            found = metrics.walk.curves.of(each)[key]
+            if found.mean is None:
+                return None
+            return array(found.mean), None if found.sd is None else array(found.sd)
+    drawn = strides.get(f"{kind}/{key}")
+    return None if drawn is None else (drawn.mean(axis=0), drawn.std(axis=0))
+
+
+def _bursts(metrics: Metrics, joint: str) -> dict[str, float]:
+    """Bursts of power of a joint, where the right side's record has them."""
+    power = {each: array(metrics.record.joint_power.power[f"{each}_r"]) for each in POWER_JOINTS}
+    return {
+        name: float(at)
+        for name, at in burst_places(power).items()
+        if at is not None and BURSTS[name].joint == joint
+    }

@@ -1,0 +1,302 @@
+"""The first page of a report: what decides, on one sheet of paper.
+
+Every number on it is a `Cell`, which says where it was read: a place in `metrics.json`
+("metrics.json#/summary/accepted"), in `subject.toml`, among the norms of the person's speed and age
+("norms#parameter/cadence/mean") or among the controls of the Gait Profile Score. A number made of
+several has all their places and how it was made; tests/reporting/test_sheet.py makes each anew.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+from gaitval.coordinates import SIDES, split_side
+from gaitval.datasets.subject import Subject
+from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
+from gaitval.metrics.groups import group_curves, group_rows
+from gaitval.metrics.norms import norms
+from gaitval.metrics.origin import curve_origin, not_recorded
+from gaitval.metrics.results import METRICS, Metrics
+from gaitval.metrics.verdicts import LimitVerdict, limit_verdicts, target_text, unit_text
+from gaitval.reporting.facts import at
+
+DOUBTS: Final = 3
+"""Shown, the gravest first."""
+FAILED_SHOWN: Final = 6
+"""Failed limits that the sheet lists; it counts the others."""
+PLATES_DOUBTED: Final = 0.02
+"""Share of the force by which plates may be wrong before the sheet says so."""
+
+_LABELS: Final = {
+    "walking_speed": "Walking speed",
+    "cadence": "Cadence",
+    "stride_time_right": "Stride time, right",
+    "stride_time_left": "Stride time, left",
+    "stance_fraction_right": "Stance, right",
+    "stance_fraction_left": "Stance, left",
+    "double_support_fraction": "Double support",
+    "step_length_right": "Step length, right",
+    "step_length_left": "Step length, left",
+    "step_width": "Step width",
+}
+
+
+class Cell(NamedTuple):
+    """A number and where it is from.
+
+    Attributes
+    ----------
+    digits : decimals; -1 for three figures.
+    source : "file#place", several apart by spaces.
+    how : what is made of them: "mean", "sum", "count", or as the test names it.
+    scale : the printed number over the one made.
+    """
+
+    value: float | None
+    digits: int
+    source: str
+    how: str = ""
+    scale: float = 1.0
+
+    @property
+    def shown(self) -> float | None:
+        """The number as printed."""
+        return None if self.value is None else self.scale * self.value
+
+
+class Doubt(NamedTuple):
+    """Why the verdict may mislead: the template has its words and what would help, by `kind`."""
+
+    kind: str
+    cells: Mapping[str, Cell] = MappingProxyType({})
+    words: Mapping[str, str] = MappingProxyType({})
+
+
+def _read(metrics: Metrics, *pointers: str, digits: int, how: str = "", scale: float = 1.0) -> Cell:
+    """The number at a place in `metrics`, or one made of several."""
+    found = [at(metrics, pointer) for pointer in pointers]
+    known = [float(each) for each in found if isinstance(each, int | float)]
+    value = None
+    if len(known) == len(found):
+        value = sum(known) / (len(known) if how == "mean" else 1)
+    places = " ".join(f"{METRICS}#{pointer}" for pointer in pointers)
+    return Cell(value, digits, places, how, scale)
+
+
+def _count(value: int, how: str) -> Cell:
+    return Cell(value, 0, f"{METRICS}#/tolerances", how)
+
+
+def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
+    """What the template of the sheet shows of a run of `subject` with the results `metrics`."""
+    failed = [
+        (role, each)
+        for role in ("acceptance", "context")
+        for each in limit_verdicts(metrics, role)
+        if not each.passed
+    ]
+    counts = {
+        f"{which}_{role}": _count(
+            sum(which == "all" or not each.passed for each in limit_verdicts(metrics, role)),
+            f"{which} limits {role}",
+        )
+        for role in ("acceptance", "context")
+        for which in ("all", "failed")
+    }
+    return {
+        "counts": counts,
+        "accepted": _read(metrics, "/summary/accepted", digits=0),
+        "judged": _read(metrics, "/summary/accepted", "/summary/refused", digits=0, how="sum"),
+        "repeats": _repeats(metrics),
+        "failed": [_failed(metrics, role, each) for role, each in failed[:FAILED_SHOWN]],
+        "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
+        "known": [name for name, by in metrics.told.items() if by],
+        "held_out": [name for name, by in metrics.told.items() if not by],
+        "skills": _skills(metrics),
+        "parameters": _parameters(metrics, subject),
+        "profile": _profile(metrics),
+        "doubts": list(_doubts(metrics, failed))[:DOUBTS],
+        "least": SMALLEST_DIFFERENCE,
+        "adult": "parameter/cadence" in norms(subject),
+    }
+
+
+def _repeats(metrics: Metrics) -> dict[str, Cell]:
+    """The weakest accepted value over the walks from other starts, and the pushes survived."""
+    rows = [
+        (index, row)
+        for index, row in enumerate(metrics.tolerances)
+        if row.role == "acceptance" and row.spread is not None
+    ]
+    found = {}
+    walks = [(i, row.spread) for i, row in rows if row.measure != "push_survival" and row.spread]
+    if walks:
+        index, _ = min(walks, key=lambda pair: pair[1].kept / max(1, pair[1].repeats))
+        for name in ("kept", "repeats"):
+            found[name] = _read(metrics, f"/tolerances/{index}/spread/{name}", digits=0)
+    pushes = [index for index, row in rows if row.measure == "push_survival"]
+    if pushes:
+        for name in ("kept", "repeats"):
+            places = [f"/tolerances/{index}/spread/{name}" for index in pushes]
+            found[f"pushes_{name}"] = _read(metrics, *places, digits=0, how="sum")
+    return found
+
+
+def _failed(metrics: Metrics, role: str, limit: LimitVerdict) -> dict[str, object]:
+    worst = limit.worst
+    index = next(i for i, row in enumerate(metrics.tolerances) if row is worst)
+    return {
+        "role": role,
+        "title": worst.title,
+        "target": target_text(worst.target),
+        "value": _read(metrics, f"/tolerances/{index}/value", digits=-1),
+        "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-1),
+        "sign": limit.limit_text().split()[0],
+        "unit": unit_text(worst.unit).strip(),
+        "failed": _count(len(limit.failed), f"failed rows {worst.id}"),
+        "all": _count(len(limit.rows), f"all rows {worst.id}"),
+        "remedy": limit.remedy,
+    }
+
+
+def _skills(metrics: Metrics) -> list[dict[str, object]]:
+    """Mean RMSE of each group of curves: the walk's, the first guess's, and the skill."""
+    rows: list[dict[str, object]] = []
+    for row in group_rows(metrics):
+        kind, every, unit = group_curves(metrics)[row.group]
+        recorded = [c for c in every if curve_origin(kind, c, metrics.origins) == "recorded"]
+        curves, digits = recorded or list(every), 3 if unit == "Nm/kg" else 1
+        walk = [f"/walks/{metrics.final}/errors/{kind}/{curve}/rmse" for curve in curves]
+        guess = [f"/predictions/0/rmse/{kind}/{curve}" for curve in curves]
+        name = metrics.predictions[0].name if metrics.predictions else None
+        cells = None
+        if name is not None and recorded:
+            both = " ".join(f"{METRICS}#{pointer}" for pointer in (*walk, *guess))
+            cells = {
+                "guess": _read(metrics, *guess, digits=digits, how="mean"),
+                "skill": Cell(row.skills()[name], 2, both, "skill"),
+            }
+        walked = Cell(row.walked, digits, " ".join(f"{METRICS}#{p}" for p in walk), "mean")
+        rows.append(
+            {"group": row.group, "unit": unit, "status": row.status, "walk": walked, "cells": cells}
+        )
+    return rows
+
+
+def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
+    """Spatiotemporal parameters of walk and record, and their norm."""
+    normal = norms(subject)
+    rows: list[dict[str, object]] = []
+    for index, row in enumerate(metrics.walk.spatiotemporal):
+        place = f"/walks/{metrics.final}/spatiotemporal/{index}"
+        share = 100.0 if row.unit == "1" else 1.0
+        digits = {"1": 1, "steps/min": 1}.get(row.unit, 2)
+        side = next((each for each in SIDES if row.name.endswith(f"_{each}")), None)
+        norm = f"parameter/{row.name.removesuffix(f'_{side}')}"
+        rows.append(
+            {
+                "label": _LABELS[row.name],
+                "unit": "% of cycle" if row.unit == "1" else row.unit,
+                **{
+                    name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
+                    for name in ("mean", "sd", "recorded")
+                },
+                **{
+                    f"norm_{name}": Cell(
+                        float(getattr(normal[norm], name)) if norm in normal else None,
+                        *(digits, f"norms#{norm}/{name}", "", share),
+                    )
+                    for name in ("mean", "sd")
+                },
+            }
+        )
+    return rows
+
+
+def _profile(metrics: Metrics) -> dict[str, object] | None:
+    """Movement Analysis Profile and Gait Profile Score by side, of record, walk and controls."""
+    if metrics.curve_statistics is None:
+        return None
+    profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
+    controls, names = load_controls(), profiles.variables
+    rows = []
+    for side in SIDES:
+        for which in ("record", "walk"):
+            if which == "record" and profiles.record is None:
+                continue
+            cells = [
+                _read(metrics, f"{place}/{which}/scores/{name}_{side[0]}", digits=1)
+                for name in names
+            ]
+            total = _read(metrics, f"{place}/{which}/{side}", digits=1)
+            rows.append({"side": side, "which": which, "cells": [*cells, total]})
+    healthy = [
+        [
+            Cell(values[i], 1, f"controls#{name}/{i}")
+            for name, values in (
+                *((n, controls.scores[n]) for n in names),
+                ("total", controls.total),
+            )
+        ]
+        for i in range(2)
+    ]
+    return {"names": [*names, "total"], "rows": rows, "healthy": healthy}
+
+
+def _doubts(metrics: Metrics, failed: Sequence[tuple[str, LimitVerdict]]) -> Iterator[Doubt]:
+    """All that speaks against trusting the verdict, the gravest first: what decides it, what it
+    compares with, and what the record itself lacks.
+    """
+    decisive = [each for role, each in failed if role == "acceptance"]
+    if decisive:
+        yield Doubt("failed", {"count": _count(len(decisive), "failed limits acceptance")})
+    if metrics.witness is not None and metrics.witness.fell:
+        yield Doubt("falls there", words={"engine": metrics.witness.engine})
+    close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
+    if close:
+        yield Doubt("narrow", {"count": _count(close, "close acceptance")})
+    missing = sorted({name for name, *_ in not_recorded(metrics.origins)})
+    if not metrics.is_recorded_at_all:
+        yield Doubt("nothing recorded")
+    elif missing:
+        yield Doubt("not recorded", words={"what": ", ".join(missing)})
+    if metrics.told.get("forces"):
+        yield Doubt("fit")
+    yield from _of_score(metrics)
+    plates = metrics.record.plates
+    if plates is not None and abs(plates.scale - 1.0) > PLATES_DOUBTED:
+        off = Cell(
+            plates.scale - 1.0, 1, f"{METRICS}#/record/plates/scale", "less one", scale=100.0
+        )
+        yield Doubt("plates", {"off": off})
+    below = [row for row in metrics.measures if row.measure.endswith("_skill")]
+    worse = sum(row.value is not None and row.value < 0.0 for row in below)
+    if worse:
+        cells = {"worse": worse, "all": len(below)}
+        yield Doubt(
+            "guess",
+            {k: Cell(v, 0, f"{METRICS}#/measures", f"{k} skills") for k, v in cells.items()},
+        )
+    yield Doubt("one cycle")
+    if metrics.identification is not None:
+        verdicts = metrics.identification.verdicts
+        cells = {"identified": verdicts.count("identified"), "all": len(verdicts)}
+        place = f"{METRICS}#/identification/verdicts"
+        yield Doubt("parameters", {k: Cell(v, 0, place, f"{k} verdicts") for k, v in cells.items()})
+
+
+def _of_score(metrics: Metrics) -> Iterator[Doubt]:
+    """A side whose Gait Profile Score differs from the record's by what matters clinically."""
+    statistics = metrics.curve_statistics
+    if statistics is None or statistics.profiles.record is None:
+        return
+    record, walk = statistics.profiles.record, statistics.profiles.walk
+    side = max(SIDES, key=lambda each: abs(walk.of(each) - record.of(each)))
+    away = walk.of(side) - record.of(side)
+    if abs(away) >= SMALLEST_DIFFERENCE:
+        place = f"{METRICS}#/curve_statistics/profiles"
+        both = f"{place}/walk/{side} {place}/record/{side}"
+        worst = max(record.scores, key=lambda key: abs(walk.scores[key] - record.scores[key]))
+        of, name = split_side(worst)
+        words = {"side": side, "angle": name, "angle_side": of}
+        yield Doubt("score", {"away": Cell(away, 1, both, "difference")}, words)

@@ -1,0 +1,68 @@
+"""The checklists of Hicks 2015 and V&V 40."""
+
+import csv
+import io
+import json
+import tomllib
+from pathlib import Path
+
+from gaitval.metrics.results import read_metrics
+from gaitval.metrics.verdicts import limit_verdicts
+from gaitval.reporting.checklist import NOT_DONE, checklist, tables
+
+ROOT = Path(__file__).parents[2]
+STORED = ROOT / "reports" / "S05" / "baseline" / "metrics.json"
+BESIDE = {"momentum": "0.050 % of body weight", "seed": "0"}
+
+
+def test_every_row_has_a_value_or_says_why_it_has_none() -> None:
+    rows = checklist(read_metrics(STORED), BESIDE)
+    asked = tomllib.loads((ROOT / "gaitval/reporting/checklist.toml").read_text("utf-8"))["row"]
+    assert [row.item for row in rows] == [row["item"] for row in asked]
+    assert {row.source for row in rows} == {"Hicks 2015", "V&V 40"}
+    assert all(row.value for row in rows)
+    assert all(row.evidence for row in rows if row.value == NOT_DONE)
+
+
+def test_values_are_those_of_the_file_at_the_place_that_is_named() -> None:
+    metrics = json.loads(STORED.read_text("utf-8"))
+    found = {row.item: row for row in checklist(read_metrics(STORED), BESIDE)}
+    mass = found["Equivalency of inputs: mass of the model"]
+    assert mass.value == f"{metrics['method']['model_mass_kg']:.2f} kg"
+    counts = metrics["summary"]
+    output = found["Output comparison: values within their tolerance"]
+    assert output.value == f"{counts['accepted']} of {counts['accepted'] + counts['refused']}"
+    verdicts = metrics["identification"]["verdicts"]
+    inputs = found["Model inputs: body parameters that the record determines"]
+    assert inputs.value == f"{verdicts.count('identified')} of {len(verdicts)}"
+    limits = {each.first.id: each for each in limit_verdicts(read_metrics(STORED))}
+    angles = found["Joint angles against the record, sagittal"]
+    assert (angles.value, angles.limit) == (
+        limits["sagittal-angles"].value_text(),
+        limits["sagittal-angles"].limit_text(),
+    )
+    shares = metrics["curve_statistics"]["bands"]["moments"]
+    least = min(row["walk"] for row in shares.values())
+    (bands,) = (row for item, row in found.items() if "literature" in item)
+    assert bands.value == f"{100 * least:.0f} %"
+
+
+def test_what_a_run_lacks_is_not_done() -> None:
+    metrics = read_metrics(STORED).model_copy(update={"witness": None, "identification": None})
+    found = {row.item: row for row in checklist(metrics, {"momentum": "", "seed": ""})}
+    for item in (
+        "Software verified: the same walk in a second engine, goals reached",
+        "Model inputs: body parameters that the record determines",
+        "Seed of this run",
+    ):
+        assert found[item].value == NOT_DONE
+
+
+def test_the_three_tables_have_the_same_rows() -> None:
+    rows = checklist(read_metrics(STORED), BESIDE)
+    found = tables(rows)
+    read = list(csv.reader(io.StringIO(found["checklist.csv"])))
+    assert [tuple(row) for row in read[1:]] == [tuple(row) for row in rows]
+    assert found["checklist.md"].count("\n") == len(rows) + 2
+    assert found["checklist.tex"].count(r"\\") == len(rows) + 1
+    assert r"V\&V 40" in found["checklist.tex"]

@@ -1,0 +1,261 @@
+"""The first page of a report: every number on it is its source's, and all of it fits."""
+
+import json
+import re
+import tomllib
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pikepdf
+import pytest
+from html_page import whole_pdf
+from report_run import build_run
+
+from gaitval.artefacts import write_json
+from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.gait_profile import load_controls
+from gaitval.metrics.norms import norms
+from gaitval.metrics.results import read_metrics
+from gaitval.reporting.report import write_report
+from gaitval.reporting.sheet import DOUBTS, sheet
+
+WORDS = 150
+"""Before the first curve."""
+SMALLEST = 8.0
+"""Points on paper."""
+NO_SOURCE = re.compile(r"\b(one|zero)\b|V&V 40|Hicks 2015")
+
+
+class Sheet(HTMLParser):
+    """The cells of the sheet with their sources, its other text, and the words before a figure."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        start = page.index('<section class="sheet"')
+        self.cells: list[tuple[dict[str, str], str]] = []
+        self.rest = ""
+        self.first = ""
+        self._cell: dict[str, str] | None = None
+        self._figure = 0
+        self.feed(
+            re.sub(r"<svg.*?</svg>", "", page[start : page.index("</section>", start)], flags=re.S)
+        )
+
+    def handle_starttag(self, tag, attributes):
+        named = dict(attributes)
+        if "data-from" in named:
+            self._cell = named
+            self.cells.append((named, ""))
+        self._figure += tag == "figure"
+
+    def handle_endtag(self, tag):
+        if tag == "span":
+            self._cell = None
+
+    def handle_data(self, data):
+        if self._cell is not None:
+            self.cells[-1] = (self._cell, self.cells[-1][1] + data)
+        else:
+            self.rest += data
+        if not self._figure:
+            self.first += data
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("sheet")
+    build_run(made)
+    with whole_pdf():
+        write_report(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Sheet:
+    return Sheet((folder / "report.html").read_text(encoding="utf-8"))
+
+
+class Sources:
+    """Reads the files of a run without the code that wrote the sheet."""
+
+    def __init__(self, folder: Path) -> None:
+        self.metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+        self.subject = tomllib.loads((folder / "subject.toml").read_text(encoding="utf-8"))
+        self.norms = norms(load_subject(str(folder / "subject.toml")))
+
+    def one(self, source: str):
+        file, _, place = source.partition("#")
+        if file == "metrics.json":
+            found = self.metrics
+            for part in place.split("/")[1:]:
+                found = found[int(part)] if isinstance(found, list) else found[part]
+            return found
+        if file == "subject.toml":
+            return self.subject[place]
+        if file == "norms":
+            name, _, which = place.rpartition("/")
+            return float(getattr(self.norms[name], which)) if name in self.norms else None
+        assert file == "controls"
+        name, _, which = place.partition("/")
+        controls = load_controls()
+        return (controls.total if name == "total" else controls.scores[name])[int(which)]
+
+    def limits(self, role: str) -> dict[str, list[dict]]:
+        found: dict[str, list[dict]] = {}
+        for row in self.metrics["tolerances"]:
+            if row["role"] == role:
+                found.setdefault(row["id"], []).append(row)
+        return found
+
+    def counted(self, how: str) -> int:
+        which, _, rest = how.partition(" ")
+        kind, _, name = rest.partition(" ")
+        if kind == "limits" and name:
+            every = self.limits(name).values()
+            return sum(which == "all" or not all(r["passed"] for r in rows) for rows in every)
+        if how == "unlisted limits":
+            failed = self.counted("failed limits acceptance") + self.counted(
+                "failed limits context"
+            )
+            return max(0, failed - 6)
+        if kind == "rows":
+            rows = [row for row in self.metrics["tolerances"] if row["id"] == name]
+            return sum(which == "all" or not row["passed"] for row in rows)
+        if how == "close acceptance":
+            rows = [row for each in self.limits("acceptance").values() for row in each]
+            return sum(
+                bool(row["passed"] and row["spread"] and row["spread"]["close"]) for row in rows
+            )
+        if kind == "skills":
+            rows = [row for row in self.metrics["measures"] if row["measure"].endswith("_skill")]
+            return sum(
+                which == "all" or (row["value"] is not None and row["value"] < 0) for row in rows
+            )
+        assert kind == "verdicts"
+        verdicts = self.metrics["identification"]["verdicts"]
+        return len(verdicts) if which == "all" else verdicts.count(which)
+
+    def value(self, cell: dict[str, str]) -> float | None:
+        how = cell.get("data-how", "")
+        if how not in ("", "mean", "sum", "skill", "difference", "less one"):
+            return self.counted(how)
+        values = [self.one(source) for source in cell["data-from"].split()]
+        if None in values:
+            return None
+        if how == "skill":
+            half = len(values) // 2
+            return 1.0 - sum(values[:half]) / sum(values[half:])
+        if how == "difference":
+            return values[0] - values[1]
+        return sum(values) / (len(values) if how == "mean" else 1) - (how == "less one")
+
+
+def test_every_number_equals_its_source(folder: Path, page: Sheet) -> None:
+    sources = Sources(folder)
+    assert len(page.cells) > 100
+    for cell, shown in page.cells:
+        value, digits = sources.value(cell), int(cell["data-digits"])
+        if value is None:
+            assert shown in ("–", "not measured"), cell
+            continue
+        value *= float(cell.get("data-scale", 1))
+        text = f"{value:.3g}" if digits < 0 else f"{value:.{digits}f}"
+        if digits >= 0 and float(text) == 0:
+            text = text.lstrip("-")
+        assert shown == text.replace("-", "−"), cell
+
+
+def test_there_is_no_number_without_a_source(page: Sheet) -> None:
+    """But those in names: of the trial, the person, a limit's title and the date."""
+    left = NO_SOURCE.sub("", page.rest)
+    for name in ("S05", "WBDS14 T05", "300 N for 50 ms within 90 deg", "12 to 25 Hz"):
+        left = left.replace(name, "")
+    left = re.sub(r"\d{4}-\d\d-\d\d( \d\d:\d\d UTC)?", "", left)
+    assert not re.findall(r"\d+", left)
+
+
+def test_a_changed_source_is_noticed(folder: Path, page: Sheet) -> None:
+    sources = Sources(folder)
+    sources.metrics["summary"]["accepted"] += 1
+    cell = next(c for c, _ in page.cells if c["data-from"] == "metrics.json#/summary/accepted")
+    shown = next(t for c, t in page.cells if c is cell)
+    assert str(sources.value(cell)) != shown
+
+
+def test_few_words_stand_before_the_first_curve(page: Sheet) -> None:
+    assert 20 < len(page.first.split()) <= WORDS
+
+
+def test_everything_asked_for_is_on_the_sheet(page: Sheet) -> None:
+    text = " ".join(page.rest.split())
+    for part in (
+        *("years", "acceptance criteria", "context limits failed", "What failed", "Repeats"),
+        *("Guess", "Skill", "The run knew", "Held out", "Spatiotemporal", "Healthy", "Cadence"),
+        *("GPS", "foot progression", "The largest doubts", "What would make it better"),
+    ):
+        assert part in text, part
+
+
+@pytest.mark.slow  # lays out a whole PDF
+def test_the_sheet_is_one_page_of_a4_with_no_text_below_eight_points(folder: Path) -> None:
+    with pikepdf.open(folder / "report.pdf") as document:
+        first, second = document.pages[:2]
+        assert [float(edge) for edge in first.mediabox] == pytest.approx([0, 0, 595, 842], abs=1)
+        sizes = list(_sizes(first))
+        assert len(sizes) > 100
+        assert min(sizes) >= SMALLEST - 0.05
+        with document.open_outline() as outline:
+            titles = [each.title for each in outline.root[0].children]
+        assert titles[0] == "Kinematics"
+        place = outline.root[0].children[0].destination
+        assert place[0].objgen == second.obj.objgen
+
+
+def _sizes(page):
+    """Size in points of each text that a page shows, with those of its pictures."""
+
+    def walk(stream, scale, resources):
+        matrix, stack, size = scale, [], 0.0
+        for operands, operator in pikepdf.parse_content_stream(stream):
+            match str(operator):
+                case "q":
+                    stack.append(matrix)
+                case "Q":
+                    matrix = stack.pop()
+                case "cm":
+                    a, b, c, d, *_ = map(float, operands)
+                    matrix *= abs(a * d - b * c) ** 0.5
+                case "Tf":
+                    size = float(operands[1])
+                case "Tm":
+                    a, b, c, d, *_ = map(float, operands)
+                    text = abs(a * d - b * c) ** 0.5
+                case "Tj" | "TJ":
+                    yield size * text * matrix
+                case "Do":
+                    inner = resources.XObject[operands[0]]
+                    if inner.get("/Subtype") == "/Form":
+                        turn = [float(each) for each in inner.get("/Matrix", [1, 0, 0, 1, 0, 0])]
+                        grown = abs(turn[0] * turn[3] - turn[1] * turn[2]) ** 0.5
+                        yield from walk(inner, matrix * grown, inner.get("/Resources", resources))
+
+    yield from walk(page, 1.0, page.Resources)
+
+
+def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
+    found = read_metrics(folder / "metrics.json")
+    subject = load_subject(str(folder / "subject.toml"))
+    kinds = [each.kind for each in sheet(found, subject)["doubts"]]
+    assert len(kinds) == DOUBTS
+    assert kinds[0] == "failed"
+
+
+def test_a_run_without_much_has_a_sheet_all_the_same(tmp_path: Path) -> None:
+    build_run(tmp_path)
+    metrics = json.loads((tmp_path / "metrics.json").read_text(encoding="utf-8"))
+    metrics |= {"curve_statistics": None, "identification": None, "push_recovery": None}
+    metrics |= {"witness": None, "predictions": []}
+    write_json(tmp_path / "metrics.json", metrics)
+    found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"))
+    assert found["profile"] is None
+    assert all(row["cells"] is None for row in found["skills"])
