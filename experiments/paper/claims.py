@@ -12,9 +12,9 @@ from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.curve_statistics import one_sample_test, paired_test
+from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.unseen import multiple_correlation
-from gaitval.metrics.walk_statistics import healthy_bands
 from gaitval_gate.agreement import bland_altman
 
 Verdict = Literal["agrees", "agrees in part", "does not agree", "cannot be judged"]

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from experiments.paper.data import FINAL, IDENTIFIED, RL, WINTER, Curves, Simulated
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
-from gaitval.metrics.walk_statistics import healthy_bands
 from gaitval.reporting.drawing import SETTINGS, WIDTH
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR, RECORD_WIDTH
 from gaitval.reporting.stick_figures import stick_figure

@@ -1,7 +1,7 @@
 """Healthy people's gait at a person's speed and age, with the standard deviation between them.
 
 Of adults: straight lines on dimensionless speed and age, in `norms.csv`; experiments/norms.py makes
-it and says of whom. Of children: curves at free speed (`walk_statistics.healthy_bands`), and no
+it and says of whom. Of children: curves at free speed (`healthy_bands`), and no
 parameters. Beyond the speeds of those people the line is read at the nearest of them.
 """
 
@@ -15,8 +15,8 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
+from gaitval.metrics.healthy_bands import ADULT, healthy_bands
 from gaitval.metrics.unrecorded import STEP_WIDTH
-from gaitval.metrics.walk_statistics import ADULT, healthy_bands
 
 SPEED, AGE = 0.4, 40.0
 """At which the means of the file stand: dimensionless, and years."""

@@ -415,7 +415,8 @@ def _statistics(
     """The statistics of whole curves; None with one cycle, which has no scatter."""
     if min(map(compared.cycles.count, SIDES)) < 2:
         return None
-    from gaitval.metrics.walk_statistics import foot_progression, walk_statistics
+    from gaitval.metrics.foot_progression import foot_progression
+    from gaitval.metrics.walk_statistics import walk_statistics
 
     return walk_statistics(
         compared.curves,

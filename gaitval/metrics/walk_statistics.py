@@ -7,104 +7,35 @@ the person, walking again, would. Successive cycles are slightly correlated, whi
 slightly too wide.
 """
 
-import csv
 from collections.abc import Mapping
-from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array, Flags
-from gaitval.coordinates import SIDES
 from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
-from gaitval.metrics.cycles import GaitCycles, cut
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.metrics.healthy_bands import BAND, Bands, bands_beside
 from gaitval.metrics.origin import Origins, curve_origin
-from gaitval.metrics.record_results import KINDS, Kind
+from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.statistics_results import (
     BandPeople,
     BandShares,
     CurveStatistics,
     GaitProfiles,
-    People,
     StatisticsOfCurves,
     WalkStatistics,
 )
 from gaitval.metrics.typed import number, sided
 from gaitval.metrics.unseen import multiple_correlation
-from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import segment_frames
-from gaitval.simulation.rollout import Rollout
 
 PERMUTATIONS: Final = 2_000
 """Of the test of each curve; the SD of a p of 0.05 is 0.005."""
-
-BAND: Final = 2.0
-"""Standard deviations between healthy people on both sides of their mean; 95 % of them."""
-
-
-ADULT: Final = 18.0
-"""Years of age from which a person is held against adults, where there are any."""
-
-
-Bands = dict[Kind, dict[str, tuple[Array, Array]]]
-"""Mean and standard deviation, (101,) each, by kind and curve."""
-
-
-@cache
-def healthy_bands() -> Bands:
-    """Angles and moments of typically developing children: `healthy_bands.csv`."""
-    return _read_bands("healthy_bands.csv")
-
-
-@cache
-def adult_bands() -> Bands:
-    """Angles of 42 adults: `adult_bands.csv`. No moments of as many adults may be shipped."""
-    return _read_bands("adult_bands.csv")
-
-
-def bands_beside(age_years: float | None) -> tuple[Bands, dict[str, People]]:
-    """The bands for a person of `age_years` (unknown: an adult), and whose they are by kind of
-    curve.
-    """
-    grown = age_years is None or age_years >= ADULT
-    bands = {**healthy_bands(), **(adult_bands() if grown else {})}
-    people: dict[str, People] = {
-        kind: "adults" if grown and kind in adult_bands() else "children" for kind in bands
-    }
-    return bands, people
-
-
-def _read_bands(name: str) -> Bands:
-    text = resources.files("gaitval.metrics").joinpath(name).read_text("utf-8")
-    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-    table = np.array(rows[1:], dtype=float)
-    at, found = np.arange(SAMPLES), dict[Kind, dict[str, tuple[Array, Array]]]()
-    for column in range(1, len(rows[0]), 2):
-        # a pair of columns for each curve, mean and SD: the header is kind/name/which
-        kind, name, _ = rows[0][column].split("/")
-        mean, spread = (np.interp(at, table[:, 0], table[:, column + i]) for i in (0, 1))
-        found.setdefault(KINDS[KINDS.index(kind)], {})[name] = mean, spread
-    return found
-
-
-def foot_progression(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[str, Array]:
-    """Direction of both feet of `model` seen from above, (n, 101) rad over the `cycles` of
-    `rollout`; positive with the toes towards the midline.
-    """
-    found = {}
-    frames = segment_frames(model, rollout.positions)
-    for side in SIDES:
-        forward = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :2, 0]
-        angle = np.arctan2(forward[:, 1], forward[:, 0]) * (1.0 if side == "right" else -1.0)
-        found[f"foot_progression_{side[0]}"] = cut(angle, cycles.starts[side], cycles.ends[side])
-    return found
 
 
 def walk_statistics(

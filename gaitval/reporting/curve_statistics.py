@@ -11,10 +11,10 @@ from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
+from gaitval.metrics.healthy_bands import BAND
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import sided
-from gaitval.metrics.walk_statistics import BAND
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import (
     BAND_COLOUR,

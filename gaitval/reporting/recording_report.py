@@ -16,11 +16,11 @@ from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.healthy_bands import ADULT
 from gaitval.metrics.joint_power import JOINTS, joint_power
 from gaitval.metrics.norms import norms_at
 from gaitval.metrics.recording_limits import State
 from gaitval.metrics.typed import array, sided
-from gaitval.metrics.walk_statistics import ADULT
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.drawing import Draw

@@ -15,13 +15,13 @@ from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import rmse_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.foot_progression import foot_progression
 from gaitval.metrics.joint_power import BURSTS, burst_places
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
 from gaitval.metrics.norms import Norm, norms
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
-from gaitval.metrics.walk_statistics import foot_progression
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.reporting import grids

@@ -19,7 +19,7 @@ PACKAGE: Final = Path(__file__).parents[1]
 DATA: Final = {
     "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
-    "gaitval.metrics.walk_statistics": ("metrics/*_bands.csv",),
+    "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.credibility": ("reporting/evidence.toml",),

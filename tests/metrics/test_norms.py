@@ -7,8 +7,8 @@ import pytest
 
 from experiments import norms as made
 from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.norms import norms, norms_at
-from gaitval.metrics.walk_statistics import healthy_bands
 
 
 def test_the_shipped_file_is_what_the_data_give(gait_data: Path) -> None:

@@ -9,16 +9,12 @@ from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord, LowPass
 from gaitval.metrics.comparison import simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.foot_progression import foot_progression
+from gaitval.metrics.healthy_bands import adult_bands, bands_beside, healthy_bands
 from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.statistics_results import WalkStatistics
-from gaitval.metrics.walk_statistics import (
-    adult_bands,
-    bands_beside,
-    foot_progression,
-    healthy_bands,
-    walk_statistics,
-)
+from gaitval.metrics.walk_statistics import walk_statistics
 
 RECORD = synthetic_record()
 RECORDED = everything("recorded")

@@ -1,0 +1,59 @@
+"""Healthy people's curves: mean and standard deviation between them, and who is beside whom."""
+
+import csv
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.sampling import SAMPLES
+from gaitval.metrics.record_results import KINDS, Kind
+from gaitval.metrics.statistics_results import People
+
+BAND: Final = 2.0
+"""Standard deviations between healthy people on both sides of their mean; 95 % of them."""
+
+ADULT: Final = 18.0
+"""Years of age from which a person is held against adults, where there are any."""
+
+Bands = dict[Kind, dict[str, tuple[Array, Array]]]
+"""Mean and standard deviation, (101,) each, by kind and curve."""
+
+
+@cache
+def healthy_bands() -> Bands:
+    """Angles and moments of typically developing children: `healthy_bands.csv`."""
+    return _read_bands("healthy_bands.csv")
+
+
+@cache
+def adult_bands() -> Bands:
+    """Angles of 42 adults: `adult_bands.csv`. No moments of as many adults may be shipped."""
+    return _read_bands("adult_bands.csv")
+
+
+def bands_beside(age_years: float | None) -> tuple[Bands, dict[str, People]]:
+    """The bands for a person of `age_years` (unknown: an adult), and whose they are by kind of
+    curve.
+    """
+    grown = age_years is None or age_years >= ADULT
+    bands = {**healthy_bands(), **(adult_bands() if grown else {})}
+    people: dict[str, People] = {
+        kind: "adults" if grown and kind in adult_bands() else "children" for kind in bands
+    }
+    return bands, people
+
+
+def _read_bands(name: str) -> Bands:
+    text = resources.files("gaitval.metrics").joinpath(name).read_text("utf-8")
+    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
+    table = np.array(rows[1:], dtype=float)
+    at, found = np.arange(SAMPLES), dict[Kind, dict[str, tuple[Array, Array]]]()
+    for column in range(1, len(rows[0]), 2):
+        # a pair of columns for each curve, mean and SD: the header is kind/name/which
+        kind, name, _ = rows[0][column].split("/")
+        mean, spread = (np.interp(at, table[:, 0], table[:, column + i]) for i in (0, 1))
+        found.setdefault(KINDS[KINDS.index(kind)], {})[name] = mean, spread
+    return found
