@@ -15,15 +15,15 @@ from gaitval.artefacts import copy_files, file_hash, read_json, read_toml, value
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.folder_lock import held
-from gaitval.study.inputs import METRICS, STORED_FILES, start_kind
+from gaitval.study.inputs import IDENTIFIED, METRICS, STORED_FILES, start_kind
 from gaitval.study.sources import code_of
 from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
-    identified_reference_stage,
     metrics_of,
     push_stage,
     reference_stage,
     repeat_stage,
+    save_identified_reference,
     scale_stage,
     simulate_stage,
     validate_stage,
@@ -116,6 +116,17 @@ def installed_code() -> dict[str, str]:
         validate_stage,
     )
     return by_folder(code_of(stage) for stage in stages)
+
+
+def identified_reference_stage(run: Run) -> Stage:
+    """The reference of the identified body of a stored `run`, which does not contain it."""
+    return Stage(
+        "identified",
+        lambda: save_identified_reference(run, run.folder),
+        inputs=("subject.toml", "model.urdf", "reference.npz", "identification.json"),
+        outputs=(IDENTIFIED,),
+        values=run.sections("contact", "record"),
+    )
 
 
 def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:

@@ -22,7 +22,8 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.ground_wrenches import ground_wrenches
-from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes, plate_under
+from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
+from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker

@@ -5,7 +5,7 @@ The ranges catch units and swapped columns, not unusual people.
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from pydantic import (
@@ -35,6 +35,10 @@ LARGEST_COORDINATE = 10.0  # m, of a marker in its laboratory
 LARGEST_ANGLE = 3.0  # rad
 LARGEST_MOMENT = 5.0  # Nm/kg
 LARGEST_FORCE = 3.0  # body weights
+
+
+ADULT: Final = 18.0
+"""Years of age from which a person is held against adults, where there are any."""
 
 
 def _number(values: Mapping[str, Any], name: str) -> float | None:

@@ -14,7 +14,6 @@ from gaitval.arrays import runs
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
 from gaitval.gait.filters import low_pass
 from gaitval.mocap.findings import Finding, finding
-from gaitval.mocap.force_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
 
 LEAST_UNLOADED_SECONDS: Final = 0.1
@@ -113,6 +112,8 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     # Before the first and after the last phase the offset is that phase's own.
     offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
     force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
+    from gaitval.mocap.pressed_plates import plate_under
+
     # Its centre of pressure is found anew.
     zeroed = plate_under(plate.name, plate.corners, force, moment)
     return zeroed, [_offset_finding(recording, plate, shown + "taken away")]

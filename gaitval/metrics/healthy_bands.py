@@ -8,15 +8,13 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.datasets.plausible import ADULT
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.statistics_results import People
 
 BAND: Final = 2.0
 """Standard deviations between healthy people on both sides of their mean; 95 % of them."""
-
-ADULT: Final = 18.0
-"""Years of age from which a person is held against adults, where there are any."""
 
 Bands = dict[Kind, dict[str, tuple[Array, Array]]]
 """Mean and standard deviation, (101,) each, by kind and curve."""

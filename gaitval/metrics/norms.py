@@ -14,8 +14,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
+from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.healthy_bands import ADULT, healthy_bands
 from gaitval.metrics.unrecorded import STEP_WIDTH
 
 SPEED, AGE = 0.4, 40.0
@@ -59,6 +59,8 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
     weight), and parameters "parameter/cadence" in the units of `SpatiotemporalResult`.
     """
     if age_years is not None and age_years < ADULT:
+        from gaitval.metrics.healthy_bands import healthy_bands
+
         return {
             f"{kind}/{name}": Norm(mean, sd, 0)
             for kind, curves in healthy_bands().items()

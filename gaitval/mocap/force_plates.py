@@ -85,24 +85,6 @@ def plate_wrench(
     return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], to_surface)
 
 
-def plate_under(
-    name: str, corners: Array, force: Array, moment: Array, *, moved: Array | float = 0.0
-) -> Plate:
-    """A plate from a wrench in the axes of its corners.
-
-    Parameters
-    ----------
-    name : of the plate.
-    corners : (4, 3) m, in the order of the quadrants.
-    force, moment : (T, 3) N and Nm, on the person, the moment about the origin.
-    moved : (T, 3) m from the origin of the moment to that of the corners, if they are two.
-    """
-    axes, middle = plate_axes(corners), corners.mean(axis=0)
-    # From the origin O to the middle P of the surface: M_P = M_O - (P - O) x F.
-    about_middle = moment - np.cross(moved + middle, force)
-    return make_plate(name, corners, force @ axes, about_middle @ axes)
-
-
 def make_plate(
     name: str, corners: Array, force: Array, moment: Array, *, unloaded_n: float = UNLOADED_N
 ) -> Plate:

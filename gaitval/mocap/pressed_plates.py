@@ -1,4 +1,4 @@
-"""Force plates in files that have the centre of pressure instead of moments."""
+"""Force plates from centres of pressure, which files may have instead of moments, or wrenches."""
 
 import warnings
 from pathlib import Path
@@ -8,7 +8,13 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordError, RecordWarning
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, UNLOADED_N
+from gaitval.mocap.force_plates import (
+    CERTAIN_LOAD_N,
+    LONGEST_LEVER_M,
+    UNLOADED_N,
+    make_plate,
+    plate_axes,
+)
 from gaitval.mocap.recording import Plate
 
 LARGEST_LEVEL_M: Final = 0.005
@@ -106,3 +112,21 @@ def _lever(force: Array, torque: Array, strong: Flags) -> float:
         return 0.0
     sizes = [np.linalg.norm(each[strong], axis=1) for each in (torque, force)]
     return float(np.median(sizes[0] / sizes[1]))
+
+
+def plate_under(
+    name: str, corners: Array, force: Array, moment: Array, *, moved: Array | float = 0.0
+) -> Plate:
+    """A plate from a wrench in the axes of its corners.
+
+    Parameters
+    ----------
+    name : of the plate.
+    corners : (4, 3) m, in the order of the quadrants.
+    force, moment : (T, 3) N and Nm, on the person, the moment about the origin.
+    moved : (T, 3) m from the origin of the moment to that of the corners, if they are two.
+    """
+    axes, middle = plate_axes(corners), corners.mean(axis=0)
+    # From the origin O to the middle P of the surface: M_P = M_O - (P - O) x F.
+    about_middle = moment - np.cross(moved + middle, force)
+    return make_plate(name, corners, force @ axes, about_middle @ axes)

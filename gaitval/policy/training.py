@@ -23,7 +23,7 @@ from gaitval.policy.learner import Learner
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
 from gaitval.policy.storage import Policy, description, of_body
-from gaitval.policy.training_log import read_log, write_log
+from gaitval.policy.training_log import write_log
 from gaitval.simulation.walker import WalkingTask
 
 Progress = Callable[[dict[str, float]], None]
@@ -117,6 +117,21 @@ def _read_checkpoint(folder: Path, total: int) -> _Checkpoint | None:
     except (ArtefactError, SafetensorError, KeyError, RecursionError, TypeError, ValueError):
         return None
     return _Checkpoint(state["samples"], state["device"], log, tensors)
+
+
+def read_log(path: Path, samples: int) -> list[dict[str, Any]]:
+    """Rows of the log at `path` up to a checkpoint after this many `samples`; all values
+    are text. Raises ArtefactError if it is missing or damaged.
+    """
+    # Rows after the checkpoint are of updates that a killed training had not stored; they will be
+    # made again.
+    rows = file_gate.csv_rows(path, ArtefactError)
+    try:
+        return [row for _, row in rows if int(row["samples"]) <= samples]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ArtefactError(
+            f"{path}: not the log of a training ({error}). Delete it and train again."
+        ) from None
 
 
 def _row(

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gaitval import file_gate
 from gaitval.artefacts import write_text
-from gaitval.errors import ArtefactError
 from gaitval.policy.reward import REWARD_TERMS
 
 LEARNING_CURVES = (
@@ -43,18 +41,3 @@ def write_log(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     writer.writeheader()
     writer.writerows(rows)
     write_text(path, text.getvalue())
-
-
-def read_log(path: Path, samples: int) -> list[dict[str, Any]]:
-    """Rows of the log at `path` up to a checkpoint after this many `samples`; all values
-    are text. Raises ArtefactError if it is missing or damaged.
-    """
-    # Rows after the checkpoint are of updates that a killed training had not stored; they will be
-    # made again.
-    rows = file_gate.csv_rows(path, ArtefactError)
-    try:
-        return [row for _, row in rows if int(row["samples"]) <= samples]
-    except (KeyError, TypeError, ValueError) as error:
-        raise ArtefactError(
-            f"{path}: not the log of a training ({error}). Delete it and train again."
-        ) from None

@@ -15,8 +15,8 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.plausible import ADULT
 from gaitval.gait.cycle_curves import Curves
-from gaitval.metrics.healthy_bands import ADULT
 from gaitval.metrics.joint_power import JOINTS, joint_power
 from gaitval.metrics.norms import norms_at
 from gaitval.metrics.recording_limits import State

@@ -12,7 +12,6 @@ from typing import Final, NamedTuple
 
 from gaitval.coordinates import SIDES, split_side
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
 from gaitval.metrics.groups import group_curves, group_rows
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
@@ -114,9 +113,8 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "held_out": [name for name, by in metrics.told.items() if not by],
         "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
-        "profile": _profile(metrics),
         "doubts": list(_doubts(metrics, failed))[:DOUBTS],
-        "least": SMALLEST_DIFFERENCE,
+        **_profile(metrics),
         "adult": "parameter/cadence" in norms(subject),
     }
 
@@ -213,10 +211,12 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
     return rows
 
 
-def _profile(metrics: Metrics) -> dict[str, object] | None:
+def _profile(metrics: Metrics) -> dict[str, object]:
     """Movement Analysis Profile and Gait Profile Score by side, of record, walk and controls."""
     if metrics.curve_statistics is None:
-        return None
+        return {"profile": None}
+    from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
+
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables
     rows = []
@@ -240,7 +240,8 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
         ]
         for i in range(2)
     ]
-    return {"names": [*names, "total"], "rows": rows, "healthy": healthy}
+    shown = {"names": [*names, "total"], "rows": rows, "healthy": healthy}
+    return {"profile": shown, "least": SMALLEST_DIFFERENCE}
 
 
 def _doubts(metrics: Metrics, failed: Sequence[tuple[str, LimitVerdict]]) -> Iterator[Doubt]:
@@ -290,6 +291,8 @@ def _of_score(metrics: Metrics) -> Iterator[Doubt]:
     statistics = metrics.curve_statistics
     if statistics is None or statistics.profiles.record is None:
         return
+    from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
+
     record, walk = statistics.profiles.record, statistics.profiles.walk
     side = max(SIDES, key=lambda each: abs(walk.of(each) - record.of(each)))
     away = walk.of(side) - record.of(side)

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitval.artefacts import copy_files, file_hash, read_json
+from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
@@ -112,23 +112,6 @@ def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
     )
 
 
-def start_from(run: Run, policy: Path) -> None:
-    """Put the policy in the folder `policy` into `start/` of `run`; a training that has started
-    from it continues. Raises PolicyError if it is for another body or observation, or there is
-    none.
-    """
-    start_policy(run, policy)
-    start = run.folder / "start"
-    same = all(
-        (start / name).is_file() and file_hash(start / name) == file_hash(policy / name)
-        for name in POLICY_FILES
-    )
-    if not same:
-        shutil.rmtree(start, ignore_errors=True)
-        copy_files(policy, start, POLICY_FILES)
-    run.observer.say(f"Training starts from the policy in {policy}.")
-
-
 def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
     """All stages of `run` in order, with this number of `rounds` of Algorithm 1."""
     pairs = [
@@ -193,6 +176,8 @@ def run_subject(
         else:
             do(reference)
         if start is not None:
+            from gaitval.study.own_start import start_from
+
             start_from(run, start)
         else:
             choose_start(run, train_stage(run, 1), scratch=scratch)

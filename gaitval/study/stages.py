@@ -431,17 +431,6 @@ def save_identified_reference(run: Run, folder: Path) -> None:
     consistent_reference(told.record, body, contact, told.accuracy).save(folder / IDENTIFIED)
 
 
-def identified_reference_stage(run: Run) -> Stage:
-    """The reference of the identified body of a stored `run`, which does not contain it."""
-    return Stage(
-        "identified",
-        lambda: save_identified_reference(run, run.folder),
-        inputs=("subject.toml", "model.urdf", "reference.npz", "identification.json"),
-        outputs=(IDENTIFIED,),
-        values=run.sections("contact", "record"),
-    )
-
-
 def evaluate_stage(run: Run, round_number: int) -> Stage:
     """Epsilon of the policy of a `round_number` of `run` with the nominal and the identified body,
     means over the start phases; its scatter over them; and its floor, which is the reference's own.

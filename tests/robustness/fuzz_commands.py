@@ -55,7 +55,7 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
-from gaitval.policy.training_log import read_log
+from gaitval.policy.training import read_log
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.batch import read_batch
 from gaitval.simulation.rollout import Rollout

@@ -28,6 +28,7 @@ from gaitval.study import one_stage
 from gaitval.study import run as study
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.one_stage import finished_rounds, run_one
+from gaitval.study.own_start import start_from
 from gaitval.study.run import plan, run_subject
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
@@ -828,16 +829,16 @@ def test_a_training_starts_from_the_policy_that_is_named(
 ) -> None:
     """Its files count among the training's inputs; the same ones are not copied again."""
     named = stored_policy(tmp_path / "named", task, general=True)
-    study.start_from(scaled, named)
+    start_from(scaled, named)
     copied = scaled.folder / "start" / "policy.json"
     assert copied.read_bytes() == (named / "policy.json").read_bytes()
     assert "start/policy.json" in study.train_stage(scaled, 1).inputs
     assert str(named) in said(scaled)
     before = copied.stat().st_mtime_ns
-    study.start_from(scaled, named)
+    start_from(scaled, named)
     assert copied.stat().st_mtime_ns == before
     with pytest.raises(PolicyError, match="nowhere"):
-        study.start_from(scaled, tmp_path / "nowhere")
+        start_from(scaled, tmp_path / "nowhere")
     assert copied.exists()
     with pytest.raises(ConfigurationError, match="Give one of --scratch and --start"):
         study.run_subject(scaled, scratch=True, start=named)
