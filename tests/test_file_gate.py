@@ -17,11 +17,10 @@ from gaitval.artefacts import copy_file, file_hash, read_arrays, read_json, read
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
-from gaitval.inverse.scaled_markers import MarkedBody
+from gaitval.inverse.scaled_markers import MarkedBody, load_markers
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
-from gaitval.model.markers import load_markers
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.storage import load_policy
 from gaitval.reference.motion import ReferenceMotion

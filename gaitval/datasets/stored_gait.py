@@ -2,14 +2,11 @@
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
 from typing import Annotated, Final, Self
 
-import numpy as np
 from pydantic import Field, Strict, ValidationInfo, field_validator, model_validator
 
 from gaitval.coordinates import SIDES, Side, opposite
-from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,
@@ -22,7 +19,6 @@ from gaitval.gait.record import (
     OneSide,
     PeriodicCurve,
     StoredPart,
-    fit_periodic,
 )
 
 _ACROSS: Final = (1.0, -1.0, 1.0)
@@ -145,9 +141,11 @@ class Gait(StoredPart):
                     force.up.periodic(),
                 )
         for hidden in [side for side in SIDES if side not in found]:
+            from gaitval.datasets.stretched_force import stretched
+
             shown = opposite(hidden)
             forward, left, up = (
-                _stretched(curve, sign, stance[shown], stance[hidden])
+                stretched(curve, sign, stance[shown], stance[hidden])
                 for curve, sign in zip(found[shown], _ACROSS, strict=True)
             )
             found[hidden] = (forward, left, up)
@@ -159,21 +157,6 @@ def _of_both(curves: Mapping[str, Curve], hidden: Side | None) -> dict[str, Peri
     if hidden is None:
         return found
     return found | {f"{name[:-2]}_{hidden[0]}": curve for name, curve in found.items()}
-
-
-@cache
-def _stretched(curve: PeriodicCurve, sign: float, shown: float, hidden: float) -> PeriodicCurve:
-    """A curve of stance, times a sign, over another stance fraction."""
-    if abs(shown - hidden) < 1e-9:
-        return PeriodicCurve(
-            sign * curve.mean,
-            tuple(sign * value for value in curve.cosine),
-            tuple(sign * value for value in curve.sine),
-        )
-    # As `mean_curves.fit_force` fits a force: in stance, and at the next heel strike.
-    rows = np.append(np.arange(int(hidden * 100) + 1), 100) / 100
-    values = sign * curve(np.where(rows < 1.0, rows * shown / hidden, 0.0))
-    return fit_periodic(rows, values, FORCE_TOLERANCE)[0]
 
 
 class StanceFraction(StoredPart):

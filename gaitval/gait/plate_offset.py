@@ -13,7 +13,7 @@ from scipy.ndimage import binary_erosion
 from gaitval.arrays import runs
 from gaitval.gait.feet_on_plates import SETTLING_SECONDS, Feet, feet_of, reaches
 from gaitval.gait.filters import low_pass
-from gaitval.mocap.findings import Finding, finding
+from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Plate, Recording
 
 LEAST_UNLOADED_SECONDS: Final = 0.1
@@ -92,33 +92,8 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     if size < SMALLEST_OFFSET_N and drift < SMALLEST_OFFSET_N:
         return plate, []
 
-    shown = (
-        f"shows {np.round(np.median(means[:, :3], axis=0), 1).tolist()} N (forward, left, up; up "
-        f"varies by {drift:.1f} N) without a foot on it; "
+    from gaitval.gait.zeroed_plate import without_offset
+
+    return without_offset(
+        recording, plate, middles, means, restless if restless > RESTLESS_N else None
     )
-    if restless > RESTLESS_N:
-        shown += (
-            f"its force varies there by {restless:.0f} N (standard deviation), so something else "
-            "was on it: left as it is"
-        )
-        return plate, [_offset_finding(recording, plate, shown)]
-    if plate.moment is None:
-        shown += (
-            "left as it is, because the file has no moments to correct the centre of pressure "
-            "with; give the trial as C3D with the plate's own channels"
-        )
-        return plate, [_offset_finding(recording, plate, shown)]
-    samples = np.arange(len(plate.force))
-    # Before the first and after the last phase the offset is that phase's own.
-    offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
-    force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
-    from gaitval.mocap.pressed_plates import plate_under
-
-    # Its centre of pressure is found anew.
-    zeroed = plate_under(plate.name, plate.corners, force, moment)
-    return zeroed, [_offset_finding(recording, plate, shown + "taken away")]
-
-
-def _offset_finding(recording: Recording, plate: Plate, action: str) -> Finding:
-    names = (f"plate {plate.name}",)
-    return finding(recording, "offset", names, 0, len(plate.force), action)

@@ -6,11 +6,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
 from gaitval import file_gate
-from gaitval.artefacts import replacing
+from gaitval.artefacts import read_json, replacing
 from gaitval.errors import ArtefactError
 from gaitval.inverse.marker_placement import place_markers
-from gaitval.model.markers import MARKERS, ModelMarker, load_markers, save_markers
+from gaitval.model.markers import MARKERS, ModelMarker, numbers_of, save_markers
 from gaitval.model.urdf import read_urdf, write_urdf
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.marker_sets import load_marker_set
@@ -66,3 +68,21 @@ class MarkedBody(ScaledBody):
         stored = Path(path) / MARKERS
         fitted, marker_set, standing = load_markers(stored) if stored.is_file() else ((), "", {})
         return cls(read_urdf(Path(path) / "model.urdf"), table, marker_set, standing, fitted)
+
+
+def load_markers(
+    path: Path,
+) -> tuple[tuple[ModelMarker, ...], str, dict[str, tuple[float, ...]]]:
+    """Markers, marker set and standing places that `save_markers` wrote to `path`. Raises
+    ArtefactError for a missing or damaged file.
+    """
+    values = read_json(path)
+    try:
+        rows = [{**row, "position": np.array(row["position"], float)} for row in values["markers"]]
+        standing = {name: tuple(numbers_of(place)) for name, place in values["standing"].items()}
+        return tuple(ModelMarker(**row) for row in rows), str(values["marker_set"]), standing
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ArtefactError(
+            f"{path}: not the markers of a body model ({error!r}); the file was edited or is of "
+            "another version of gaitval. Write it again with what made the folder."
+        ) from None

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.artefacts import read_json, write_json
-from gaitval.errors import ArtefactError
+from gaitval.artefacts import write_json
 
 MARKERS = "markers.json"
 """What `save_markers` writes, beside the model's URDF."""
@@ -46,28 +45,11 @@ def save_markers(
     marker_set : name or file of the set that they are of.
     standing : (3,) m, where each marker was in standing.
     """
-    rows = [{**vars(marker), "position": _numbers(marker.position)} for marker in markers]
-    places = {name: _numbers(place) for name, place in (standing or {}).items()}
+    rows = [{**vars(marker), "position": numbers_of(marker.position)} for marker in markers]
+    places = {name: numbers_of(place) for name, place in (standing or {}).items()}
     write_json(path, {"marker_set": marker_set, "markers": rows, "standing": places})
 
 
-def _numbers(place: Iterable[float]) -> list[float]:
+def numbers_of(place: Iterable[float]) -> list[float]:
+    """A `place` for JSON."""
     return [float(value) for value in place]
-
-
-def load_markers(
-    path: Path,
-) -> tuple[tuple[ModelMarker, ...], str, dict[str, tuple[float, ...]]]:
-    """Markers, marker set and standing places that `save_markers` wrote to `path`. Raises
-    ArtefactError for a missing or damaged file.
-    """
-    values = read_json(path)
-    try:
-        rows = [{**row, "position": np.array(row["position"], float)} for row in values["markers"]]
-        standing = {name: tuple(_numbers(place)) for name, place in values["standing"].items()}
-        return tuple(ModelMarker(**row) for row in rows), str(values["marker_set"]), standing
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise ArtefactError(
-            f"{path}: not the markers of a body model ({error!r}); the file was edited or is of "
-            "another version of gaitval. Write it again with what made the folder."
-        ) from None

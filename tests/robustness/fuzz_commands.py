@@ -42,11 +42,12 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.marked_body import marker_positions
+from gaitval.inverse.scaled_markers import load_markers
 from gaitval.journal import Journal
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.model.markers import ModelMarker, load_markers, save_markers
+from gaitval.model.markers import ModelMarker, save_markers
 from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
