@@ -1,10 +1,6 @@
 """The `gaitval` command: root, options, commands, tables and the live view."""
 
-from gaitval.cli import (
-    imports,
-    recording,
-    study,
-)
+from gaitval.cli import imports, recording, study
 from gaitval.cli.app import main
 
 __all__ = [

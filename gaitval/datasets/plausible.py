@@ -8,15 +8,11 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
-from pydantic import (
-    ValidationError,
-)
+from pydantic import ValidationError
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.gait.record import (
-    Curve,
-)
+from gaitval.gait.record import Curve
 
 # Plausible ranges. They catch units and swapped columns, not unusual people: from two years on,
 # with steps as unequal as 20 to 80, who drag a foot or walk with an aid.

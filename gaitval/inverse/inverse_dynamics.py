@@ -21,12 +21,7 @@ from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
 from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import (
-    COORDINATE_COUNT,
-    ROOT_DOFS,
-    tree_arrays,
-    whole_body_centre_of_mass,
-)
+from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, tree_arrays, whole_body_centre_of_mass
 
 JOINTS = ("hip", "knee", "ankle")
 """Joints of `InverseDynamics.joint_force` and `joint_moment`, in order."""

@@ -18,11 +18,7 @@ from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.record_results import Kind, PredictionErrors, PredictionResult
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.typed import number
-from gaitval.prediction.speed_line import (
-    FEWEST_PEOPLE,
-    dimensionless_speed,
-    line_weights,
-)
+from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 
 
 @dataclass(frozen=True)

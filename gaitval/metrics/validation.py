@@ -43,12 +43,7 @@ from gaitval.metrics.record_results import (
     SideOrigins,
     UnseenResult,
 )
-from gaitval.metrics.recorded import (
-    by_kind,
-    errors_as_measured,
-    mean_curves,
-    recorded_part,
-)
+from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves, recorded_part
 from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import (
     SCHEMA_VERSION,

@@ -7,17 +7,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
-from gaitval.metrics.typed import (
-    Count,
-    Curve,
-    Flag,
-    Number,
-    Positive,
-    Result,
-    Sides,
-    Size,
-    named,
-)
+from gaitval.metrics.typed import Count, Curve, Flag, Number, Positive, Result, Sides, Size, named
 
 
 class CountBySide(Sides[Count]):

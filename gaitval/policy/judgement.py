@@ -7,10 +7,7 @@ from typing import Any, NamedTuple
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.model.tree import (
-    ACTUATED_COUNT,
-    Tree,
-)
+from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.policy.observation import ACTION_ORDER, ACTION_SIGNS, Targets, measure
 from gaitval.policy.reward import weighted_reward
 

@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit
 from gaitval.lanes import WIDTH
-from gaitval.model.tree import (
-    ACTUATED_COUNT,
-    Tree,
-)
+from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.policy.environment import (
     HABIT_PHASES,
     Act,

@@ -14,13 +14,7 @@ from gaitval.configuration import NoiseSettings
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.record import GaitRecord
-from gaitval.prediction.normal_form import (
-    NormalForm,
-    combined,
-    normal_form,
-    record_from,
-    symmetric,
-)
+from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from, symmetric
 from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 
 People = Sequence[Sequence[NormalForm]]

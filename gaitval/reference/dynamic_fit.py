@@ -51,14 +51,7 @@ from gaitval.reference.motion import (
     side_phase,
     spectral_rate,
 )
-from gaitval.reference.walking_laws import (
-    FOOT,
-    FOOT_NUMBERS,
-    INPUTS,
-    OUTPUTS,
-    TRUNK,
-    walking_laws,
-)
+from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, INPUTS, OUTPUTS, TRUNK, walking_laws
 
 INSTANTS = 160
 """Instants of the cycle at which Newton's equations must hold, 6 to 8 ms apart."""

@@ -26,11 +26,7 @@ from gaitval.inverse.newton_euler import (
 )
 from gaitval.lanes import WIDTH, in_lanes, where, with_lanes
 from gaitval.model.body import SEGMENTS
-from gaitval.model.tree import (
-    COORDINATE_COUNT,
-    Tree,
-    enter_rotation_vector,
-)
+from gaitval.model.tree import COORDINATE_COUNT, Tree, enter_rotation_vector
 
 TRUNK = slice(COORDINATE_COUNT, COORDINATE_COUNT + 3)
 """The trunk's rotation vector among the numbers of an instant, after its generalised forces."""

@@ -16,12 +16,7 @@ from gaitval.metrics.record_results import Kind
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import sided
 from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.figures import (
-    BAND_COLOUR,
-    COLOURS,
-    NAMES,
-    RECORD_COLOUR,
-)
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, RECORD_COLOUR
 
 _ROWS: Final[tuple[tuple[Kind, tuple[str, ...]], ...]] = (
     ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),

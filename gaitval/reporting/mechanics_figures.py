@@ -5,13 +5,7 @@ import numpy as np
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.figures import (
-    COLOURS,
-    PERCENT,
-    WALK_WIDTH,
-    draw_record,
-    legend,
-)
+from gaitval.reporting.figures import COLOURS, PERCENT, WALK_WIDTH, draw_record, legend
 from gaitval.reporting.links import link
 
 _TITLES = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}

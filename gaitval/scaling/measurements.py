@@ -10,13 +10,7 @@ from dataclasses import field, fields, replace
 from typing import Annotated, Any, Final
 
 import numpy as np
-from pydantic import (
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    PlainValidator,
-    TypeAdapter,
-)
+from pydantic import ConfigDict, Field, PlainSerializer, PlainValidator, TypeAdapter
 from pydantic.dataclasses import dataclass
 
 from gaitval.arrays import Array

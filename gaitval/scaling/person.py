@@ -3,9 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from gaitval.scaling.anthropometry import (
-    Sex,
-)
+from gaitval.scaling.anthropometry import Sex
 
 
 class Individual(Protocol):

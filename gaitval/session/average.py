@@ -11,11 +11,7 @@ from gaitval.constants import POUND, STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.datasets.plausible import LEAST_WITH_AID
 from gaitval.errors import RecordError
-from gaitval.gait.cycles import (
-    AverageCurve,
-    Part,
-    average,
-)
+from gaitval.gait.cycles import AverageCurve, Part, average
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import ANGLE_NAMES, RECORDED_ANGLES, REQUIRED_ANGLES
 from gaitval.model.body import SEGMENTS, BodyModel

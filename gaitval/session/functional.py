@@ -31,13 +31,7 @@ from gaitval.scaling.functional import (
 )
 from gaitval.scaling.joint_centres import locate, pelvis_frame
 from gaitval.scaling.same_person import check_same_person
-from gaitval.session.read import (
-    SessionRecordings,
-    about_file,
-    marker_columns,
-    named,
-    trajectories,
-)
+from gaitval.session.read import SessionRecordings, about_file, marker_columns, named, trajectories
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
 

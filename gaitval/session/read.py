@@ -12,28 +12,17 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError
-from gaitval.gait.cycles import (
-    PLAUSIBLE_STRIDE,
-)
+from gaitval.gait.cycles import PLAUSIBLE_STRIDE
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.axes import (
-    LaboratoryAxes,
-    detect_axes,
-    turn_to_walking_direction,
-)
+from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import CleaningReport, clean
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
-from gaitval.scaling.same_person import (
-    LARGEST_CHANGE,
-    MarkerDistance,
-    check_same_person,
-    displaced,
-)
+from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance, check_same_person, displaced
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import check_stands
 

@@ -9,15 +9,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.metrics.typed import (
-    Count,
-    Flag,
-    Number,
-    Positive,
-    Result,
-    Sha256,
-    Sides,
-)
+from gaitval.metrics.typed import Count, Flag, Number, Positive, Result, Sha256, Sides
 
 IMPORT_VERSION: Final = 1
 """Of `import.json`."""

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
-from gaitval.gait.cycles import (
-    AverageCurve,
-)
+from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
 from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
 from gaitval.session.one_side import missing_sides

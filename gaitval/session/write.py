@@ -14,9 +14,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import replacing, value_hash, versions, write_json, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES, ROOT, SIDES
-from gaitval.datasets.subject import (
-    Subject,
-)
+from gaitval.datasets.subject import Subject
 from gaitval.errors import ArtefactError
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
@@ -33,9 +31,7 @@ from gaitval.opensim.motion import (
 )
 from gaitval.opensim.osim import write_osim
 from gaitval.reporting.figure_data import FOLDER as FIGURES
-from gaitval.reporting.recording_report import (
-    write_recording_report,
-)
+from gaitval.reporting.recording_report import write_recording_report
 from gaitval.session.results import IMPORT_VERSION, ImportResult
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import

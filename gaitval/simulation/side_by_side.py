@@ -13,10 +13,7 @@ from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing
 from gaitval.contact.law import ContactLaw
 from gaitval.lanes import WIDTH, in_lanes, numbers_in_lanes, with_lanes
-from gaitval.model.tree import (
-    ACTUATED_COUNT,
-    Tree,
-)
+from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.simulation.physics_steps import (
     Account,
     WalkerBody,

@@ -20,19 +20,13 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
-from gaitval.contact.forces import (
-    ground_forces,
-)
+from gaitval.contact.forces import ground_forces
 from gaitval.contact.law import contact_law
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.model.tree import (
-    ACTUATED_COUNT,
-    COORDINATE_COUNT,
-    tree_arrays,
-)
+from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, tree_arrays
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.physics_steps import (

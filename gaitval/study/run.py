@@ -22,14 +22,7 @@ from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
-from gaitval.study.stage import (
-    INTERRUPTED,
-    Observer,
-    Run,
-    Stage,
-    run_stage,
-    why_run,
-)
+from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
     begin_identifying,
     choose_stage,

@@ -12,14 +12,7 @@ from typing import TYPE_CHECKING, Any
 import tomli_w
 
 from gaitval import __version__
-from gaitval.artefacts import (
-    file_hash,
-    read_json,
-    value_hash,
-    versions,
-    write_json,
-    write_text,
-)
+from gaitval.artefacts import file_hash, read_json, value_hash, versions, write_json, write_text
 from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
