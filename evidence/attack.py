@@ -96,6 +96,7 @@ OWN: Final = {
     "gaitval/mocap/c3d_contents.py:read_contents": "what the reader's own process has written",
     "gaitval/mocap/c3d_process.py:main": "a process of its own, after `check_size`",
     "gaitval/mocap/c3d_writing.py:write_c3d": "makes an empty one",
+    "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
     "gaitval/reporting/credibility.py:project_rows": "evidence.toml of the package",
     "gaitval/reporting/page.py:_font_faces": "fonts of the package",
     "gaitval/reporting/translated.py:_catalogue": "catalogues of the package",

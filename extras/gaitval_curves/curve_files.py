@@ -29,7 +29,6 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
-from gaitval.parquet_gate import parquet_rows
 from gaitval_curves.wbds_files import MOMENT_SEAM, read_angles, read_kinetics
 
 AngleUnit = Literal["deg", "rad"]
@@ -161,7 +160,7 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
 
 def _parquet(path: Path) -> pd.DataFrame:
     """The table of a file; one of another length is not read."""
-    rows = parquet_rows(path, RecordError, largest=file_gate.VALUES)
+    rows = file_gate.parquet_rows(path, RecordError, largest=file_gate.VALUES)
     if rows != SAMPLES:
         raise RecordError(_another_length(path, rows))
     return pd.read_parquet(path)

@@ -25,7 +25,6 @@ from gaitval.metrics.comparison import low_pass_of
 from gaitval.metrics.cycles import filtered
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.parquet_gate import parquet_rows
 from gaitval_export.walked import Walked
 
 if TYPE_CHECKING:
@@ -174,7 +173,7 @@ def read_locohub(path: Path) -> dict[str, Array]:
     import pandas as pd
 
     try:
-        parquet_rows(path, RecordError, largest=file_gate.TABLE)
+        file_gate.parquet_rows(path, RecordError, largest=file_gate.TABLE)
         frame = pd.read_parquet(path)
     except (OSError, ValueError) as error:
         raise RecordError(

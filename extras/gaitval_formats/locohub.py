@@ -24,7 +24,6 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import RecordError
-from gaitval.parquet_gate import parquet_rows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -240,7 +239,7 @@ def read_locohub_trials(path: Path, task: str = "level_walking") -> list[LocoHub
 
     path = Path(path)
     try:
-        parquet_rows(path, RecordError, largest=file_gate.TABLE)
+        file_gate.parquet_rows(path, RecordError, largest=file_gate.TABLE)
         frame = pd.read_parquet(path)
     except RecordError:
         raise

@@ -1,5 +1,6 @@
 """The walk for pyomeca: its own library finds the same body in the same places."""
 
+import locale
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,11 @@ def walk(folder: Path) -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def peer(folder: Path):
-    return biorbd.Model(str(folder / "person.bioMod"))
+    before = locale.setlocale(locale.LC_ALL)
+    model = biorbd.Model(str(folder / "person.bioMod"))
+    # it reads numbers in the locale "C", and leaves it so: other tests would read ASCII
+    locale.setlocale(locale.LC_ALL, before)
+    return model
 
 
 FRAMES = (0, 137, 411)
