@@ -89,4 +89,4 @@ def test_locohub(walked: Walked, tmp_path: Path) -> None:
         [walked.cycles.ends[side] - walked.cycles.starts[side] for side in ("right", "left")]
     )
     step = float(walked.walk.time[1] - walked.walk.time[0])
-    assert trial.stride_time() == pytest.approx(step * strides.mean(), rel=1e-3)
+    assert trial.stride_time() == pytest.approx(step * strides.mean(), rel=5e-3)
