@@ -709,8 +709,7 @@ def undrawn(names, at):
 
 def told(html: str, title: str) -> list[tuple[bool, str]]:
     """Of every line of a table about a limit: whether it is marked as failed, and its verdict. The
-    list of what failed has no verdicts, and is left out."""
-    html = re.sub(r'<table class="failed-limits">.*?</table>', "", html, flags=re.S)
+    sheet's list of what failed has no verdicts."""
     start = rf'<tr class="(\w*)"><td>(?:<span>)?{re.escape(escape(title))}<'
     lines = re.findall(rf"{start}(.*?)</tr>", html, re.S)
     return [
@@ -750,12 +749,23 @@ def test_the_page_of_a_walk_tells_the_limit_that_is_missed(name, tmp_path, no_dr
         assert marks == [row.id in {name} | drags] * _lines(row)
     row = OF_WALKS[name]
     assert told(page, row.title) == [(True, "FAILED")] * _lines(row)
-    lists = "".join(re.findall(r'<table class="failed-limits">.*?</table>', page, re.S))
-    assert {each for each, of in OF_WALKS.items() if escape(of.title) in lists} == {name} | drags
-    headline = re.search(r'class="headline">(\w+) of', page)
-    assert (headline is not None) == any(
-        OF_WALKS[other].role == "acceptance" for other in {name} | drags
-    )
+    listed = what_failed(page)
+    assert set(listed) == {name} | drags
+    decisive = {each for each in {name} | drags if OF_WALKS[each].role == "acceptance"}
+    assert {each for each, decides in listed.items() if decides} == decisive
+    headline = re.search(r'class="headline">.*?</p>', page, re.S)[0]
+    assert ("acceptance criteria failed" in headline) == bool(decisive)
+
+
+def what_failed(page: str) -> dict[str, bool]:
+    """Limits in the sheet's list of what failed, and whether the list says that they decide."""
+    lines = re.search(r"<tbody>(.*?)</tbody>", page.split("<th>What failed</th>")[1], re.S)[1]
+    return {
+        name: "decides" in line
+        for name, row in OF_WALKS.items()
+        for line in re.findall(r"<tr.*?</tr>", lines, re.S)
+        if f"<td>{escape(row.title)}<" in line or f"<td>{escape(row.title)}," in line
+    }
 
 
 @pytest.mark.parametrize("name", [name for name, row in OF_WALKS.items() if row.goal is not None])
