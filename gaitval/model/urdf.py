@@ -37,7 +37,7 @@ TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000
 """Bytes; a model has about 40,000."""
 NAME = re.compile(r"[A-Za-z0-9_. -]+")
-_MOMENTS = "xx", "xy", "xz", "yy", "yz", "zz"
+_MOMENTS = ("x", "x"), ("x", "y"), ("x", "z"), ("y", "y"), ("y", "z"), ("z", "z")
 _ENDS = (0, "parent"), (-1, "child")
 
 
@@ -215,8 +215,8 @@ def _number(of: Element, path: str, key: str) -> float:
 
 
 def _inertia(link: Element) -> Array:
-    upper = {key: _number(link, "inertial/inertia", f"i{key}") for key in _MOMENTS}
-    return np.array([[upper["".join(sorted(row + column))] for column in "xyz"] for row in "xyz"])
+    upper = {key: _number(link, "inertial/inertia", f"i{''.join(key)}") for key in _MOMENTS}
+    return np.array([[upper[min(i, j), max(i, j)] for j in "xyz"] for i in "xyz"])
 
 
 def _linked(joint: Element, end: str) -> str:
@@ -262,10 +262,10 @@ def _check_structure(
                 f"{last}, not from {PARENTS[name]} to {name}"
             )
         for upper, lower in pairwise(coordinates):
-            link = _linked(joints[upper], "child")
-            if link != _linked(joints[lower], "parent"):
+            middle = _linked(joints[upper], "child")
+            if middle != _linked(joints[lower], "parent"):
                 problems.append(f"joint {lower}: does not follow {upper}")
-            between.add(link)
+            between.add(middle)
             if np.any(_vector(joints[lower], "origin", "xyz")):
                 problems.append(f"joint {lower}: moved away from {upper}")
     for name, joint in joints.items():
