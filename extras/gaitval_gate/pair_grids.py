@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
@@ -108,11 +109,11 @@ def differing(before: Strides, now: Strides, key: str) -> list[tuple[float, floa
     first, second = before[key], now[key]
     if min(len(first), len(second)) < 2:
         return []
-    where = None
+    where: NDArray[np.bool_] | None = None
     if key.startswith("forces/"):
         vertical = f"forces/vertical_{key[-1]}"
         means = np.array([each[vertical].mean(axis=0) for each in (before, now)])
-        where = (means > 100.0 * STANCE_THRESHOLD).any(axis=0)
+        where = np.asarray((means > 100.0 * STANCE_THRESHOLD).any(axis=0))
     return [(each.first, each.last) for each in two_sample_test(first, second, where=where).regions]
 
 
