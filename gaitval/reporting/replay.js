@@ -595,26 +595,37 @@
     canvas.toBlob((blob) => save(blob, "walk.png"), "image/png");
   }
 
-  const VIDEO = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"].find((type) => window.MediaRecorder?.isTypeSupported(type));
+  const VIDEO = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((type) => window.MediaRecorder?.isTypeSupported(type));
   const EVERY = 30; // frames a second of a video
 
-  /* One stride, as it is seen, at the chosen speed. */
-  function saveVideo({ target }) {
-    const recorder = new MediaRecorder(canvas.captureStream(EVERY), { mimeType: VIDEO, videoBitsPerSecond: 6e6 });
+  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+
+  /* One stride, as it is seen, at the chosen speed: every picture is drawn, then asked for. */
+  async function saveVideo({ target }) {
+    const stream = canvas.captureStream(0);
+    const [track] = stream.getVideoTracks();
+    const recorder = new MediaRecorder(stream, { mimeType: VIDEO, videoBitsPerSecond: 6e6 });
     const parts = [];
     recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
-    recorder.addEventListener("stop", () => {
-      target.disabled = false;
-      save(new Blob(parts, { type: VIDEO }), `walk.${VIDEO.slice(6).split(";")[0]}`);
-    });
+    const stopped = new Promise((done) => recorder.addEventListener("stop", done));
     target.disabled = true;
-    state.percent = 0;
-    play(true);
+    play(false);
+    const count = Math.ceil((EVERY * scene.seconds[state.stride]) / Number(find(".replay-speed").value));
     recorder.start();
-    setTimeout(() => {
-      recorder.stop();
-      play(false);
-    }, (1000 * scene.seconds[state.stride]) / Number(find(".replay-speed").value));
+    for (let picture = 0; picture <= count; picture++) {
+      state.percent = (LAST * picture) / count;
+      pose();
+      tell();
+      renderer.render(world, camera);
+      track.requestFrame();
+      await Promise.all([wait(1000 / EVERY), new Promise(requestAnimationFrame)]);
+    }
+    await wait(100); // for the last picture
+    recorder.stop();
+    await stopped;
+    stream.getTracks().forEach((each) => each.stop());
+    target.disabled = false;
+    save(new Blob(parts, { type: VIDEO }), `walk.${VIDEO.slice(6).split(";")[0]}`);
   }
 
   /* The replay alone, for <iframe src="walk.html">: the same scripts, so the same policy lets them run. */
