@@ -2,7 +2,7 @@
 #
 #   docker build --tag gaitval .                                        checks and judges (docs/how-to/systems.md: how large)
 #   docker build --tag gaitval --build-arg EXTRAS=[study] .             all that a subject's study needs
-#   docker run --rm --volume "$PWD:/work" gaitval check --baseline S05
+#   docker run --rm --volume "$PWD:/work" gaitval check --quick --baseline S05
 FROM python:3.13-slim
 ARG EXTRAS=""
 # dartpy loads libGL; the PDF needs Pango

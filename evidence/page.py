@@ -637,8 +637,8 @@ def _first_second(walked: "Walked") -> float:
 
 @evidence.measurement()
 def install(_: Namespace) -> evidence.Row:
-    """Bytes of a new environment with gaitval and no extra, in which the stored walk of the test
-    person is checked, in full, and a model judged.
+    """Size of a new environment with gaitval and no extra, in which the stored walk of the test
+    person is checked quickly (long walks and pushes need MuJoCo besides) and a model judged.
     """
     import gaitval
     from gaitval.configuration import ContactSettings
@@ -666,7 +666,7 @@ def install(_: Namespace) -> evidence.Row:
             [*build, evidence.ROOT],
             [sys.executable, "-m", "venv", venv],
             [*python, "--quiet", "-c", constraints, wheel],
-            [command, "check", "--baseline", f"S0{PERSON}"],
+            [command, "check", "--quick", "--baseline", f"S0{PERSON}"],
             [command, "judge", "model.osim"],
         ):
             if words[0] == command and not size:
@@ -679,6 +679,6 @@ def install(_: Namespace) -> evidence.Row:
                 raise SystemExit(f"{' '.join(texts)}:\n{done.stdout}\n{done.stderr}")
             print(done.stdout[-300:])
     return evidence.Row(
-        "install for `check` and `judge` alone: bytes of the whole environment, in millions",
+        "install for `check --quick` and `judge` alone: the whole environment",
         *(size / 1e6, "MB", "<=", 350, 600, 1),
     )
