@@ -249,6 +249,11 @@ class Hinge(Table):
                 "is no limb below it for a strap to hold. Remove `strap`."
             )
         ratchet = self.clutch is not None and self.clutch.ratchet
+        if ratchet and not self.muscles:
+            raise ValueError(
+                f"hinge at {self.joint}: a ratchet is for a spring beside muscles, and a "
+                "prosthesis has this joint (muscles = false). Remove `ratchet`."
+            )
         if ratchet and (self.spring is None or self.spring.pulls == "both"):
             raise ValueError(
                 f"hinge at {self.joint}: a ratchet takes up slack of a spring that pulls one way. "

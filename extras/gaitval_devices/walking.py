@@ -83,7 +83,8 @@ class Worn(NamedTuple):
     ----------
     name : coordinate of its joint, such as `knee_angle_r`.
     joint : which of the actuated coordinates that is.
-    implicit : spring and damper act as the joint's own, in the integrator.
+    implicit : spring and damper are the joint's own, and integrated as such: a prosthesis' without
+        motor.
     """
 
     name: str
@@ -103,9 +104,7 @@ def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
             for name in device.places(hinge.joint):
                 side: Side = "left" if name.endswith("_l") else "right"
                 controller = task.own() if task.own and hinge.motor else hinge.controller
-                plain = not (hinge.motor or hinge.clutch or hinge.stance_damper)
-                one_way = hinge.spring is not None and hinge.spring.pulls != "both"
-                implicit = not hinge.muscles and plain and not one_way
+                implicit = not hinge.muscles and hinge.motor is None
                 joint = ACTUATED.index(name)
                 found.append(Worn(name, joint, side, hinge, device, controller, implicit))
     return tuple(found)
@@ -204,6 +203,7 @@ class DeviceWalker(Walker):
         self._acts = np.ones(ACTUATED_COUNT)
         self._acts[self._gone] = 0.0
         # The implicit ones are the joint's own; all others are beside it.
+        self._inside = [w for w in self.worn if w.implicit]
         self._beside = [w for w in self.worn if not w.implicit]
         self._which = np.array([ROOT_DOFS + w.joint for w in self._beside], dtype=np.int64)
         self._numbers = np.zeros((len(self._beside), column.NUMBERS))
@@ -232,10 +232,9 @@ class DeviceWalker(Walker):
         for worn in self.worn:
             if worn.hinge.muscles:
                 continue
+            # `_control` fills in those of implicit springs and dampers, before every action.
+            stiffness[worn.joint] = damping[worn.joint] = total[worn.joint] = 0.0
             spring = worn.hinge.spring if worn.implicit else None
-            stiffness[worn.joint] = spring.stiffness if spring else 0.0
-            damping[worn.joint] = 0.0
-            total[worn.joint] = worn.hinge.damping if worn.implicit else 0.0
             positions[:, worn.joint] = spring.rest if spring else 0.0
             moments[:, worn.joint] = 0.0
         self.body = body._replace(
@@ -244,8 +243,6 @@ class DeviceWalker(Walker):
             damping=damping,
             total_damping=total,
         )
-        if self._outside is not None:
-            self._outside.set_servo(stiffness, total)
 
     def reset(self, positions: Array, velocities: Array, phase: float) -> None:
         """Place the body at a state (31,), (31,) and a phase, with the devices just switched on."""
@@ -296,9 +293,8 @@ class DeviceWalker(Walker):
         self.offset[:] = offset
         self._time += self.action_seconds
         self._loads = account.feet[-1, :, 2].copy()
-        implicit = [w.joint for w in self.worn if w.implicit]
         if recording is not None:
-            self._kept.append(self._rows(implicit))
+            self._kept.append(self._rows())
         if len(self._gone):
             # What acts there is the prosthesis, not a muscle.
             account.moments[:, self._gone] = 0.0
@@ -306,7 +302,7 @@ class DeviceWalker(Walker):
         if recording is not None:
             recording.append(account, root_force)
 
-    def _rows(self, implicit: list[int]) -> Array:
+    def _rows(self) -> Array:
         """(N, H, 5) of the last action, in the order of `worn` and `LOGGED`."""
         account = self._account
         rows = np.zeros((len(account.phase), len(self.worn), len(LOGGED)))
@@ -344,13 +340,15 @@ class DeviceWalker(Walker):
         """Read the sensors, and set clutches, dampers and commands for the next action."""
         for (_, side), estimate in self._estimates.items():
             estimate.see(self._time, float(self._loads[SIDES.index(side)]))
+        for worn in self._inside:
+            self._set_joint(worn)
+        if self._inside and self._outside is not None:
+            self._outside.set_servo(self.body.stiffness, self.body.total_damping)
         for row, worn in enumerate(self._beside):
             hinge, state = worn.hinge, self.hinges[row]
             estimate = self._estimates[id(worn.device), worn.side]
             state[column.ENGAGED] = _engaged(hinge, estimate)
-            damper = hinge.stance_damper
-            early = damper is not None and not estimate.phase >= damper.until
-            state[column.EXTRA] = damper.damping if damper and estimate.loaded and early else 0.0
+            state[column.EXTRA] = _further_damping(hinge, estimate)
             if hinge.motor is None or worn.controller is None:
                 continue
             asked = float(worn.controller.torque(self._measured(worn, estimate, state)))
@@ -367,6 +365,22 @@ class DeviceWalker(Walker):
                 state[column.COMMAND] = queue[0][1]
                 if hinge.motor.noise:
                     state[column.COMMAND] += hinge.motor.noise * self._noise.standard_normal()
+
+    def _set_joint(self, worn: Worn) -> None:
+        """Spring and damper of a prosthetic joint, for the next action.
+
+        A spring that pulls one way acts through whole actions, which are 6 ms: the joint may move a
+        little before it acts or lets go.
+        """
+        hinge, estimate = worn.hinge, self._estimates[id(worn.device), worn.side]
+        acts = _engaged(hinge, estimate)
+        spring, stiffness = hinge.spring, 0.0
+        if spring is not None and acts:
+            away = spring.rest - self.state[0, ROOT_DOFS + worn.joint]
+            stiffness = spring.stiffness if _PULLS[spring.pulls] * away >= 0.0 else 0.0
+        self.body.stiffness[worn.joint] = stiffness
+        damping = (hinge.damping if acts else 0.0) + _further_damping(hinge, estimate)
+        self.body.total_damping[worn.joint] = damping
 
     def _measured(self, worn: Worn, estimate: PhaseEstimate, state: Array) -> Measured:
         return Measured(
@@ -398,6 +412,15 @@ class DeviceWalker(Walker):
     def logged(self) -> Array:
         """(T, H, 5) what was kept of the recorded steps, in the order of `worn` and `LOGGED`."""
         return np.concatenate(self._kept) if self._kept else np.zeros((0, len(self.worn), 5))
+
+
+def _further_damping(hinge: Hinge, estimate: PhaseEstimate) -> float:
+    """Nms/rad of a stance damper now."""
+    damper = hinge.stance_damper
+    # An unknown phase is not past the end.
+    if damper is None or not estimate.loaded or estimate.phase >= damper.until:
+        return 0.0
+    return damper.damping
 
 
 def _engaged(hinge: Hinge, estimate: PhaseEstimate) -> bool:

@@ -29,7 +29,7 @@ def test_a_part_that_is_forgotten_is_noticed(model, tmp_path):
 
 def test_passive_motion_turns_and_loses_energy_only_to_its_joints(model):
     body = fitted(model, load_devices("backpack"))
-    positions, rates = passive_motion(body, seed=1, seconds=0.5, rows=6)
+    positions, _ = passive_motion(body, seed=1, seconds=0.5, rows=6)
     assert np.ptp(positions[:, 6:], axis=0).max() > 0.05
     # Nothing pushes: the pelvis does not fall.
     assert np.abs(positions[-1, 5]) < 1.0
