@@ -188,6 +188,7 @@ class DeviceWalker(Walker):
     ----------
     worn : its hinges.
     hinges : (H, STATE) their state, see `hinge_step`.
+    noise_seed : of the motors' noise, in every walk.
     """
 
     def __init__(
@@ -211,7 +212,7 @@ class DeviceWalker(Walker):
             self._numbers[row] = hinge_numbers(worn.hinge)
         self.hinges = np.zeros((len(self._beside), column.STATE))
         self._kept: list[Array] = []
-        self._episodes = 0
+        self.noise_seed = 0
         super().__init__(task, engine=engine, arrays=arrays)
         self._target = np.zeros(ACTUATED_COUNT)
         self._log = np.zeros((self.steps_per_action, len(self._beside), column.STATE))
@@ -252,8 +253,7 @@ class DeviceWalker(Walker):
         self.hinges[:, column.SPEED] = velocities[self._which]
         self._time = 0.0
         self._kept = []
-        self._noise = np.random.default_rng(self._episodes)
-        self._episodes += 1
+        self._noise = np.random.default_rng(self.noise_seed)
         stride = self.task.reference.stride_time
         self._estimates = {
             (id(device), side): PhaseEstimate(device.foot_switch, stride)
@@ -498,7 +498,6 @@ def walk_with(
     push: tuple[float, float, float] | None = None,
 ) -> DeviceWalk:
     """Walk in an `environment`; arguments as of `policy.rollouts.record_rollout`."""
-    environment.walker._episodes = 0  # the same noise in the same walk
     rollout = record_rollout(
         environment, policy, mu=mu, start_phase=start_phase, cycles=cycles, push=push
     )
