@@ -35,6 +35,10 @@ EFFORT: Final = 4.0
 SPREAD: Final = 0.1
 """Masses, stiffness and torques of the devices in training lie within this of their table."""
 
+HARDEST: Final = 0.4
+"""Fraction of the ranges of body parameters and pushes that is reached at the end: to walk with the
+device comes first."""
+
 Progress = Callable[[int, int, float], None]
 """Called with the samples so far, all samples, and the mean length of an episode in gait cycles."""
 
@@ -161,6 +165,8 @@ def adapt(
         learner.begin(seed)
         learner.log_std = training.final_log_std
         environments = _environments(task, seed)
+        for environment in environments:
+            environment.difficulty = 0.0
         seen = np.array(
             [each.reset(seed=seed + e)[0] for e, each in enumerate(environments)], np.float32
         )
@@ -170,7 +176,9 @@ def adapt(
             _walk(environments, seen, Policy(learner.actor(), {}), buffer)
             done += buffer.rewards.size
             part = min(done / samples, 1.0)
-            first = training.learning_rate * training.warm_learning_rate_factor
+            for environment in environments:
+                environment.difficulty = HARDEST * part
+            first = training.learning_rate
             rate = first + part * (training.final_learning_rate - first)
             ended = learner.learn(buffer, learning_rate=rate)
             lengths = [cycles for *_, cycles in ended] or lengths

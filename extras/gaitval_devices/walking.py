@@ -3,16 +3,19 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.model.body import BodyModel
-from gaitval.model.tree import ACTUATED_COUNT, ROOT_DOFS
+from gaitval.model.parameters import PARAMETERS
+from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, ROOT_DOFS
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.observation import PARAMETERS_OBSERVED
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.dynamics import accelerations, integrate
@@ -27,6 +30,7 @@ from gaitval.simulation.physics_steps import (
 )
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.servo import servo_stiffness
+from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 from gaitval_devices import hinge_step as column
 from gaitval_devices.composite import fitted
@@ -40,6 +44,8 @@ Maker = Callable[[], Controller]
 LOGGED: Final = (column.LIMB, column.MOTOR, column.COMMAND, column.ANGLE, column.SPEED)
 """What is kept of a hinge in every physics step, see `Log`."""
 _PULLS: Final = {"down": -1.0, "both": 0.0, "up": 1.0}
+DAMPING_OBSERVED: Final = PARAMETERS_OBSERVED.start + PARAMETERS.index("damping")
+"""Where the observation has the damping of the joints."""
 _ALWAYS: Final = 1e9
 """1/s: a motor without a lag."""
 
@@ -409,6 +415,48 @@ class DeviceWalker(Walker):
                 return angle
         return -float(q[1])
 
+    def move(self, way: Array) -> None:
+        """Move the whole body by `way` (2,) m, forward and left."""
+        self.state[0, 3:5] += way
+        if self._outside is not None:
+            self._outside.set(self.state[0], self.state[1])
+
+    def sense(self, positions: Array, velocities: Array, loads: Array, moments: Array) -> None:
+        """Let the devices measure a state that they did not make, and act for an action.
+
+        Parameters
+        ----------
+        positions, velocities : (31,) of the body.
+        loads : (2,) N, vertical, on the right and the left foot.
+        moments : (25,) Nm, of the muscles.
+        """
+        self.state[0], self.state[1] = positions, velocities
+        self._loads = loads
+        self.mean_moments[:] = moments
+        self._control()
+        self._time += self.action_seconds
+
+    def led(self, state: Array) -> Array:
+        """(H, 5) of the hinges after a physics step with a body that is led through `state`
+        (2, 31), as `logged` has them.
+        """
+        unused = np.zeros(state.shape[1])
+        hinge_torques(self.physics_step, state, self._which, self._numbers, self.hinges, unused)
+        rows, beside = np.zeros((len(self.worn), len(LOGGED))), 0
+        for h, worn in enumerate(self.worn):
+            if worn.implicit:
+                angle, rate = state[:, ROOT_DOFS + worn.joint]
+                rest = self.body.tables.positions[0, worn.joint]
+                rows[h, 0] = (
+                    self.body.stiffness[worn.joint] * (rest - angle)
+                    - self.body.total_damping[worn.joint] * rate
+                )
+                rows[h, 3:] = angle, rate
+            else:
+                rows[h] = self.hinges[beside, LOGGED]
+                beside += 1
+        return rows
+
     def logged(self) -> Array:
         """(T, H, 5) what was kept of the recorded steps, in the order of `worn` and `LOGGED`."""
         return np.concatenate(self._kept) if self._kept else np.zeros((0, len(self.worn), 5))
@@ -438,13 +486,77 @@ def _engaged(hinge: Hinge, estimate: PhaseEstimate) -> bool:
 
 
 class DeviceEnvironment(WalkingEnvironment):
-    """A `WalkingEnvironment` whose walker wears devices."""
+    """A `WalkingEnvironment` whose walker wears devices, and may choose its own speed.
+
+    A policy holds the walker at its reference's place on the walkway. Somebody who carries a load
+    or has a prosthesis walks slower, and would be dragged along. So the reference waits: where the
+    walker is more than `SLACK` m from its place, body and feet are moved back to it at `RETURN`
+    times the excess a second, and what is recorded is where it would have been. On level ground
+    that changes no force.
+
+    Attributes
+    ----------
+    shift : (2,) m, forward and left, by which the walker has been moved since its reset.
+    """
 
     walker: DeviceWalker
+    SLACK = 0.05
+    RETURN = 4.0
 
     def __init__(self, task: DeviceTask, *, engine: Engine = "compiled") -> None:
         super().__init__(task)
         self.walker = DeviceWalker(task, engine=engine)
+        self.shift = np.zeros(2)
+        self._place = np.zeros(COORDINATE_COUNT)
+        self._one_sided = any(len(device.sides) == 1 for device in task.devices)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """As `WalkingEnvironment.reset`."""
+        self.shift = np.zeros(2)
+        return super().reset(seed=seed, options=options)
+
+    def step(
+        self, action: NDArray[np.float32], recording: Trajectory | None = None
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """As `WalkingEnvironment.step`."""
+        self._follow()
+        found = super().step(action, recording)
+        if recording is not None and self.shift.any():
+            rows = slice(recording.rows - self.walker.steps_per_action, recording.rows)
+            recording.positions[rows, 3:5] -= self.shift
+            # Moments about the world's origin: r x F with r moved in the plane.
+            feet, (x, y) = recording.feet[rows], -self.shift
+            feet[..., 3] += y * feet[..., 2]
+            feet[..., 4] -= x * feet[..., 2]
+            feet[..., 5] += x * feet[..., 1] - y * feet[..., 0]
+        return found
+
+    def _seen(self) -> NDArray[np.float32]:
+        """The observation, which says which leg is which if a device is on one side only.
+
+        The policy acts on the mirror image in the left leg's half of the cycle, so it could not
+        know the side of a prosthesis. It is told in place of the damping of the joints, which is
+        observed as -1 to 1 and matters little.
+        """
+        observation = super()._seen()
+        if self._one_sided and self._mirrors:
+            observation[DAMPING_OBSERVED] = -1.0 if self._is_mirrored() else 1.0
+        return observation
+
+    def _follow(self) -> None:
+        """Move the walker towards its reference's place, if it is far from it."""
+        walker, targets = self.walker, self.yardstick.targets
+        read_row(targets.positions, walker.phase, self._place)
+        away = walker.state[0, 3:5] - self._place[3:5]
+        away[0] -= targets.stride_length * walker.phase
+        distance = float(np.hypot(*away))
+        if distance <= self.SLACK:
+            return
+        part = self.RETURN * walker.action_seconds * (distance - self.SLACK) / distance
+        self.shift -= part * away
+        walker.move(-part * away)
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ def test_a_prosthesis_has_no_muscles(person):
     ankle = walk.hinges.index("ankle_angle_r")
     q = walk.rollout.positions[:, 6 + ACTUATED.index("ankle_angle_r")]
     qd = walk.rollout.velocities[:, 6 + ACTUATED.index("ankle_angle_r")]
-    np.testing.assert_allclose(walk.limb[:, ankle], 400.0 * (0.05 - q) - 2.0 * qd, atol=1e-9)
+    np.testing.assert_allclose(walk.limb[:, ankle], 400.0 * (0.12 - q) - 2.0 * qd, atol=1e-9)
 
 
 def test_a_controller_sees_its_own_side_and_must_give_a_number(person):
