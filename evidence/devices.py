@@ -96,6 +96,7 @@ MEASURES = {
         "code": (
             "extras/gaitval_devices/device.py",
             "extras/gaitval_devices/controllers.py",
+            "extras/gaitval_devices/tables.py",
             "evidence/devices.py:refused,_faults,_leaves,_changed,_named,NAMED",
         ),
         "data": ("extras/gaitval_devices/shipped/*.toml",),
@@ -157,7 +158,7 @@ def bodies(_: Namespace) -> list[evidence.Row]:
 
 
 def _walks(person: str, device: str, samples: int) -> dict[str, float]:
-    """Gait cycles that a person walks with a device, as they are and, if they fall, after learning."""
+    """Gait cycles of a person with a device: as they are and, if they fall, after learning."""
     from gaitval_devices.learning import adapt
     from gaitval_devices.tracking import torque_errors
     from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, Protocol
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from gaitval.coordinates import Side
+from gaitval_devices.tables import Angle, Table
 
 STANDARD_GRAVITY = 9.80665
 
@@ -60,9 +61,7 @@ class Controller(Protocol):
         ...
 
 
-class _Controller(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
+class _Controller(Table):
     @property
     def largest(self) -> float | None:
         """Nm, the largest torque that it can ask for; None if that depends on the walk."""
@@ -158,7 +157,7 @@ class Stage(_Controller):
     until: Annotated[float, Field(gt=0, le=1)]
     stiffness: Annotated[float, Field(ge=0, le=1e4)]
     damping: Annotated[float, Field(ge=0, le=1e3)]
-    rest: float
+    rest: Angle
 
 
 class Impedance(_Controller):
@@ -196,7 +195,7 @@ class VirtualConstraint(_Controller):
     """
 
     kind: Literal["virtual_constraint"] = "virtual_constraint"
-    angles: tuple[float, ...] = Field(min_length=4, max_length=200)
+    angles: tuple[Angle, ...] = Field(min_length=4, max_length=200)
     stiffness: Annotated[float, Field(gt=0, le=1e4)]
     damping: Annotated[float, Field(ge=0, le=1e3)]
 

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from gaitval.arrays import Array
 from gaitval.artefacts import parse_toml, read_toml
@@ -36,6 +36,7 @@ from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
 from gaitval.refused_values import in_subject
 from gaitval_devices.controllers import AnyController
+from gaitval_devices.tables import Angle, Table
 
 JOINTS: Final = tuple(
     dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in ACTUATED)
@@ -51,14 +52,6 @@ NotNegative = Annotated[float, Field(ge=0, le=1e6)]
 Positive = Annotated[float, Field(gt=0, le=1e6)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Place = tuple[float, float, float]
-
-
-class Table(BaseModel):
-    """A table of a device's file: frozen; unknown keys, infinity and NaN refused."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
-    )
 
 
 def _one_of(value: str, known: Sequence[str], what: str) -> None:
@@ -140,7 +133,7 @@ class Spring(Table):
     """
 
     stiffness: Positive
-    rest: float = 0.0
+    rest: Angle = 0.0
     pulls: Literal["both", "down", "up"] = "both"
 
 
