@@ -63,6 +63,7 @@ def test_power_is_torque_times_speed_and_totals_are_sums(person):
     assert 1e-3 < np.abs(apart).max() < 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hip_exo", "below_knee"])
 def test_dart_walks_alike(person, name):
     devices = load_devices(name)
@@ -71,6 +72,7 @@ def test_dart_walks_alike(person, name):
     np.testing.assert_allclose(ours.limb, theirs.limb, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_mujoco_walks_similarly(person):
     devices = load_devices("ankle_spring")
     ours, theirs = (walked(person, devices, cycles=0.2, engine=e) for e in ("compiled", "mujoco"))
