@@ -8,7 +8,7 @@ from gaitval_devices.curves import walk_curves
 from gaitval_devices.device import Device, load_devices
 from gaitval_devices.walking import DeviceEnvironment, with_devices
 
-CYCLES = 5.0
+CYCLES = 8.0
 
 
 @pytest.fixture(scope="module")

@@ -58,7 +58,7 @@ def test_a_device_without_a_motor_there_is_refused(person, tmp_path):
 
 def test_two_generations_with_a_person(person, tmp_path, monkeypatch):
     monkeypatch.setattr(search, "POPULATION", 4)
-    monkeypatch.setattr(search, "CYCLES", 5.0)
+    monkeypatch.setattr(search, "CYCLES", 8.0)
     who = Wearer("S05", person.task, person.policy, person.mu)
     device = load_devices("hip_exo")[0]
     found = search_spline(who, device, Aim(joint="hip_flexion"), tmp_path, generations=2)

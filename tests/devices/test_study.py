@@ -18,7 +18,7 @@ def found(who):
     patch = pytest.MonkeyPatch()
     patch.setattr(study, "PUSHES", study.PUSHES[:2])
     try:
-        return outcomes(who, load_devices("ankle_spring"), samples=0, cycles=5.0)[0]
+        return outcomes(who, load_devices("ankle_spring"), samples=0, cycles=8.0)[0]
     finally:
         patch.undo()
 
