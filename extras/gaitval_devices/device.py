@@ -22,7 +22,6 @@ or dorsiflexion on both sides.
 """
 
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -30,7 +29,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from gaitval.arrays import Array
-from gaitval.artefacts import parse_toml, read_toml
+from gaitval.artefacts import read_toml
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
@@ -44,6 +43,8 @@ JOINTS: Final = tuple(
 """Joints that a hinge can be parallel to, without side."""
 KINDS: Final = tuple(dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in SEGMENTS))
 """Segments that a part can be on, without side."""
+SHIPPED: Final = Path(__file__).parent / "shipped"
+"""Folder of the devices that come with gaitval."""
 HEAVIEST: Final = 200.0
 """kg; no person carries more."""
 
@@ -335,10 +336,7 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
 
 def shipped_names() -> tuple[str, ...]:
     """Names of the devices that come with gaitval."""
-    folder = resources.files("gaitval_devices") / "shipped"
-    return tuple(
-        sorted(each.name.removesuffix(".toml") for each in folder.iterdir() if each.is_file())
-    )
+    return tuple(sorted(each.stem for each in SHIPPED.glob("*.toml")))
 
 
 def shipped_device(name: str) -> Device:
@@ -348,9 +346,8 @@ def shipped_device(name: str) -> Device:
             f"{name!r}: no such device. Those that come with gaitval are "
             f"{', '.join(shipped_names())}; or give the path of a .toml file with [[devices]]."
         )
-    file = resources.files("gaitval_devices") / "shipped" / f"{name}.toml"
-    text = file.read_text(encoding="utf-8")
-    (found,) = devices_of(parse_toml(text, f"{name}.toml", ConfigurationError), f"{name}.toml")
+    path = SHIPPED / f"{name}.toml"
+    (found,) = devices_of(read_toml(path, ConfigurationError), path.name)
     return found
 
 

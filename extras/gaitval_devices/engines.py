@@ -4,6 +4,7 @@
 URDF file in which every part is a link of its own (`device_urdf`) and weld it themselves.
 """
 
+import io
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,11 +13,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError
-from gaitval.file_gate import read_bytes
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.safe_xml import parse_xml
 from gaitval.model.tree import (
@@ -137,7 +138,8 @@ def _yourdfpy(
 ) -> Whole:
     import yourdfpy
 
-    robot = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=True)
+    content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
+    robot = yourdfpy.URDF.load(io.BytesIO(content), load_meshes=False, build_scene_graph=True)
     links = [link for link in robot.robot.links if link.inertial and link.inertial.mass > 0.0]
     masses = [float(link.inertial.mass) for link in links]
     times = 2e-3 * np.array([-2.0, -1.0, 1.0, 2.0])
@@ -212,7 +214,7 @@ def _mujoco(
 ) -> Whole:
     import mujoco
 
-    content = read_bytes(path, ModelError, largest=LARGEST_FILE)
+    content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
     robot = parse_xml(path, content, root="robot", kind="a URDF")
     # MuJoCo fixes a URDF's root to the world; here it floats.
     ElementTree.SubElement(robot, "link", name="world")

@@ -1,13 +1,13 @@
 """Published experiments repeated: what devices changed in people, and what they change here."""
 
 from collections.abc import Sequence
-from importlib import resources
+from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import numpy as np
 from pydantic import Field
 
-from gaitval.artefacts import parse_toml
+from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.metrics.cycles import find_cycles
@@ -58,9 +58,8 @@ class _File(Table):
 
 def quantities() -> tuple[Quantity, ...]:
     """All quantities of `experiments.toml`."""
-    name = "experiments.toml"
-    text = (resources.files("gaitval_devices") / name).read_text(encoding="utf-8")
-    return _File.model_validate(parse_toml(text, name, ConfigurationError)).quantities
+    path = Path(__file__).with_name("experiments.toml")
+    return _File.model_validate(read_toml(path, ConfigurationError)).quantities
 
 
 def within(quantity: Quantity, values: Sequence[float]) -> bool:

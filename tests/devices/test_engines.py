@@ -13,7 +13,7 @@ def model():
     return scale_subject(load_subject("S08")).model
 
 
-@pytest.mark.parametrize("name", ["hip_exo", "above_knee"])
+@pytest.mark.parametrize("name", ["hip_exo", pytest.param("above_knee", marks=pytest.mark.slow)])
 def test_four_programs_find_the_same_body(model, name, tmp_path):
     found = in_engines(model, load_devices(name), tmp_path, seed=3, seconds=1.0, rows=6)
     assert set(found) == set(ENGINES)
