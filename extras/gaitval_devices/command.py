@@ -72,7 +72,7 @@ def device(
     folder = out or Path("reports") / f"{person.name}-{names}"
     with display.live_view() as live:
         live.started("device", f"{person.name}, {names}")
-        found, policy = outcomes(person, worn, samples=samples, told=lambda line: _say(line))
+        found, policy = outcomes(person, worn, samples=samples, say=_say)
     write_report(folder, person, worn, found, policy)
     for outcome in found:
         walked = "fell after" if outcome.fell else "walked"

@@ -114,14 +114,14 @@ def search_spline(
     *,
     seed: int = 0,
     generations: int = GENERATIONS,
-    told: Callable[[int, float], None] = lambda *_: None,
+    on_generation: Callable[[int, float], None] = lambda *_: None,
 ) -> Found:
     """Search the two bumps that make `aim` smallest, the person's control kept.
 
     Parameters
     ----------
     folder : keeps the state after each generation.
-    told : called with the generation and the best value so far.
+    on_generation : called with the generation and the best value so far.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def search_spline(
         return aim.of(curves) / without + rough + 10.0 * beyond + outside
 
     return _searched(
-        cost, Path(folder), seed, generations, motor.torque, without, told, asdict(aim)
+        cost, Path(folder), seed, generations, motor.torque, without, on_generation, asdict(aim)
     )
 
 
@@ -173,12 +173,12 @@ def _searched(
     generations: int,
     torque: float,
     without: float,
-    told: Callable[[int, float], None],
+    on_generation: Callable[[int, float], None],
     about: dict[str, object],
 ) -> Found:
     """CMA-ES in units of an eighth of each parameter's range, from a stored state if there is one.
 
-    The state is what was asked and answered: the generations so far are told again to a new search
+    The state is what was asked and answered: the generations so far are given again to a new search
     of the same seed, which so comes to the same place.
     """
     path = Path(folder) / STATE
@@ -196,7 +196,7 @@ def _searched(
             Path(folder).mkdir(parents=True, exist_ok=True)
             write_json(path, {"about": about, "seed": seed, "answers": history})
         strategy.tell(asked, answers)
-        told(generation + 1, float(min(min(row) for row in history)))
+        on_generation(generation + 1, float(min(min(row) for row in history)))
     best = np.asarray(strategy.result.xbest) * unit
     return Found(
         spline_of(best, torque).bumps,

@@ -99,7 +99,7 @@ class Outcome:
 
 
 ASSUMPTIONS: Final = ("without", "kinematics kept", "moments kept", "learned")
-Told = Callable[[str], None]
+Say = Callable[[str], None]
 """Called with a line on what is being done."""
 
 
@@ -126,7 +126,7 @@ def outcomes(
     samples: int,
     own: Maker | None = None,
     cycles: float = CYCLES,
-    told: Told = lambda _: None,
+    say: Say = lambda _: None,
 ) -> tuple[list[Outcome], Policy | None]:
     """The person without and with `devices`, and the policy that has learned them.
 
@@ -143,7 +143,7 @@ def outcomes(
         )
     task = with_devices(person.task, devices, own)
     environment = DeviceEnvironment(task)
-    told("walking without a device")
+    say("walking without a device")
     plain = walk_without(task, person.policy, person.mu, cycles)
     person_mass = person.task.model.mass
 
@@ -164,19 +164,19 @@ def outcomes(
 
     bare = WalkingEnvironment(person.task)
     results = [found("without", plain, pushes_survived(bare, person.policy, person.mu))]
-    told("what is left for the muscles if the motion is kept")
+    say("what is left for the muscles if the motion is kept")
     kept = kinematics_kept(environment, plain.rollout)
     results.append(found("kinematics kept", kept.walk, None, kept.own))
-    told("walking with the device, the person's control kept")
+    say("walking with the device, the person's control kept")
     results.append(walked("moments kept", person.policy))
     if not samples:
         return results, None
-    told("learning to walk with the device")
+    say("learning to walk with the device")
     learned = adapt(
         task,
         person.policy,
         samples=samples,
-        on_progress=lambda done, total, length: told(
+        on_progress=lambda done, total, length: say(
             f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
         ),
     )
