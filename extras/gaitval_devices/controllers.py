@@ -37,7 +37,7 @@ class Measured:
     moment : Nm, of the wearer's own muscles at the joint, as electromyography would estimate it.
     inclination : rad, of the segment below the hinge from the vertical, forward positive, as an
         inertial sensor measures it.
-    mass : kg, of the wearer, which is told to the device.
+    mass : kg, of the wearer, which the device is set to.
     """
 
     time: float

@@ -537,7 +537,7 @@ class DeviceEnvironment(WalkingEnvironment):
         """The observation, which says which leg is which if a device is on one side only.
 
         The policy acts on the mirror image in the left leg's half of the cycle, so it could not
-        know the side of a prosthesis. It is told in place of the damping of the joints, which is
+        know the side of a prosthesis. It sees that in place of the damping of the joints, which is
         observed as -1 to 1 and matters little.
         """
         observation = super()._seen()
