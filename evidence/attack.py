@@ -2,12 +2,15 @@
 
 Readers of files are found in the sources: every call by which Python or a library reads a file.
 Ways to run a program through a cohort are tests (`tests/cohort/test_attack.py`); malformed files
-are those of `tests/robustness/fuzz.py`, with seeds of their own.
+are those of `tests/robustness/fuzz.py`, with seeds of their own. The seconds of a check are those
+of the processor, all its processes together, so that a busy machine counts as an idle one.
 """
 
 import ast
 import json
 import os
+import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -24,6 +27,7 @@ OUTSIDE: Final = "readers not behind the gate"
 MALFORMED: Final = "malformed files: exit 70, hang, > 2 GB, silent nonsense"
 KINDS: Final = "malformed files: kinds"
 CASES: Final = "malformed files: cases"
+CHECK: Final = "check --quick, processor time, caches compiled"
 MEASURES = {
     "code run by another user, or by a forged result": {
         "code": ("extras/gaitval_cohort/*.py", "gaitval/file_gate.py", "evidence/attack.py:cohort"),
@@ -50,6 +54,11 @@ MEASURES = {
         ),
         "allowed": 40,
         "why": "a part of it runs in every run of the suite (tests/workflows/test_fuzz.py)",
+    },
+    "check --quick, processor time, caches compiled": {
+        "code": ("@walk", "@accepted", "@checked", "evidence/attack.py:check,_processor"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a walk and its validation",
     },
 }
 """What the rows depend on; see evidence/stale.py."""
@@ -205,6 +214,29 @@ def gate(_: Namespace) -> evidence.Row:
     outside = [each for each in found if not each.gated]
     print("\n".join(map(str, outside)))
     return evidence.none_may(OUTSIDE, len(outside), "readers", len(found))
+
+
+@evidence.measurement(option("--repeats", type=int, default=3, help="checks, of the median"))
+def check(given: Namespace) -> evidence.Row:
+    """Seconds of the processor that a quick check of a stored baseline takes."""
+    seconds = [_processor("check", "--baseline", "S05", "--quick") for _ in range(given.repeats + 1)]
+    print(" ".join(f"{each:.2f} s" for each in seconds), "(the first compiles)", flush=True)
+    return evidence.Row(CHECK, statistics.median(seconds[1:]), "s", "<=", 15, 25, given.repeats)
+
+
+def _processor(*arguments: str) -> float:
+    """Processor time of `gaitval` with these arguments and of all processes that it waits for, s,
+    with as many threads as it takes by itself.
+    """
+    environment = {name: value for name, value in os.environ.items() if "_NUM_THREADS" not in name}
+    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        [sys.executable, "-m", "gaitval", *arguments],
+        cwd=ROOT, env={**environment, "PYTHONPATH": paths}, stdout=subprocess.DEVNULL, check=True,
+    )  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
 @evidence.measurement(CASES_OPTION, SEED, LOG)
