@@ -219,7 +219,9 @@ def gate(_: Namespace) -> evidence.Row:
 @evidence.measurement(option("--repeats", type=int, default=3, help="checks, of the median"))
 def check(given: Namespace) -> evidence.Row:
     """Seconds of the processor that a quick check of a stored baseline takes."""
-    seconds = [_processor("check", "--baseline", "S05", "--quick") for _ in range(given.repeats + 1)]
+    seconds = [
+        _processor("check", "--baseline", "S05", "--quick") for _ in range(given.repeats + 1)
+    ]
     print(" ".join(f"{each:.2f} s" for each in seconds), "(the first compiles)", flush=True)
     return evidence.Row(CHECK, statistics.median(seconds[1:]), "s", "<=", 15, 25, given.repeats)
 
