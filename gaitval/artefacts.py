@@ -1,16 +1,19 @@
 """Read and write the files of a run, each whole or not at all, with hashes and provenance."""
 
+import glob
 import hashlib
 import json
 import math
 import os
 import platform
 import shutil
+import sys
 import tempfile
+import time
 import tomllib
 import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, fields
 from importlib import metadata
 from pathlib import Path
@@ -107,7 +110,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that replaces it when the block ends without an error.
 
     A reader, or a run after a kill, sees the old file or the new one, never half a file. What a
-    kill leaves is removed by `remove_partial`.
+    kill leaves is removed when the same file is written again, or by `remove_partial`.
 
     Raises
     ------
@@ -118,16 +121,16 @@ def replacing(path: Path) -> Iterator[Path]:
         make_folder(path.parent)
         # In the same folder, because a file can only be replaced in one step within a file system;
         # with the same suffix, because some libraries choose the format by it.
-        handle, name = tempfile.mkstemp(
-            dir=path.parent, prefix=f"{PARTIAL}{path.stem}-", suffix=path.suffix
-        )
-        os.close(handle)
+        prefix = f"{PARTIAL}{path.stem}-"
+        _remove_abandoned(path.parent, prefix, path.suffix)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=prefix, suffix=path.suffix)
         temporary = Path(name)
         try:
-            yield temporary
-            # `mkstemp` makes a file that only its owner may read, but results are for everybody.
-            temporary.chmod(0o644)
-            temporary.replace(path)
+            with _in_use(handle):
+                yield temporary
+                # `mkstemp` makes a file that only its owner may read, but results are for everybody
+                temporary.chmod(0o644)
+                temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
 
@@ -136,8 +139,8 @@ def replacing(path: Path) -> Iterator[Path]:
 def scratch(folder: Path) -> Iterator[Path]:
     """A folder in `folder` for temporary files, removed when the block ends.
 
-    What a kill leaves is removed by `remove_partial`; nobody would look for it among the temporary
-    files of a system.
+    What a kill leaves is removed by the next one in `folder`, or by `remove_partial`; nobody would
+    look for it among the temporary files of a system.
 
     Raises
     ------
@@ -146,8 +149,60 @@ def scratch(folder: Path) -> Iterator[Path]:
     folder = Path(folder)
     with writing(folder):
         make_folder(folder)
+        _remove_abandoned(folder, PARTIAL, "")
         with tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name:
-            yield Path(name)
+            # no folder can be opened on Windows
+            handle = None if sys.platform == "win32" else os.open(name, os.O_RDONLY)
+            with _in_use(handle):
+                yield Path(name)
+
+
+@contextmanager
+def _in_use(handle: int | None) -> Iterator[None]:
+    """Lock a partial file or folder by its `handle` until the block or the process ends."""
+    if handle is not None and sys.platform == "win32":
+        os.close(handle)  # else the file could not be replaced
+        handle = None
+    try:
+        if handle is not None:
+            _locks(handle)
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def _locks(handle: int) -> bool:
+    """Whether nobody else had locked what `handle` has opened, so that it is locked now. Windows
+    and some file systems know no such lock: there it is never so.
+    """
+    try:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (ImportError, OSError):
+        return False
+    return True
+
+
+def _remove_abandoned(folder: Path, prefix: str, suffix: str) -> None:
+    """Remove partial files or folders that nobody has locked: who wrote them has been killed."""
+    for left in folder.glob(f"{glob.escape(prefix)}????????{glob.escape(suffix)}"):
+        with suppress(OSError):  # another process is removing it
+            handle = os.open(left, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+            try:
+                # one of this second may not be locked yet
+                if abs(time.time() - left.stat().st_mtime) > 1.0 and _locks(handle):
+                    _remove(left)
+            finally:
+                os.close(handle)
+
+
+def _remove(left: Path) -> None:
+    if left.is_dir() and not left.is_symlink():
+        shutil.rmtree(left)
+    else:
+        left.unlink(missing_ok=True)
 
 
 def remove_partial(folder: Path) -> None:
@@ -160,10 +215,7 @@ def remove_partial(folder: Path) -> None:
     """
     for depth in ("", "*/", "*/*/", "*/*/*/"):
         for left in folder.glob(f"{depth}{PARTIAL}*"):
-            if left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left)
-            else:
-                left.unlink(missing_ok=True)
+            _remove(left)
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:

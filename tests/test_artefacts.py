@@ -2,6 +2,7 @@
 
 import errno
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from gaitval.artefacts import (
     read_json,
     remove_partial,
     replacing,
+    scratch,
     value_hash,
     versions,
     write_arrays,
@@ -238,3 +240,29 @@ def test_what_a_kill_leaves_is_removed_and_nothing_else(tmp_path: Path) -> None:
     assert len(list(folder.iterdir())) == 4
     remove_partial(tmp_path)
     assert sorted(path.name for path in folder.iterdir()) == [".hidden", "report.pdf"]
+
+
+def test_what_a_kill_leaves_is_removed_when_the_same_is_written_again(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-c", KILLED_WHILE_WRITING, str(tmp_path)], check=False)
+    left = list(tmp_path.iterdir())
+    assert len(left) == 2
+    for path in left:
+        os.utime(path, (1e9, 1e9))
+    with replacing(tmp_path / "other.pdf") as temporary:  # nor that of a longer name
+        temporary.write_text("whole")
+    assert {*left} <= {*tmp_path.iterdir()}
+    with replacing(tmp_path / "report.pdf") as temporary, scratch(tmp_path):
+        temporary.write_text("whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.pdf", "report.pdf"]
+
+
+def test_what_another_is_still_writing_is_not_removed(tmp_path: Path) -> None:
+    with replacing(tmp_path / "a.txt") as first, scratch(tmp_path) as own:
+        for path in (first, own):
+            os.utime(path, (1e9, 1e9))
+        write_text(tmp_path / "a.txt", "second")
+        with scratch(tmp_path):
+            assert own.is_dir()
+        first.write_text("first")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+    assert (tmp_path / "a.txt").read_text() == "first"
