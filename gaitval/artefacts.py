@@ -1,19 +1,16 @@
 """Read and write the files of a run, each whole or not at all, with hashes and provenance."""
 
-import glob
 import hashlib
 import json
 import math
 import os
 import platform
 import shutil
-import sys
 import tempfile
-import time
 import tomllib
 import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import MISSING, fields
 from importlib import metadata
 from pathlib import Path
@@ -21,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitval import __version__, file_gate
 from gaitval.errors import ArtefactError, GaitvalError
+from gaitval.partial_files import PARTIAL, in_use, remove_abandoned
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from _typeshed import DataclassInstance
@@ -43,10 +41,6 @@ LIBRARIES = (
     "matplotlib",
 )
 
-
-PARTIAL = ".partial-"
-"""First letters of the name of a file that is still being written (`replacing`), or of a temporary
-folder (`scratch`)."""
 
 DIGITS = 300
 """Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
@@ -122,11 +116,11 @@ def replacing(path: Path) -> Iterator[Path]:
         # In the same folder, because a file can only be replaced in one step within a file system;
         # with the same suffix, because some libraries choose the format by it.
         prefix = f"{PARTIAL}{path.stem}-"
-        _remove_abandoned(path.parent, prefix, path.suffix)
+        remove_abandoned(path.parent, prefix, path.suffix)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=prefix, suffix=path.suffix)
         temporary = Path(name)
         try:
-            with _in_use(handle):
+            with in_use(handle):
                 yield temporary
                 # `mkstemp` makes a file that only its owner may read, but results are for everybody
                 temporary.chmod(0o644)
@@ -149,73 +143,13 @@ def scratch(folder: Path) -> Iterator[Path]:
     folder = Path(folder)
     with writing(folder):
         make_folder(folder)
-        _remove_abandoned(folder, PARTIAL, "")
-        with tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name:
-            # no folder can be opened on Windows
-            handle = None if sys.platform == "win32" else os.open(name, os.O_RDONLY)
-            with _in_use(handle):
-                yield Path(name)
-
-
-@contextmanager
-def _in_use(handle: int | None) -> Iterator[None]:
-    """Lock a partial file or folder by its `handle` until the block or the process ends."""
-    if handle is not None and sys.platform == "win32":
-        os.close(handle)  # else the file could not be replaced
-        handle = None
-    try:
-        if handle is not None:
-            _locks(handle)
-        yield
-    finally:
-        if handle is not None:
-            os.close(handle)
-
-
-def _locks(handle: int) -> bool:
-    """Whether nobody else had locked what `handle` has opened, so that it is locked now. Windows
-    and some file systems know no such lock: there it is never so.
-    """
-    try:
-        import fcntl
-
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (ImportError, OSError):
-        return False
-    return True
-
-
-def _remove_abandoned(folder: Path, prefix: str, suffix: str) -> None:
-    """Remove partial files or folders that nobody has locked: who wrote them has been killed."""
-    for left in folder.glob(f"{glob.escape(prefix)}????????{glob.escape(suffix)}"):
-        with suppress(OSError):  # another process is removing it
-            handle = os.open(left, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
-            try:
-                # one of this second may not be locked yet
-                if abs(time.time() - left.stat().st_mtime) > 1.0 and _locks(handle):
-                    _remove(left)
-            finally:
-                os.close(handle)
-
-
-def _remove(left: Path) -> None:
-    if left.is_dir() and not left.is_symlink():
-        shutil.rmtree(left)
-    else:
-        left.unlink(missing_ok=True)
-
-
-def remove_partial(folder: Path) -> None:
-    """Remove what a killed process left half written.
-
-    Parameters
-    ----------
-    folder : of a run, with up to three levels of folders below it that are searched. Call it with
-        the folder locked, because another process may be writing.
-    """
-    for depth in ("", "*/", "*/*/", "*/*/*/"):
-        for left in folder.glob(f"{depth}{PARTIAL}*"):
-            _remove(left)
+        remove_abandoned(folder, PARTIAL, "")
+        with (
+            tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name,
+            # Windows opens no folder
+            in_use(os.open(name if os.name == "posix" else os.devnull, os.O_RDONLY)),
+        ):
+            yield Path(name)
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
@@ -417,7 +351,13 @@ def read_arrays(
                     "of gaitval wrote the file. Delete it and run its stage again."
                 )
             found = (*names, *(name for name in optional if name in stored))
-            return {name: stored[name] for name in found}
+            arrays = {name: stored[name] for name in found}
+        for name, each in arrays.items():
+            if each.dtype.kind == "U" and each.nbytes:
+                letters = each.astype(each.dtype.newbyteorder("=")).reshape(-1).view(np.uint32)
+                if letters.max() > 0x10FFFF:  # NumPy makes a text of them that breaks Python
+                    raise ValueError(f"{name} holds letters that are none")
+        return arrays
     except ArtefactError:
         raise
     except Exception as error:  # zipfile, its decompressors and NumPy have no common one
