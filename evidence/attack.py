@@ -3,7 +3,8 @@
 Readers of files are found in the sources: every call by which Python or a library reads a file.
 Ways to run a program through a cohort are tests (`tests/cohort/test_attack.py`); malformed files
 are those of `tests/robustness/fuzz.py`, with seeds of their own. The seconds of a check are those
-of the processor, all its processes together, so that a busy machine counts as an idle one.
+of the processor, all its processes together, so that a busy machine counts as an idle one. Kills
+are those of `tests/robustness/kills.py`.
 """
 
 import ast
@@ -27,6 +28,10 @@ OUTSIDE: Final = "readers not behind the gate"
 MALFORMED: Final = "malformed files: exit 70, hang, > 2 GB, silent nonsense"
 KINDS: Final = "malformed files: kinds"
 CASES: Final = "malformed files: cases"
+KILLED: Final = "kills over all commands that write, not equal after the next start"
+LEFT: Final = "kills over all commands that write: processes, shared memory and files left"
+KILLS: Final = "kills over all commands that write: number"
+COMMANDS: Final = "kills over all commands that write: commands"
 CHECK: Final = "check --quick, processor time, caches compiled"
 MEASURES = {
     "code run by another user, or by a forged result": {
@@ -55,6 +60,19 @@ MEASURES = {
         "allowed": 40,
         "why": "a part of it runs in every run of the suite (tests/workflows/test_fuzz.py)",
     },
+    "kills over *": {
+        "code": (
+            *("gaitval/artefacts.py", "gaitval/partial_files.py", "gaitval/folder_lock.py"),
+            *("gaitval/journal.py", "gaitval/study/run.py", "gaitval/study/stage.py"),
+            *("gaitval/session/write.py", "gaitval/session/batch.py", "gaitval/reporting/page.py"),
+            *("extras/gaitval_gate/stored.py", "extras/gaitval_gate/baseline.py"),
+            *("extras/gaitval_cohort/store.py", "extras/gaitval_cohort/process.py"),
+            "tests/robustness/kills.py:killed,further_jobs,contents,left,survived",
+            "evidence/attack.py:kills",
+        ),
+        "allowed": 20,
+        "why": "tests/test_partial_files.py and tests/workflows/test_kills.py kill in every run",
+    },
     "check --quick, processor time, caches compiled": {
         "code": ("@walk", "@accepted", "@checked", "evidence/attack.py:check,_processor"),
         "allowed": 60,
@@ -64,6 +82,7 @@ MEASURES = {
 """What the rows depend on; see evidence/stale.py."""
 CASES_OPTION: Final = option("--cases", type=int, default=8000, help="of all kinds together")
 SEED: Final = option("--seed", type=int, default=43_000_000, help="of the first case of a kind")
+NUMBER: Final = option("--kills", type=int, default=120, help="of all commands together")
 LOG: Final = option("--log", type=Path, help="a line for each case; goes on from it")
 CONTROLS: Final = 2
 """Tests among the ways that show that an attack would be seen."""
@@ -243,18 +262,39 @@ def _processor(*arguments: str) -> float:
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
+@evidence.measurement(NUMBER, SEED, LOG)
+def kills(given: Namespace) -> list[evidence.Row]:
+    """Every command that writes, killed at random moments and started again."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "kills.jsonl").resolve()
+        _robustness("kills.py", log, "--kills", str(given.kills), "--seed", str(given.seed))
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    other = sum(bool(each["returned"] or each["differ"]) for each in done)
+    left = sum(len(each[what]) for each in done for what in ("processes", "blocks", "files"))
+    commands = len({each["job"] for each in done})
+    return [
+        evidence.none_may(KILLED, other, "kills", len(done)),
+        evidence.none_may(LEFT, left, "1", len(done)),
+        evidence.Row(KILLS, len(done), "kills", ">=", 120, 120, len(done)),
+        evidence.Row(COMMANDS, commands, "commands", ">=", 13, 13, len(done)),
+    ]
+
+
+def _robustness(script: str, log: Path, *arguments: str) -> None:
+    """Run a script of tests/robustness, which writes a line into a log for each case."""
+    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
+    subprocess.run(
+        [sys.executable, str(ROOT / "tests" / "robustness" / script), *arguments, "--log", log],
+        cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}, check=False,
+    )  # fmt: skip
+
+
 @evidence.measurement(CASES_OPTION, SEED, LOG)
 def malformed(given: Namespace) -> list[evidence.Row]:
     """Damaged files of every kind, most of them through whole commands."""
     with tempfile.TemporaryDirectory() as folder:
         log = (given.log or Path(folder) / "cases.jsonl").resolve()
-        numbers = ("--cases", str(given.cases), "--seed", str(given.seed))
-        script = str(ROOT / "tests" / "robustness" / "fuzz.py")
-        paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
-        subprocess.run(
-            [sys.executable, script, *numbers, "--log", str(log)],
-            cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}, check=False,
-        )  # fmt: skip
+        _robustness("fuzz.py", log, "--cases", str(given.cases), "--seed", str(given.seed))
         cases = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     bad = sum(each["outcome"] in ("silent", "fault") for each in cases)
     kinds = len({each["kind"] for each in cases})
