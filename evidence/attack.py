@@ -3,11 +3,13 @@
 Readers of files are found in the sources: every call by which Python or a library reads a file.
 Ways to run a program through a cohort are tests (`tests/cohort/test_attack.py`); malformed files
 are those of `tests/robustness/fuzz.py`, with seeds of their own. The seconds of a check are those
-of the processor, all its processes together, so that a busy machine counts as an idle one. Kills
-are those of `tests/robustness/kills.py`.
+of the processor, all its processes together, so that a busy machine counts as an idle one. Kills,
+mutants and ways to the same bits are those of `kills.py`, `mutants.py` and `same_bits.py` in
+`tests/robustness`. A log lets a measurement go on where it was stopped, on the same commit.
 """
 
 import ast
+import csv
 import json
 import os
 import resource
@@ -32,6 +34,12 @@ KILLED: Final = "kills over all commands that write, not equal after the next st
 LEFT: Final = "kills over all commands that write: processes, shared memory and files left"
 KILLS: Final = "kills over all commands that write: number"
 COMMANDS: Final = "kills over all commands that write: commands"
+SAME: Final = "same bits over workers, threads, kills, commands: comparisons that differ"
+ELSEWHERE: Final = "other instructions of NumPy and OpenBLAS: largest change of a measure, margins"
+MUTANTS: Final = "mutants killed by the tests of their module, equivalent ones aside"
+TRIED: Final = "mutants of metrics, gait, inverse and reference: number"
+TABLE: Final = ROOT / "reports" / "robustness" / "mutants.csv"
+"""The mutants of the row, with what is known of those that survive."""
 CHECK: Final = "check --quick, processor time, caches compiled"
 MEASURES = {
     "code run by another user, or by a forged result": {
@@ -62,16 +70,46 @@ MEASURES = {
     },
     "kills over *": {
         "code": (
-            *("gaitval/artefacts.py", "gaitval/partial_files.py", "gaitval/folder_lock.py"),
-            *("gaitval/journal.py", "gaitval/study/run.py", "gaitval/study/stage.py"),
-            *("gaitval/session/write.py", "gaitval/session/batch.py", "gaitval/reporting/page.py"),
-            *("extras/gaitval_gate/stored.py", "extras/gaitval_gate/baseline.py"),
-            *("extras/gaitval_cohort/store.py", "extras/gaitval_cohort/process.py"),
+            "gaitval/artefacts.py",
+            "gaitval/partial_files.py",
+            "gaitval/folder_lock.py",
+            "gaitval/journal.py",
+            "gaitval/study/run.py",
+            "gaitval/study/stage.py",
+            "gaitval/session/write.py",
+            "gaitval/session/batch.py",
+            "gaitval/reporting/page.py",
+            "extras/gaitval_gate/stored.py",
+            "extras/gaitval_gate/baseline.py",
+            "extras/gaitval_cohort/store.py",
+            "extras/gaitval_cohort/process.py",
             "tests/robustness/kills.py:killed,further_jobs,contents,left,survived",
             "evidence/attack.py:kills",
         ),
         "allowed": 20,
         "why": "tests/test_partial_files.py and tests/workflows/test_kills.py kill in every run",
+    },
+    "same bits *": {
+        "code": ("@study", "extras/gaitval_cohort/task.py", "tests/robustness/same_bits.py"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a study",
+    },
+    "other instructions *": {
+        "code": ("@study", "tests/robustness/same_bits.py"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a study",
+    },
+    "mutants *": {
+        "code": (
+            "gaitval/metrics/*.py",
+            "gaitval/gait/*.py",
+            "gaitval/inverse/*.py",
+            "gaitval/reference/*.py",
+            "tests/robustness/mutants.py",
+            "evidence/attack.py:mutants",
+        ),
+        "allowed": 200,
+        "why": "a sample: what changes is one in a hundred of what it is drawn from",
     },
     "check --quick, processor time, caches compiled": {
         "code": ("@walk", "@accepted", "@checked", "evidence/attack.py:check,_processor"),
@@ -82,6 +120,7 @@ MEASURES = {
 """What the rows depend on; see evidence/stale.py."""
 CASES_OPTION: Final = option("--cases", type=int, default=8000, help="of all kinds together")
 SEED: Final = option("--seed", type=int, default=43_000_000, help="of the first case of a kind")
+SAMPLE: Final = option("--mutants", type=int, default=400, help="of the four folders together")
 NUMBER: Final = option("--kills", type=int, default=120, help="of all commands together")
 LOG: Final = option("--log", type=Path, help="a line for each case; goes on from it")
 CONTROLS: Final = 2
@@ -277,6 +316,52 @@ def kills(given: Namespace) -> list[evidence.Row]:
         evidence.none_may(LEFT, left, "1", len(done)),
         evidence.Row(KILLS, len(done), "kills", ">=", 120, 120, len(done)),
         evidence.Row(COMMANDS, commands, "commands", ">=", 13, 13, len(done)),
+    ]
+
+
+@evidence.measurement(LOG)
+def bits(given: Namespace) -> list[evidence.Row]:
+    """Quick studies by other workers, threads, commands, after a kill, on other instructions."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "bits.jsonl").resolve()
+        _robustness("same_bits.py", log)
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    ours = [each for each in done if each["ours"]]
+    others = [each for each in done if not each["ours"]]
+    differ = sum(bool(each["differ"]) for each in ours)
+    rows = [evidence.none_may(SAME, differ, "comparisons", len(ours))]
+    if others:
+        largest = max(each["margins"] for each in others)
+        rows.append(evidence.Row(ELSEWHERE, largest, "1", "<=", 1, 1, len(others)))
+    return rows
+
+
+@evidence.measurement(SAMPLE, SEED, LOG)
+def mutants(given: Namespace) -> list[evidence.Row]:
+    """Small faults in `metrics`, `gait`, `inverse` and `reference`, against the module's tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "mutants.jsonl").resolve()
+        _robustness("mutants.py", log, "--mutants", str(given.mutants), "--seed", str(given.seed))
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    key = ("module", "line", "before", "after")
+    known = {}
+    if TABLE.is_file():
+        with TABLE.open(newline="", encoding="utf-8") as file:
+            known = {
+                tuple(row[each] for each in key): row["equivalent"] for row in csv.DictReader(file)
+            }
+    for each in done:
+        each["equivalent"] = known.get(tuple(str(each[name]) for name in key), "")
+    with TABLE.open("w", newline="", encoding="utf-8") as file:
+        names = (*key, "killed", "equivalent")
+        table = csv.DictWriter(file, names, extrasaction="ignore", lineterminator="\n")
+        table.writeheader()
+        table.writerows(sorted(done, key=lambda each: (each["module"], each["offset"])))
+    counted = [each for each in done if each["killed"] or not each["equivalent"]]
+    share = 100.0 * sum(each["killed"] for each in counted) / len(counted)
+    return [
+        evidence.Row(MUTANTS, share, "%", ">=", 90, 80, len(counted)),
+        evidence.Row(TRIED, len(done), "mutants", ">=", 400, 400, len(done)),
     ]
 
 
