@@ -1,0 +1,85 @@
+"""The labelled body: every marker of a draft from the front and from the right, with its guess."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gaitval_markers.draft import Draft, Guess
+
+BONES: Final = (
+    ("R.ASIS", "L.ASIS"), ("R.ASIS", "R.Knee"), ("R.Knee", "R.Ankle"), ("R.Ankle", "R.Heel"), ("R.Heel", "R.MT5"), ("R.Heel", "R.MT2"),
+    ("L.ASIS", "L.Knee"), ("L.Knee", "L.Ankle"), ("L.Ankle", "L.Heel"), ("L.Heel", "L.MT5"), ("L.Heel", "L.MT2"),
+    ("R.ASIS", "R.Acromion"), ("L.ASIS", "L.Acromion"), ("R.Acromion", "L.Acromion"), ("R.Acromion", "R.Elbow"),
+    ("R.Elbow", "R.Wrist.Radial"), ("L.Acromion", "L.Elbow"), ("L.Elbow", "L.Wrist.Radial"),
+)  # fmt: skip
+SURE, UNSURE, CONTRADICTED = "#2f5d8a", "#c65d00", "#b00020"
+
+
+def draw(draft: Draft, path: Path, title: str) -> None:
+    """Write the picture; its kind follows from the ending (.svg, .png, .pdf)."""
+    seen = [guess for guess in draft.guesses if np.isfinite(guess.at).all()]
+    figure = Figure(figsize=(16.0, 12.0), layout="constrained")
+    front, side = figure.subplots(1, 2)
+    _view(front, seen, across=lambda at: -at[1], words="from behind: left is left")
+    _view(side, seen, across=lambda at: at[0], words="from the right: forward is right")
+    figure.suptitle(
+        f"{title}\nblue: used; orange: less certain, left to you; red: its name says another place",
+        fontsize=11,
+        parse_math=False,
+    )
+    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+
+
+def _view(axes: Axes, guesses: list[Guess], *, across, words: str) -> None:  # type: ignore[no-untyped-def]
+    places = {guess.site.label: guess.at for guess in guesses if guess.site is not None}
+    for one, other in BONES:
+        if one in places and other in places:
+            ends = [(across(places[each]), places[each][2]) for each in (one, other)]
+            axes.plot(*zip(*ends, strict=True), color="#cccccc", linewidth=1.5, zorder=1)
+    x = np.array([across(guess.at) for guess in guesses])
+    z = np.array([guess.at[2] for guess in guesses])
+    colours = [
+        CONTRADICTED if guess.named is False else SURE if guess.used else UNSURE for guess in guesses
+    ]
+    axes.scatter(x, z, c=colours, s=18, zorder=2)
+    # Labels beside the body, in two columns that keep the order of height.
+    middle = float(np.median(x))
+    span = max(float(np.ptp(z)), 0.5)
+    for right in (False, True):
+        column = sorted(
+            (i for i in range(len(guesses)) if (x[i] >= middle) == right), key=lambda i: z[i]
+        )
+        heights = _spread([z[i] for i in column], span / 45)
+        edge = (x.max() + 0.12 * span) if right else (x.min() - 0.12 * span)
+        for i, height in zip(column, heights, strict=True):
+            guess = guesses[i]
+            place = "?" if guess.site is None else guess.site.label
+            axes.annotate(
+                f"{guess.name}: {place} {guess.certainty:.0%}",
+                (x[i], z[i]),
+                (edge, height),
+                color=colours[i],
+                fontsize=7,
+                va="center",
+                ha="left" if right else "right",
+                arrowprops={"arrowstyle": "-", "color": colours[i], "linewidth": 0.4},
+                parse_math=False,
+            )
+    axes.set_xlim(x.min() - 0.55 * span, x.max() + 0.55 * span)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title(words, fontsize=9)
+    axes.set_ylabel("height, m")
+
+
+def _spread(heights: list[float], least: float) -> list[float]:
+    """Heights in order, moved apart to be at least `least` from each other."""
+    found: list[float] = []
+    for height in heights:
+        found.append(max(height, found[-1] + least) if found else height)
+    if found:
+        shift = (sum(found) - sum(heights)) / len(found)
+        found = [height - shift for height in found]
+    return found
