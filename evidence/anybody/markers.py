@@ -1,0 +1,249 @@
+"""How well `gaitval markers` finds out where markers are whose names say nothing, or in any language.
+
+`evidence/anybody/markers.toml` lists the recordings. FOLDER has a clone of each repository, named
+OWNER+NAME, as for `experiments/public_recordings.py`. The built-in set of a recording says where its
+markers are. Each is drafted three times: with numbers for names; with its names exchanged among its
+markers; and with names in German, French, Italian, Spanish or Portuguese, which this file makes.
+
+A marker is right if its segment and its landmark are those of the set. Three differences are none: a
+wand on thigh or shank that is called a tracking marker; a marker on the sacrum where both posterior
+spines have one, from which gaitval then measures; radial or ulnar where the set has one wrist marker.
+"""
+
+import os
+import tomllib
+import warnings
+from argparse import Namespace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+import evidence
+from evidence import ROOT, option
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Recording
+from gaitval.scaling.marker_set import plain_name
+from gaitval.scaling.marker_sets import load_marker_set
+from gaitval_markers.draft import Draft, Guess, draft_markers
+from gaitval_markers.names import computed
+
+LIST: Final = ROOT / "evidence" / "anybody" / "markers.toml"
+CLONES = option("--from", dest="clones", type=Path, required=True, help="folder of the clones")
+SEED: Final = 37
+NOT_OF_THE_BODY: Final = ("FHD", "BHD", "HEAD", "TEMP", "FIN", "HMC")
+"""Markers of head and hand, which no set uses: right if the draft leaves them out."""
+
+Truth = Mapping[str, tuple[str, str | None]]
+MEASURES = {
+    "*": {
+        "code": ("evidence/anybody/markers.py", "extras/gaitval_markers/*.py"),
+        "data": ("evidence/anybody/markers.toml", "extras/gaitval_markers/sites.toml"),
+    }
+}
+"""What the rows depend on; see evidence/stale.py."""
+
+LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
+    "German": {
+        "R": "re", "L": "li", "ASIS": "SIAS", "PSIS": "SIPS", "Sacrum": "Kreuzbein", "Knee": "Knie_aussen",
+        "Knee.Medial": "Knie_innen", "Ankle": "Knoechel_aussen", "Ankle.Medial": "Knoechel_innen",
+        "Heel": "Ferse", "MT1": "MFK1", "MT2": "MFK2", "MT5": "MFK5", "Toe": "Grosszehe", "Acromion": "Schulter",
+        "Elbow": "Ellenbogen", "Elbow.Medial": "Ellenbogen_innen", "Wrist": "Handgelenk",
+        "Wrist.Radial": "Handgelenk_rad", "Wrist.Ulnar": "Handgelenk_uln", "thigh": "Oberschenkel",
+        "shank": "Unterschenkel", "upper_arm": "Oberarm", "forearm": "Unterarm",
+    },
+    "French": {
+        "R": "D", "L": "G", "ASIS": "EIAS", "PSIS": "EIPS", "Sacrum": "Sacrum", "Knee": "Genou_ext",
+        "Knee.Medial": "Genou_int", "Ankle": "Cheville_ext", "Ankle.Medial": "Cheville_int", "Heel": "Talon",
+        "MT1": "Meta1", "MT2": "Meta2", "MT5": "Meta5", "Toe": "Hallux", "Acromion": "Epaule", "Elbow": "Coude",
+        "Elbow.Medial": "Coude_M", "Wrist": "Poignet", "Wrist.Radial": "Poignet_rad",
+        "Wrist.Ulnar": "Poignet_uln", "thigh": "Cuisse", "shank": "Jambe", "upper_arm": "Bras",
+        "forearm": "AvantBras",
+    },
+    "Italian": {
+        "R": "dx", "L": "sx", "ASIS": "SIAS", "PSIS": "SIPS", "Sacrum": "Sacro", "Knee": "Ginocchio_lat",
+        "Knee.Medial": "Ginocchio_med", "Ankle": "Malleolo_lat", "Ankle.Medial": "Malleolo_med", "Heel": "Tallone",
+        "MT1": "Met1", "MT2": "Met2", "MT5": "Met5", "Toe": "Alluce", "Acromion": "Spalla", "Elbow": "Gomito",
+        "Elbow.Medial": "Gomito_M", "Wrist": "Polso", "Wrist.Radial": "Polso_rad", "Wrist.Ulnar": "Polso_uln",
+        "thigh": "Coscia", "shank": "Gamba", "upper_arm": "Braccio", "forearm": "Avambraccio",
+    },
+    "Spanish": {
+        "R": "der", "L": "izq", "ASIS": "EIAS", "PSIS": "EIPS", "Sacrum": "Sacro", "Knee": "Rodilla_ext",
+        "Knee.Medial": "Rodilla_int", "Ankle": "Tobillo_ext", "Ankle.Medial": "Tobillo_int", "Heel": "Talon",
+        "MT1": "Meta1", "MT2": "Meta2", "MT5": "Meta5", "Toe": "Hallux", "Acromion": "Hombro", "Elbow": "Codo",
+        "Elbow.Medial": "Codo_M", "Wrist": "Muneca", "Wrist.Radial": "Muneca_rad", "Wrist.Ulnar": "Muneca_uln",
+        "thigh": "Muslo", "shank": "Pierna", "upper_arm": "Brazo", "forearm": "Antebrazo",
+    },
+    "Portuguese": {
+        "R": "D", "L": "E", "ASIS": "EIAS", "PSIS": "EIPS", "Sacrum": "Sacro", "Knee": "Joelho_lat",
+        "Knee.Medial": "Joelho_med", "Ankle": "Tornozelo_lat", "Ankle.Medial": "Tornozelo_med",
+        "Heel": "Calcanhar", "MT1": "Meta1", "MT2": "Meta2", "MT5": "Meta5", "Toe": "Halux", "Acromion": "Ombro",
+        "Elbow": "Cotovelo", "Elbow.Medial": "Cotovelo_M", "Wrist": "Punho", "Wrist.Radial": "Punho_rad",
+        "Wrist.Ulnar": "Punho_uln", "thigh": "Coxa", "shank": "Perna", "upper_arm": "Braco",
+        "forearm": "Antebraco",
+    },
+}  # fmt: skip
+"""Words as laboratories may write them; a marker without a word here gets a number."""
+
+
+def _placed(name: str, clones: Path) -> Path:
+    if name.startswith("data:"):
+        return Path(os.environ["GAITVAL_DATA"]) / name.removeprefix("data:")
+    return clones / name
+
+
+def recorded(entry: Mapping[str, Any], clones: Path) -> tuple[Recording, Recording, Truth]:
+    """Walking and standing trial, and where the markers are, by the names of the file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        standing = read_recording(_placed(entry["standing"], clones), plates=False)
+        walking = (
+            read_recording(_placed(entry["walking"], clones), plates=False)
+            if "walking" in entry
+            else standing
+        )
+    names = list(dict.fromkeys([*standing.names, *walking.names]))
+    if "markers" in entry:
+        return walking, standing, _told(entry, names)
+    known = load_marker_set(entry["set"])
+    truth: dict[str, tuple[str, str | None]] = {}
+    for name, marker in known.renamed(names).items():
+        definition = known.markers[marker]
+        truth[name] = (definition.segment, definition.landmark)
+    for name in names:
+        if any(word in plain_name(name) for word in NOT_OF_THE_BODY):
+            truth.setdefault(name, ("", None))
+    return walking, standing, truth
+
+
+def _told(entry: Mapping[str, Any], names: Sequence[str]) -> Truth:
+    """Where the markers of a set of the list itself are."""
+    letters = dict(zip("RL", entry.get("sides", "RL"), strict=True))
+    found: dict[str, tuple[str, str | None]] = {}
+    for place, markers in entry["markers"].items():
+        segment, _, landmark = place.partition(" ")
+        for marker in markers:
+            for side, letter in letters.items():
+                paired = segment in ("thigh", "shank", "foot", "toes", "upper_arm", "forearm")
+                name = marker.replace("*", letter)
+                where = f"{segment}_{side.lower()}" if paired else segment.replace("none", "")
+                mark = f"{side}.{landmark}" if landmark and landmark != "Sacrum" else landmark
+                found.setdefault(name, (where, mark or None))
+    own = {plain_name(name): name for name in names}
+    return {own[plain_name(name)]: where for name, where in found.items() if plain_name(name) in own}
+
+
+def only_markers(recording: Recording) -> Recording:
+    """The recording without computed points, which exchanged names would make markers of."""
+    kept = [i for i, name in enumerate(recording.names) if not computed(name)]
+    return recording.with_markers([recording.names[i] for i in kept], recording.markers[:, kept])
+
+
+def renamed(recording: Recording, names: Mapping[str, str]) -> Recording:
+    """The recording with other names."""
+    return replace(recording, names=tuple(names[name] for name in recording.names))
+
+
+def variants(names: Sequence[str], truth: Truth, seed: int) -> Iterator[tuple[str, dict[str, str]]]:
+    """New names for all, by kind: numbers, exchanged, another language."""
+    random = np.random.default_rng(seed)
+    yield "without names", {name: f"M{number:02d}" for number, name in enumerate(names)}
+    shuffled = list(random.permutation(np.array(names, dtype=object)))
+    yield "labels exchanged", dict(zip(names, shuffled, strict=True))
+    language = list(LANGUAGES.values())[int(random.integers(len(LANGUAGES)))]
+    spoken: dict[str, str] = {}
+    for number, name in enumerate(names):
+        spoken[name] = _in_language(truth.get(name), language, number)
+        if spoken[name] in list(spoken.values())[:-1]:
+            spoken[name] += f"_{number}"
+    yield "another language", spoken
+
+
+def _in_language(where: tuple[str, str | None] | None, words: Mapping[str, str], number: int) -> str:
+    if where is None:
+        return f"M{number:02d}"
+    segment, landmark = where
+    if landmark == "Sacrum":
+        return words["Sacrum"]
+    side, _, place = (landmark or "").partition(".")
+    if landmark and place in words:
+        return f"{words[side]}_{words[place]}"
+    part, _, letter = segment.rpartition("_")
+    if part in words:
+        return f"{words[letter.upper()]}_{words[part]}_{number}"
+    return f"M{number:02d}"
+
+
+def is_right(guess: Guess, truth: tuple[str, str | None], all_of: Truth) -> bool:
+    """Whether a guess has the segment and the landmark; see the module's docstring."""
+    site = guess.site
+    segment, landmark = ("", None) if site is None else (site.segment, site.landmark)
+    landmarks = {place for _, place in all_of.values()}
+
+    def same(name: str | None) -> str | None:
+        if name is None or name.endswith((".Thigh", ".Shank")):
+            return None
+        if name == "Sacrum" and {"R.PSIS", "L.PSIS"} <= landmarks:
+            return None
+        return name
+
+    one, other = same(landmark), same(truth[1])
+    wrist = bool(one and other and other.endswith(".Wrist") and one.startswith(other))
+    return segment == truth[0] and (one == other or wrist)
+
+
+def judged(draft: Draft, truth: Truth) -> tuple[int, int, int, list[str]]:
+    """Markers right, all, wrong ones used unseen, and what is wrong, of a draft with its own names."""
+    right = used = 0
+    wrong: list[str] = []
+    guesses = {guess.name: guess for guess in draft.guesses}
+    for name, where in truth.items():
+        guess = guesses.get(name)
+        if guess is None or guess.walking_only:
+            continue
+        good = is_right(guess, where, truth)
+        right += good
+        if not good:
+            used += guess.used
+            place = "nowhere" if guess.site is None else guess.site.label
+            wrong.append(f"{name} as {place} {guess.certainty:.2f}{'!' if guess.used else ''}")
+    return right, right + len(wrong), used, wrong
+
+
+@evidence.measurement(
+    CLONES,
+    option("--chosen", action="store_true", help="the sets that constants were chosen on: no rows"),
+    option("--only", default="", help="sets that begin with this: no rows"),
+)
+def markers(arguments: Namespace) -> list[evidence.Row]:
+    """Markers drafted right, and wrong ones used unseen, without names, with wrong ones, in 5 languages."""
+    content = tomllib.loads(LIST.read_text(encoding="utf-8"))
+    found: dict[str, list[tuple[int, int, int]]] = {}
+    certain: dict[str, list[int]] = {}
+    for number, entry in enumerate(content["chosen" if arguments.chosen else "measured"]):
+        if not entry["set"].startswith(arguments.only):
+            continue
+        walking, standing, truth = recorded(entry, arguments.clones)
+        walking, standing = only_markers(walking), only_markers(standing)
+        names = list(dict.fromkeys([*standing.names, *walking.names]))
+        for kind, new in variants(names, truth, SEED + number):
+            draft = draft_markers(renamed(walking, new), renamed(standing, new))
+            told = {new[name]: where for name, where in truth.items() if name in new}
+            right, count, used, wrong = judged(draft, told)
+            found.setdefault(kind, []).append((right, count, used))
+            certain.setdefault(kind, []).append(sum(guess.used for guess in draft.guesses))
+            back = {other: name for name, other in new.items()}
+            said = [f"{back[each.split(' as ')[0]]} {each}" for each in wrong]
+            print(f"{entry['set']}, {kind}: {right} of {count}, wrong and used {used}", *said, sep="\n   ", flush=True)
+    rows = []
+    for kind, each in found.items():
+        right, count, used = np.sum(each, axis=0)
+        print(f"{kind}: {right} of {count}; wrong and used {used}; used {sum(certain[kind])}")
+        what = f"markers of public sets drafted, {kind}"
+        rows += [
+            evidence.Row(f"{what}: right", 100 * right / count, "%", ">=", 98, 92, int(count)),
+            evidence.none_may(f"{what}: wrong ones used unseen", int(used), "markers", int(count)),
+        ]
+    return [] if arguments.chosen or arguments.only else rows
