@@ -1,7 +1,7 @@
 """Whether anybody who walks is seen to land: events of markers against force plates.
 
-`evidence/anybody/events.toml` lists the recordings: two of the project's data, the others public. FOLDER
-has a clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`.
+`evidence/anybody/events.toml` lists the recordings: two of the project's data, the others public.
+FOLDER has a clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`.
 
 A plate, zeroed as in an import, shows an event where its force crosses 20 N, one foot is wholly on
 it (its heel and heads within 1 cm) and the other one, its swing included, is not near the floor

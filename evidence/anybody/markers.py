@@ -1,13 +1,16 @@
-"""How well `gaitval markers` finds out where markers are whose names say nothing, or in any language.
+"""How well `gaitval markers` finds out where markers are whose names say nothing, or in any
+language.
 
 `evidence/anybody/markers.toml` lists the recordings. FOLDER has a clone of each repository, named
-OWNER+NAME, as for `experiments/public_recordings.py`. The built-in set of a recording says where its
-markers are. Each is drafted three times: with numbers for names; with its names exchanged among its
-markers; and with names in German, French, Italian, Spanish or Portuguese, which this file makes.
+OWNER+NAME, as for `experiments/public_recordings.py`. The built-in set of a recording says where
+its markers are. Each is drafted three times: with numbers for names; with its names exchanged among
+its markers; and with names in German, French, Italian, Spanish or Portuguese, which this file
+makes.
 
-A marker is right if its segment and its landmark are those of the set. Three differences are none: a
-wand on thigh or shank that is called a tracking marker; a marker on the sacrum where both posterior
-spines have one, from which gaitval then measures; radial or ulnar where the set has one wrist marker.
+A marker is right if its segment and its landmark are those of the set. Three differences are none:
+a wand on thigh or shank that is called a tracking marker; a marker on the sacrum where both
+posterior spines have one, from which gaitval then measures; radial or ulnar where the set has one
+wrist marker.
 """
 
 import os
@@ -27,7 +30,7 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import plain_name
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval_markers.draft import Draft, Guess, draft_markers
+from gaitval_markers.draft import Draft, Guess, Places, draft_of, places_of
 from gaitval_markers.names import computed
 
 LIST: Final = ROOT / "evidence" / "anybody" / "markers.toml"
@@ -40,52 +43,17 @@ Truth = Mapping[str, tuple[str, str | None]]
 MEASURES = {
     "*": {
         "code": ("evidence/anybody/markers.py", "extras/gaitval_markers/*.py"),
-        "data": ("evidence/anybody/markers.toml", "extras/gaitval_markers/sites.toml"),
+        "data": (
+            "evidence/anybody/markers.toml",
+            "evidence/anybody/languages.toml",
+            "extras/gaitval_markers/*.toml",
+        ),
     }
 }
 """What the rows depend on; see evidence/stale.py."""
 
-LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
-    "German": {
-        "R": "re", "L": "li", "ASIS": "SIAS", "PSIS": "SIPS", "Sacrum": "Kreuzbein", "Knee": "Knie_aussen",
-        "Knee.Medial": "Knie_innen", "Ankle": "Knoechel_aussen", "Ankle.Medial": "Knoechel_innen",
-        "Heel": "Ferse", "MT1": "MFK1", "MT2": "MFK2", "MT5": "MFK5", "Toe": "Grosszehe", "Acromion": "Schulter",
-        "Elbow": "Ellenbogen", "Elbow.Medial": "Ellenbogen_innen", "Wrist": "Handgelenk",
-        "Wrist.Radial": "Handgelenk_rad", "Wrist.Ulnar": "Handgelenk_uln", "thigh": "Oberschenkel",
-        "shank": "Unterschenkel", "upper_arm": "Oberarm", "forearm": "Unterarm",
-    },
-    "French": {
-        "R": "D", "L": "G", "ASIS": "EIAS", "PSIS": "EIPS", "Sacrum": "Sacrum", "Knee": "Genou_ext",
-        "Knee.Medial": "Genou_int", "Ankle": "Cheville_ext", "Ankle.Medial": "Cheville_int", "Heel": "Talon",
-        "MT1": "Meta1", "MT2": "Meta2", "MT5": "Meta5", "Toe": "Hallux", "Acromion": "Epaule", "Elbow": "Coude",
-        "Elbow.Medial": "Coude_M", "Wrist": "Poignet", "Wrist.Radial": "Poignet_rad",
-        "Wrist.Ulnar": "Poignet_uln", "thigh": "Cuisse", "shank": "Jambe", "upper_arm": "Bras",
-        "forearm": "AvantBras",
-    },
-    "Italian": {
-        "R": "dx", "L": "sx", "ASIS": "SIAS", "PSIS": "SIPS", "Sacrum": "Sacro", "Knee": "Ginocchio_lat",
-        "Knee.Medial": "Ginocchio_med", "Ankle": "Malleolo_lat", "Ankle.Medial": "Malleolo_med", "Heel": "Tallone",
-        "MT1": "Met1", "MT2": "Met2", "MT5": "Met5", "Toe": "Alluce", "Acromion": "Spalla", "Elbow": "Gomito",
-        "Elbow.Medial": "Gomito_M", "Wrist": "Polso", "Wrist.Radial": "Polso_rad", "Wrist.Ulnar": "Polso_uln",
-        "thigh": "Coscia", "shank": "Gamba", "upper_arm": "Braccio", "forearm": "Avambraccio",
-    },
-    "Spanish": {
-        "R": "der", "L": "izq", "ASIS": "EIAS", "PSIS": "EIPS", "Sacrum": "Sacro", "Knee": "Rodilla_ext",
-        "Knee.Medial": "Rodilla_int", "Ankle": "Tobillo_ext", "Ankle.Medial": "Tobillo_int", "Heel": "Talon",
-        "MT1": "Meta1", "MT2": "Meta2", "MT5": "Meta5", "Toe": "Hallux", "Acromion": "Hombro", "Elbow": "Codo",
-        "Elbow.Medial": "Codo_M", "Wrist": "Muneca", "Wrist.Radial": "Muneca_rad", "Wrist.Ulnar": "Muneca_uln",
-        "thigh": "Muslo", "shank": "Pierna", "upper_arm": "Brazo", "forearm": "Antebrazo",
-    },
-    "Portuguese": {
-        "R": "D", "L": "E", "ASIS": "EIAS", "PSIS": "EIPS", "Sacrum": "Sacro", "Knee": "Joelho_lat",
-        "Knee.Medial": "Joelho_med", "Ankle": "Tornozelo_lat", "Ankle.Medial": "Tornozelo_med",
-        "Heel": "Calcanhar", "MT1": "Meta1", "MT2": "Meta2", "MT5": "Meta5", "Toe": "Halux", "Acromion": "Ombro",
-        "Elbow": "Cotovelo", "Elbow.Medial": "Cotovelo_M", "Wrist": "Punho", "Wrist.Radial": "Punho_rad",
-        "Wrist.Ulnar": "Punho_uln", "thigh": "Coxa", "shank": "Perna", "upper_arm": "Braco",
-        "forearm": "Antebraco",
-    },
-}  # fmt: skip
-"""Words as laboratories may write them; a marker without a word here gets a number."""
+LANGUAGES: Final = ROOT / "evidence" / "anybody" / "languages.toml"
+"""Words as laboratories may write them; a marker without a word there gets a number."""
 
 
 def _placed(name: str, clones: Path) -> Path:
@@ -132,7 +100,9 @@ def _told(entry: Mapping[str, Any], names: Sequence[str]) -> Truth:
                 mark = f"{side}.{landmark}" if landmark and landmark != "Sacrum" else landmark
                 found.setdefault(name, (where, mark or None))
     own = {plain_name(name): name for name in names}
-    return {own[plain_name(name)]: where for name, where in found.items() if plain_name(name) in own}
+    return {
+        own[plain_name(name)]: where for name, where in found.items() if plain_name(name) in own
+    }
 
 
 def only_markers(recording: Recording) -> Recording:
@@ -152,7 +122,8 @@ def variants(names: Sequence[str], truth: Truth, seed: int) -> Iterator[tuple[st
     yield "without names", {name: f"M{number:02d}" for number, name in enumerate(names)}
     shuffled = list(random.permutation(np.array(names, dtype=object)))
     yield "labels exchanged", dict(zip(names, shuffled, strict=True))
-    language = list(LANGUAGES.values())[int(random.integers(len(LANGUAGES)))]
+    languages = list(tomllib.loads(LANGUAGES.read_text(encoding="utf-8")).values())
+    language = languages[int(random.integers(len(languages)))]
     spoken: dict[str, str] = {}
     for number, name in enumerate(names):
         spoken[name] = _in_language(truth.get(name), language, number)
@@ -161,7 +132,18 @@ def variants(names: Sequence[str], truth: Truth, seed: int) -> Iterator[tuple[st
     yield "another language", spoken
 
 
-def _in_language(where: tuple[str, str | None] | None, words: Mapping[str, str], number: int) -> str:
+def _with_names(places: Places, new: Mapping[str, str]) -> Places:
+    return replace(
+        places,
+        names=tuple(new[name] for name in places.names),
+        static_only=frozenset(new[name] for name in places.static_only),
+        walking_only=tuple(new[name] for name in places.walking_only),
+    )
+
+
+def _in_language(
+    where: tuple[str, str | None] | None, words: Mapping[str, str], number: int
+) -> str:
     if where is None:
         return f"M{number:02d}"
     segment, landmark = where
@@ -195,7 +177,7 @@ def is_right(guess: Guess, truth: tuple[str, str | None], all_of: Truth) -> bool
 
 
 def judged(draft: Draft, truth: Truth) -> tuple[int, int, int, list[str]]:
-    """Markers right, all, wrong ones used unseen, and what is wrong, of a draft with its own names."""
+    """Markers right, all, wrong ones used unseen, and what is wrong, of a draft."""
     right = used = 0
     wrong: list[str] = []
     guesses = {guess.name: guess for guess in draft.guesses}
@@ -218,7 +200,7 @@ def judged(draft: Draft, truth: Truth) -> tuple[int, int, int, list[str]]:
     option("--only", default="", help="sets that begin with this: no rows"),
 )
 def markers(arguments: Namespace) -> list[evidence.Row]:
-    """Markers drafted right, and wrong ones used unseen, without names, with wrong ones, in 5 languages."""
+    """Markers drafted right: without names, with exchanged ones, in another language."""
     content = tomllib.loads(LIST.read_text(encoding="utf-8"))
     found: dict[str, list[tuple[int, int, int]]] = {}
     certain: dict[str, list[int]] = {}
@@ -228,15 +210,24 @@ def markers(arguments: Namespace) -> list[evidence.Row]:
         walking, standing, truth = recorded(entry, arguments.clones)
         walking, standing = only_markers(walking), only_markers(standing)
         names = list(dict.fromkeys([*standing.names, *walking.names]))
+        unnamed = {name: f"M{i:02d}" for i, name in enumerate(names)}
+        places = places_of(renamed(walking, unnamed), renamed(standing, unnamed))
+        back_to = {new: name for name, new in unnamed.items()}
         for kind, new in variants(names, truth, SEED + number):
-            draft = draft_markers(renamed(walking, new), renamed(standing, new))
+            # What places alone say does not depend on the names: it is worked out once.
+            draft = draft_of(_with_names(places, {m: new[name] for m, name in back_to.items()}))
             told = {new[name]: where for name, where in truth.items() if name in new}
             right, count, used, wrong = judged(draft, told)
             found.setdefault(kind, []).append((right, count, used))
             certain.setdefault(kind, []).append(sum(guess.used for guess in draft.guesses))
             back = {other: name for name, other in new.items()}
             said = [f"{back[each.split(' as ')[0]]} {each}" for each in wrong]
-            print(f"{entry['set']}, {kind}: {right} of {count}, wrong and used {used}", *said, sep="\n   ", flush=True)
+            print(
+                f"{entry['set']}, {kind}: {right} of {count}, wrong and used {used}",
+                *said,
+                sep="\n   ",
+                flush=True,
+            )
     rows = []
     for kind, each in found.items():
         right, count, used = np.sum(each, axis=0)

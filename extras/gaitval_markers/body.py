@@ -1,10 +1,10 @@
 """Where markers lie on a standing person whom one does not know: a mean and a covariance.
 
-People of all sizes are drawn, with legs, trunk and arms of their own proportions, standing as people
-stand (feet turned out, knees not quite straight), with arms that hang, are held out, or are bent; and
-each place of `sites.toml` is put on them. The places of all of these people are then described by
-one normal distribution for each way to hold the arms. So a knee that was found says how high the
-hip is, how far the foot is turned out says where its toes are, and so on.
+People of all sizes are drawn, with legs, trunk and arms of their own proportions, standing as
+people stand (feet turned out, knees not quite straight), with arms that hang, are held out, or are
+bent; and each place of `sites.toml` is put on them. The places of all of these people are then
+described by one normal distribution for each way to hold the arms. So a knee that was found says
+how high the hip is, how far the foot is turned out says where its toes are, and so on.
 """
 
 import tomllib
@@ -38,8 +38,8 @@ POSTURE: Final = {
     "lean": 6.0, "tilt": 6.0, "sway": 2.5, "hip": 4.0, "abduction": 3.0, "turn": 7.0,
     "knee": 7.0, "toe_out": 7.0, "pitch": 3.0, "ankle": 4.0, "facing": 4.0,
 }  # fmt: skip
-"""Degrees. How standing people differ: trunk forward and sideways, pelvis, thigh, knee, foot; and the
-error of the direction in which they are taken to face."""
+"""Degrees. How standing people differ: trunk forward and sideways, pelvis, thigh, knee, foot; and
+the error of the direction in which they are taken to face."""
 
 PLACE_SD_M: Final = (0.05, 0.02, 0.015)
 """m. Error of where a person is taken to stand: forward, to the left, height of the floor."""

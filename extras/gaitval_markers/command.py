@@ -11,7 +11,7 @@ from gaitval.cli.app import added_command
 
 
 @added_command(
-    "gaitval markers walk.c3d --standing stand.c3d     # writes walk_markers.toml, walk_markers.svg",
+    "gaitval markers walk.c3d --standing stand.c3d     # walk_markers.toml and .svg",
     "gaitval markers walk.trc --out my_laboratory.toml",
     after="import",
 )
@@ -55,7 +55,8 @@ def markers(
         raise RecordError(f"--out {target}: the name of a marker set ends in .toml.")
     if target.exists():
         raise RecordError(
-            f"{target} is there, and may have been corrected by hand. Give another --out, or remove it."
+            f"{target} is there, and may have been corrected by hand. Give another --out, or "
+            "remove it."
         )
     walking = read_recording(file, plates=False)
     still = None if standing is None else read_recording(standing, plates=False)
@@ -73,7 +74,9 @@ def markers(
             f"Names: only {draft.names_agree:.0%} of those that say a place agree with where their "
             "markers are, so names were not used: labels may be exchanged."
         )
-    display.plain(f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, used.")
+    display.plain(
+        f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, used."
+    )
     for guess in left:
         display.plain(f"  not used: {guess.name}: {said_of(guess)}")
     display.plain(f"Picture: {picture}")

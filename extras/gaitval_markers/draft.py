@@ -13,15 +13,19 @@ from gaitval.scaling.marker_set import plain_name
 from gaitval_markers.body import Site, sites
 from gaitval_markers.frame import apart, stood
 from gaitval_markers.match import Match, matched
-from gaitval_markers.names import agreement, computed, likelihoods, read_names
+from gaitval_markers.names import Said, agreement, computed, likelihoods, read_names
 
 CERTAIN: Final = 0.95
-"""Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table of
-results contains, so that none of their wrong guesses reaches it."""
+"""Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table
+of results contains, so that none of their wrong guesses reaches it."""
 
 NAMES_COUNT: Final = 0.6
 """Share of the names that must say what the places of their markers say; below it the labels are
 taken to be exchanged or to mean something else, and only the places count."""
+
+AS_LIKELY: Final = 15.0
+"""How much less likely by its places, as a logarithm, the body of the names may be than the
+likeliest."""
 
 FEWEST: Final = 8
 """Markers without which a body is not recognised: those of legs that gaitval can use."""
@@ -81,34 +85,73 @@ class Draft:
         return bool(self.names_agree >= NAMES_COUNT)
 
 
+@dataclass(frozen=True)
+class Places:
+    """The markers of a recording, matched to a body by their places alone.
+
+    Attributes
+    ----------
+    names : of the markers, without computed points.
+    computed : names of these.
+    points : (N, 3) m in standing, in the axes of the file.
+    moves : (N, N) m, how much their distances change in the walk; None without a walk.
+    match : the assignment.
+    static_only, walking_only : names of markers that only one of the two trials has.
+    """
+
+    names: tuple[str, ...]
+    computed: tuple[str, ...]
+    points: Array
+    moves: Array | None
+    match: Match
+    static_only: frozenset[str]
+    walking_only: tuple[str, ...]
+
+
 def draft_markers(walking: Recording, standing: Recording | None = None) -> Draft:
     """Guess the place of every marker of a walking trial, and of its standing trial.
 
     Raises RecordError if there are too few markers for a body.
     """
+    return draft_of(places_of(walking, standing))
+
+
+def places_of(walking: Recording, standing: Recording | None = None) -> Places:
+    """Match the markers to a body by their places alone; raises as `draft_markers`."""
     still = walking if standing is None else standing
-    names = list(still.names)
-    own = {plain_name(name): name for name in walking.names}
-    static_only = {name for name in names if plain_name(name) not in own}
-    places = stood(still)
-    # What only the walk has cannot be placed on the standing body.
-    extra = [n for n in walking.names if plain_name(n) not in {plain_name(name) for name in names}]
-    points = [i for i, name in enumerate(names) if not computed(name) and np.isfinite(places[i]).all()]
-    if len(points) < FEWEST:
+    walk, stand = ({plain_name(n): n for n in each.names} for each in (walking, still))
+    at = stood(still)
+    kept = [
+        i for i, name in enumerate(still.names) if not computed(name) and np.isfinite(at[i]).all()
+    ]
+    names = tuple(still.names[i] for i in kept)
+    if len(names) < FEWEST:
         raise RecordError(
-            f"{len(points)} markers are seen, which is too few to recognise a body: "
-            f"{', '.join(names[i] for i in points) or 'none'}. At least {FEWEST} are needed, of pelvis, "
-            "knees, ankles and feet."
+            f"{len(names)} markers are seen, which is too few to recognise a body: "
+            f"{', '.join(names) or 'none'}. At least {FEWEST} are needed, of pelvis, knees, ankles "
+            "and feet."
         )
-    moves = _moves([plain_name(names[i]) for i in points], walking)
-    known = [names[i] for i in points]
-    match, agree = _match(known, places[points], moves)
-    said = read_names(known)
+    moves = _moves([plain_name(name) for name in names], walking)
+    return Places(
+        names,
+        tuple(name for name in still.names if computed(name)),
+        at[kept],
+        moves,
+        matched(at[kept], None, moves),
+        frozenset(name for name in names if plain_name(name) not in walk),
+        # What only the walk has cannot be placed on the standing body.
+        tuple(n for plain, n in walk.items() if plain not in stand and not computed(n)),
+    )
+
+
+def draft_of(places: Places) -> Draft:
+    """The draft: the names count if a body that they describe is as likely as the one without."""
+    said = read_names(places.names)
+    match, agree = _match(said, places)
     guesses = []
-    for number, name in enumerate(known):
+    for number, (name, word) in enumerate(zip(places.names, said, strict=True)):
         site = match.site(number)
-        word = said[number]
-        named = None if not word.places or agree < NAMES_COUNT else site is not None and word.fits(site)
+        silent = not word.places or agree < NAMES_COUNT
         second = int(match.second[number])
         guesses.append(
             Guess(
@@ -116,33 +159,40 @@ def draft_markers(walking: Recording, standing: Recording | None = None) -> Draf
                 site,
                 None if second < 0 else match.sites[second],
                 float(match.certainty[number]),
-                named,
+                None if silent else site is not None and word.fits(site),
                 match.points[number],
-                static_only=name in static_only,
+                static_only=name in places.static_only,
             )
         )
+    nowhere = np.full(3, np.nan)
     guesses += [
-        Guess(name, None, None, 0.0, None, np.full(3, np.nan), walking_only=True)
-        for name in extra
-        if not computed(name)
+        Guess(name, None, None, 0.0, None, nowhere, walking_only=True)
+        for name in places.walking_only
     ]
-    return Draft(
-        tuple(guesses),
-        tuple(name for name in names if computed(name)),
-        agree,
-        match.stature,
-        moves is not None,
-    )
+    moved = places.moves is not None
+    return Draft(tuple(guesses), places.computed, agree, match.stature, moved)
 
 
-def _match(names: Sequence[str], places: Array, moves: Array | None) -> tuple[Match, float]:
-    """The assignment, with the names if they agree with the places, and how far they do."""
-    alone = matched(places, None, moves)
-    said = read_names(names)
-    agree = agreement(said, {i: alone.site(i) for i in range(len(names))})
-    if not agree >= NAMES_COUNT:
+def _match(said: Sequence[Said], places: Places) -> tuple[Match, float]:
+    """The assignment, with the names if they agree with it, and the share of those that do."""
+    alone = places.match
+    agree = _agreement(said, alone)
+    if np.isnan(agree):
         return alone, agree
-    return matched(places, likelihoods(said, sites()), moves), agree
+    told = likelihoods(said, sites())
+    if agree >= NAMES_COUNT:
+        return matched(places.points, told, places.moves), agree
+    # Places alone may have led astray: is the body of the names as likely?
+    named = matched(places.points, told, places.moves)
+    where = np.flatnonzero(named.chosen >= 0)
+    by_places = named.score - float(told[where, named.chosen[where]].sum())
+    if _agreement(said, named) >= NAMES_COUNT and by_places > alone.score - AS_LIKELY:
+        return named, _agreement(said, named)
+    return alone, agree
+
+
+def _agreement(said: Sequence[Said], match: Match) -> float:
+    return agreement(said, {i: match.site(i) for i in range(len(said))})
 
 
 def _moves(names: Sequence[str], walking: Recording) -> Array | None:

@@ -19,9 +19,9 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
     unsure = [guess for guess in draft.guesses if not guess.used]
     left_out = [guess.name for guess in draft.guesses if guess.used and guess not in sure]
     lines = [
-        "# Drafted by `gaitval markers`. Look at the picture beside this file; correct what is wrong.",
-        "# Keys: segment; landmark (without one a marker only tracks its segment); weight in inverse",
-        "# kinematics; static_only: taken off after the standing trial; optional: may be missing.",
+        "# Drafted by `gaitval markers`. Look at the picture beside this file; correct errors.",
+        "# Keys: segment; landmark (without one a marker only tracks its segment); weight in",
+        "# inverse kinematics; static_only: taken off after standing; optional: may be missing.",
         "",
         f"title = {json.dumps(title)}",
         f"source = {json.dumps(source)}",
@@ -32,12 +32,15 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
     if unsure:
         lines += [
             "",
-            f"# Below {CERTAIN:.0%}, or the name says another place: not used. Take the # away from "
-            "those that are right.",
+            f"# Below {CERTAIN:.0%}, or the name says another place: not used. Take the # "
+            "away from those that are right.",
             *(f"# {_line(guess, draft)}" for guess in _in_order(unsure)),
         ]
     if left_out or draft.computed:
-        lines += ["", "# Left out, because gaitval's body has no such segment, or no marker is there:"]
+        lines += [
+            "",
+            "# Left out, because gaitval's body has no such segment, or no marker is there:",
+        ]
         lines += [f"# {', '.join([*left_out, *draft.computed])}"]
     return "\n".join(lines) + "\n"
 
@@ -57,8 +60,8 @@ def _line(guess: Guess, draft: Draft) -> str:
         keys.append("static_only = true")
     if site.part in ("torso", "upper_arm", "forearm"):
         keys.append("optional = true")
-    line = f"{json.dumps(guess.name, ensure_ascii=False)} = {{ {', '.join(keys)} }}  # {said_of(guess)}"
-    return line
+    name = json.dumps(guess.name, ensure_ascii=False)
+    return f"{name} = {{ {', '.join(keys)} }}  # {said_of(guess)}"
 
 
 def said_of(guess: Guess) -> str:

@@ -23,8 +23,8 @@ foot is on the ground for two thirds of the time."""
 
 
 def stood(recording: Recording) -> Array:
-    """Where each marker of a recording is while its person stands, (N, 3) m in the laboratory's axes;
-    NaN for a marker that is never seen. Of a walk: its mean place among all markers.
+    """Where each marker of a recording is while its person stands, (N, 3) m in the laboratory's
+    axes; NaN for a marker that is never seen. Of a walk: its mean place among all markers.
     """
     markers = np.asarray(recording.markers, dtype=np.float64)
     about = _about_their_middle(markers)
@@ -68,8 +68,8 @@ def _about_their_middle(markers: Array) -> Array:
 
 
 def frames_of(points: Array) -> Iterator[tuple[Array, float]]:
-    """Rotations (3, 3) to axes forward, left, up that a body of these `points` (N, 3) may have, each
-    with how badly its left and right mirror each other, m. Both ways to face are among them.
+    """Rotations (3, 3) to axes forward, left, up that a body of these `points` (N, 3) may have,
+    each with how badly its left and right mirror each other, m. Both ways to face are among them.
     """
     seen = points[np.isfinite(points).all(axis=1)]
     for axis in range(3):
@@ -93,7 +93,8 @@ def middle_of(level: Array) -> float:
 
 def _symmetry(level: Array, height: Array) -> tuple[float, float]:
     """Direction of the vertical plane that mirrors the points best, and the median distance of a
-    mirrored point to its nearest."""
+    mirrored point to its nearest.
+    """
     best = (np.inf, 0.0)
     centre = level - level.mean(axis=0)
     for angle in np.linspace(0.0, np.pi, HEADINGS, endpoint=False):
@@ -101,10 +102,9 @@ def _symmetry(level: Array, height: Array) -> tuple[float, float]:
         along = np.cos(angle) * centre[:, 0] + np.sin(angle) * centre[:, 1]
         here = np.column_stack([along, height])
         for offset in (middle_of(across), float(np.mean(across))):
-            apart = (
-                ((here[:, None] - here[None]) ** 2).sum(axis=2)
-                + (2 * offset - across[:, None] - across[None]) ** 2
-            )
+            apart = ((here[:, None] - here[None]) ** 2).sum(axis=2) + (
+                2 * offset - across[:, None] - across[None]
+            ) ** 2
             found = float(np.sqrt(np.sort(apart.min(axis=1))[: max(3 * len(apart) // 4, 1)].mean()))
             best = min(best, (found, angle))
     return best[1], best[0]

@@ -1,11 +1,11 @@
 """Which marker is on which place of a body: the likeliest assignment, and how certain it is.
 
-The places of `body.py` have one joint normal distribution. An assignment's score is the logarithm of
-its likelihood: of the positions under that distribution, of which places have a marker at all, and
-of the names. A first assignment comes from each place's own distribution (Hungarian method, Kuhn 1955)
-for every stature, direction and way to hold the arms; changes of one marker, of two, or of a left and
-right pair then raise the score until none does. A marker's certainty is the probability of its place
-against all changes that were tried.
+The places of `body.py` have one joint normal distribution. An assignment's score is the logarithm
+of its likelihood: of the positions under that distribution, of which places have a marker at all,
+and of the names. A first assignment comes from each place's own distribution (Hungarian method,
+Kuhn 1955) for every stature, direction and way to hold the arms; changes of one marker, of two, or
+of a left and right pair then raise the score until none does. A marker's certainty is the
+probability of its place against all changes that were tried.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -34,8 +34,8 @@ ONE_SIDED: Final = -3.0
 """Log probability that a place has a marker on one side only."""
 
 TEMPERATURE: Final = 3.0
-"""What a difference of scores is divided by for a certainty: real bodies differ from the drawn ones,
-so that the scores say too much."""
+"""What a difference of scores is divided by for a certainty: real bodies differ from the drawn
+ones, so that the scores say too much."""
 
 HAND_ALONE: Final = -8.0
 """Log probability of markers on forearm or hand of an arm without any on elbow and shoulder."""
@@ -48,6 +48,13 @@ SPREAD_M: Final = 0.005
 
 FACINGS: Final = 6
 """Ways to face, with which axis is up, that are refined."""
+
+LEAST: Final = -10.0
+"""Sum of the changes of the score, one marker at a time, from which a change of several is
+tried."""
+
+HOPELESS: Final = 60.0
+"""How far below the best so far an assignment may be after a few changes without being given up."""
 
 NEAR: Final = 18.0
 """Difference of scores beyond which a change of one marker alone is not part of a larger change."""
@@ -98,7 +105,8 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
 
     def refine(start: _Start) -> None:
         search = _Search(start.points, start.people, told, rigid)
-        best.append((*search.refined(start.chosen), search, start))
+        so_far = max((each[0] for each in best), default=-np.inf)
+        best.append((*search.refined(start.chosen, so_far), search, start))
 
     # The likeliest of each way to face; then other statures and ways to hold the arms of the best.
     facings = {start.frame: start for start in reversed(starts)}
@@ -132,7 +140,8 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
 @dataclass(frozen=True)
 class _Start:
     """A first assignment: its cost, which frame and way to hold the arms, the placed points, the
-    people of that way, the place of each marker."""
+    people of that way, the place of each marker.
+    """
 
     cost: float
     frame: int
@@ -222,10 +231,19 @@ def _part(site: Site) -> str:
     return part if part in ("pelvis", "torso", "Head") else f"{part}_{site.side}"
 
 
-NEXT: Final = {
-    ("pelvis", "thigh"), ("thigh", "shank"), ("shank", "foot"), ("pelvis", "torso"), ("torso", "upper_arm"),
-    ("upper_arm", "forearm"), ("torso", "Head"), ("forearm", "Hand"),
-}  # fmt: skip
+NEXT: Final = frozenset(
+    tuple(pair.split())
+    for pair in (
+        "pelvis thigh",
+        "thigh shank",
+        "shank foot",
+        "pelvis torso",
+        "torso upper_arm",
+        "upper_arm forearm",
+        "torso Head",
+        "forearm Hand",
+    )
+)
 """Neighbours, of which a marker near the joint belongs to either by its distances."""
 
 
@@ -257,7 +275,9 @@ class _Search:
         self.many = np.array([site.many for site in people.sites])
         self.presence = np.array([_presence(site) for site in people.sites])
         labels = {site.label: k for k, site in enumerate(people.sites)}
-        self.mirror = np.array([labels.get(site.mirrored, k) for k, site in enumerate(people.sites)])
+        self.mirror = np.array(
+            [labels.get(site.mirrored, k) for k, site in enumerate(people.sites)]
+        )
         self.shared = people.shared[:-1, :-1].reshape(count, 3, count, 3)
         self.size = people.shared[-1, :-1].reshape(count, 3)
         self.tried: dict[tuple[int, ...], float] = {}
@@ -266,10 +286,14 @@ class _Search:
         self.far = np.array([[_far(one, other) for other in parts] for one in parts])
         self.loose = np.array([SOFT_M.get(part[:5], HARD_M) for part in parts])
         self.moves = None if moves is None else np.where(np.isfinite(moves), moves, -1.0)
+        if self.moves is not None:
+            self.known = (self.moves >= 0.0) & ~np.eye(len(points), dtype=bool)
         self.arms = [
             (
                 np.array([site.side == side and site.part == "forearm" for site in people.sites]),
-                np.array([site.label in (f"{side}.Elbow", f"{side}.Acromion") for site in people.sites]),
+                np.array(
+                    [site.label in (f"{side}.Elbow", f"{side}.Acromion") for site in people.sites]
+                ),
             )
             for side in "RL"
         ]
@@ -293,7 +317,9 @@ class _Search:
         covariance[index, :, index, :] += self.people.own[where]
         size = 3 * len(where)
         off = (self.points[who] - self.people.mean[where]).ravel()
-        return cho_factor(covariance.reshape(size, size), lower=True), off
+        return cho_factor(
+            covariance.reshape(size, size), lower=True, overwrite_a=True, check_finite=False
+        ), off
 
     def score(self, chosen: Array) -> float:
         """Log likelihood of an assignment."""
@@ -302,7 +328,10 @@ class _Search:
             who = np.flatnonzero(chosen >= 0)
             where = chosen[who]
             factor, off = self._gauss(who, where)
-            fit = -0.5 * off @ cho_solve(factor, off) - np.log(np.diag(factor[0])).sum()
+            fit = (
+                -0.5 * off @ cho_solve(factor, off, check_finite=False)
+                - np.log(np.diag(factor[0])).sum()
+            )
             fit -= 0.5 * len(off) * np.log(2 * np.pi)
             named = self.names[who, where].sum() + NOWHERE * (len(chosen) - len(who))
             prior = self.presence[where].sum() + self._sided(where)
@@ -313,12 +342,14 @@ class _Search:
         """Log likelihood of the distances: fixed within a segment, and only there."""
         if self.moves is None:
             return 0.0
-        moves = self.moves[np.ix_(who, who)]
-        known = (moves >= 0.0) & ~np.eye(len(who), dtype=bool)
-        same = self.same[np.ix_(where, where)] & known
+        if len(who) == len(self.moves):
+            moves, known = self.moves, self.known
+        else:
+            moves, known = self.moves[np.ix_(who, who)], self.known[np.ix_(who, who)]
+        same = self.same[where[:, None], where] & known
         excess = np.clip((moves - self.loose[where][:, None]) / SPREAD_M, 0.0, 6.0) * same
         within = excess.sum(axis=1) / np.maximum(same.sum(axis=1), 1)
-        far = self.far[np.ix_(where, where)] & known & (moves < HARD_M)
+        far = self.far[where[:, None], where] & known & (moves < HARD_M)
         return float(-within.sum() - 1.5 * np.minimum(far.sum(axis=1), 2).sum())
 
     def _sided(self, where: Array) -> float:
@@ -370,12 +401,23 @@ class _Search:
             found[marker, count] = NOWHERE
         return found
 
-    def changes(self, chosen: Array) -> Iterator[Array]:
-        """Assignments that differ from one by a plausible change."""
+    def changes(self, chosen: Array, least: float = LEAST) -> Iterator[Array]:
+        """Assignments that differ from one by a plausible change: one that would raise the score by
+        `least` or more if each of its markers were changed alone.
+        """
         alone = self.alone(chosen)
+        for changed in self._changes(chosen, alone):
+            moved = np.flatnonzero(changed != chosen)
+            gain = alone[moved, changed[moved]] - alone[moved, chosen[moved]]
+            if gain.sum() > least:
+                yield changed
+
+    def _changes(self, chosen: Array, alone: Array) -> Iterator[Array]:
         now = alone[np.arange(len(chosen)), chosen]
         holder = {int(k): i for i, k in enumerate(chosen) if k >= 0 and not self.many[k]}
-        plausible = [np.flatnonzero(row > here - NEAR) for row, here in zip(alone, now, strict=True)]
+        plausible = [
+            np.flatnonzero(row > here - NEAR) for row, here in zip(alone, now, strict=True)
+        ]
 
         def free(marker: int, taken: set[int]) -> int:
             """The best place of a marker whose own was taken."""
@@ -424,13 +466,21 @@ class _Search:
                     both |= {held: int(chosen[twin])}
                 yield put(both)
                 if taker is not None or held is not None:
-                    gone = {each: free(each, {place, across}) for each in (taker, held) if each is not None and each not in (marker, twin)}
+                    gone = {
+                        each: free(each, {place, across})
+                        for each in (taker, held)
+                        if each is not None and each not in (marker, twin)
+                    }
                     yield put(both | gone)
 
-    def refined(self, chosen: Array) -> tuple[float, Array]:
-        """The best assignment that changes lead to, with its score."""
+    def refined(self, chosen: Array, best: float) -> tuple[float, Array]:
+        """The best assignment that changes lead to, with its score; given up where it stays far
+        below the score `best`.
+        """
         score = self.score(chosen)
-        for _ in range(40):
+        for turn in range(40):
+            if turn > 3 and score < best - HOPELESS:
+                break
             better = sorted(
                 (
                     (found, each)
@@ -470,7 +520,7 @@ class _Search:
         top = np.full(len(chosen), -np.inf)
         second = np.full(len(chosen), -1)
         weight: dict[tuple[int, int], float] = {}
-        for each in self.changes(chosen):
+        for each in self.changes(chosen, -NEAR):
             gap = self.score(each) - score
             for marker in np.flatnonzero(self.outputs(each) != mine):
                 key = (int(marker), int(self.outputs(each)[marker]))

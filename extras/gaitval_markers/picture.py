@@ -1,5 +1,7 @@
 """The labelled body: every marker of a draft from the front and from the right, with its guess."""
 
+from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -7,14 +9,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitval.arrays import Array
 from gaitval_markers.draft import Draft, Guess
 
 BONES: Final = (
-    ("R.ASIS", "L.ASIS"), ("R.ASIS", "R.Knee"), ("R.Knee", "R.Ankle"), ("R.Ankle", "R.Heel"), ("R.Heel", "R.MT5"), ("R.Heel", "R.MT2"),
-    ("L.ASIS", "L.Knee"), ("L.Knee", "L.Ankle"), ("L.Ankle", "L.Heel"), ("L.Heel", "L.MT5"), ("L.Heel", "L.MT2"),
-    ("R.ASIS", "R.Acromion"), ("L.ASIS", "L.Acromion"), ("R.Acromion", "L.Acromion"), ("R.Acromion", "R.Elbow"),
-    ("R.Elbow", "R.Wrist.Radial"), ("L.Acromion", "L.Elbow"), ("L.Elbow", "L.Wrist.Radial"),
-)  # fmt: skip
+    "ASIS Knee Ankle Heel MT5",
+    "Heel MT2",
+    "ASIS Acromion Elbow Wrist.Radial",
+)
+"""Places of one side that are joined by lines."""
+
+ACROSS: Final = ("ASIS", "Acromion")
+"""Places whose right and left are joined."""
+
 SURE, UNSURE, CONTRADICTED = "#2f5d8a", "#c65d00", "#b00020"
 
 
@@ -33,16 +40,26 @@ def draw(draft: Draft, path: Path, title: str) -> None:
     figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def _view(axes: Axes, guesses: list[Guess], *, across, words: str) -> None:  # type: ignore[no-untyped-def]
+def _view(
+    axes: Axes, guesses: list[Guess], *, across: Callable[[Array], float], words: str
+) -> None:
     places = {guess.site.label: guess.at for guess in guesses if guess.site is not None}
-    for one, other in BONES:
+    lines = [(f"R.{place}", f"L.{place}") for place in ACROSS]
+    lines += [
+        (f"{side}.{one}", f"{side}.{other}")
+        for side in "RL"
+        for chain in BONES
+        for one, other in pairwise(chain.split())
+    ]
+    for one, other in lines:
         if one in places and other in places:
             ends = [(across(places[each]), places[each][2]) for each in (one, other)]
             axes.plot(*zip(*ends, strict=True), color="#cccccc", linewidth=1.5, zorder=1)
     x = np.array([across(guess.at) for guess in guesses])
     z = np.array([guess.at[2] for guess in guesses])
     colours = [
-        CONTRADICTED if guess.named is False else SURE if guess.used else UNSURE for guess in guesses
+        CONTRADICTED if guess.named is False else SURE if guess.used else UNSURE
+        for guess in guesses
     ]
     axes.scatter(x, z, c=colours, s=18, zorder=2)
     # Labels beside the body, in two columns that keep the order of height.
