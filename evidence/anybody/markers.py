@@ -107,7 +107,8 @@ def _told(entry: Mapping[str, Any], names: Sequence[str]) -> Truth:
 
 def only_markers(recording: Recording) -> Recording:
     """The recording without computed points, which exchanged names would make markers of."""
-    kept = [i for i, name in enumerate(recording.names) if not computed(name)]
+    sums = computed(recording.names)
+    kept = [i for i, name in enumerate(recording.names) if name not in sums]
     return recording.with_markers([recording.names[i] for i in kept], recording.markers[:, kept])
 
 

@@ -56,8 +56,8 @@ class Guess:
 
     @property
     def used(self) -> bool:
-        """Whether it is used without having been looked at."""
-        return self.certainty >= CERTAIN and self.named is not False
+        """Whether it is used without having been looked at. One that is on no known place never is."""
+        return self.site is not None and self.certainty >= CERTAIN and self.named is not False
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,9 @@ def places_of(walking: Recording, standing: Recording | None = None) -> Places:
     still = walking if standing is None else standing
     walk, stand = ({plain_name(n): n for n in each.names} for each in (walking, still))
     at = stood(still)
+    sums = computed([*still.names, *walking.names])
     kept = [
-        i for i, name in enumerate(still.names) if not computed(name) and np.isfinite(at[i]).all()
+        i for i, name in enumerate(still.names) if name not in sums and np.isfinite(at[i]).all()
     ]
     names = tuple(still.names[i] for i in kept)
     if len(names) < FEWEST:
@@ -134,13 +135,13 @@ def places_of(walking: Recording, standing: Recording | None = None) -> Places:
     moves = _moves([plain_name(name) for name in names], walking)
     return Places(
         names,
-        tuple(name for name in still.names if computed(name)),
+        tuple(name for name in still.names if name in sums),
         at[kept],
         moves,
         matched(at[kept], None, moves),
         frozenset(name for name in names if plain_name(name) not in walk),
         # What only the walk has cannot be placed on the standing body.
-        tuple(n for plain, n in walk.items() if plain not in stand and not computed(n)),
+        tuple(n for plain, n in walk.items() if plain not in stand and n not in sums),
     )
 
 

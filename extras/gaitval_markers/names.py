@@ -35,11 +35,12 @@ SIDES: Final = (
 
 COMPUTED: Final = re.compile(
     r"[HKASEW]JC|HJCREG|^MID(?!F)|GROUND$|CENT(?:RE|ER)OF|^COM$|HIPCENT|"
-    r"ANGLES?$|MOMENTS?$|FORCES?$|POWERS?$|"
-    r"^(?:L|R)?(?:PEL|FE|TI|FO|TO|HED|CL|HU|RA|HN|TRX|TIBIAPROX|FEMUR|TIBIA|FOOT|TOES?|PELVIS)"
-    r"(?:CGM24)?[OALPXYZ]$"
+    r"ANGLES?$|MOMENTS?$|FORCES?$|POWERS?$"
 )
-"""Points that a program computed: joint centres, axes of segments (Vicon), sums."""
+"""Names of points that a program computed: joint centres, middles, results."""
+
+AXES: Final = ("OALP", "XYZ")
+"""Last letters of the points that draw the axes of a segment: of Vicon, all four; of others."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,16 @@ def plain(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9]", "", bare).upper()
 
 
-def computed(name: str) -> bool:
-    """Whether a name is one of a computed point."""
-    return COMPUTED.search(plain(name)) is not None
+def computed(names: Sequence[str]) -> frozenset[str]:
+    """Those of the names in a file that are of computed points."""
+    known = {plain(name) for name in names}
+    return frozenset(
+        name
+        for name in names
+        for own in [plain(name)]
+        if COMPUTED.search(own)
+        or any(own[-1:] in ends and {own[:-1] + end for end in ends} <= known for ends in AXES)
+    )
 
 
 def read_names(names: Sequence[str]) -> list[Said]:
@@ -99,7 +107,8 @@ def _sides_of(names: Sequence[str]) -> tuple[str, str]:
         )
 
     # A longer word wins against a letter of it: "RIGHT" begins with "R".
-    return max(SIDES, key=partners)
+    best = max(SIDES, key=partners)
+    return best if partners(best) else ("R", "L")
 
 
 def _without(name: str, side: str, *, first: bool) -> str:
