@@ -9,9 +9,11 @@ list can be worked through in several calls; the row is of the latest outcome of
 import tempfile
 import tomllib
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 import evidence
 from evidence import ROOT, option
@@ -49,7 +51,7 @@ def _listed() -> Iterator[dict[str, Any]]:
     """The recordings, with the paths of their files from the folder of the clones."""
     for laboratory, content in tomllib.loads(LIST.read_text(encoding="utf-8")).items():
         for recording in content["recordings"]:
-            placed = dict(recording, laboratory=laboratory)
+            placed = dict(recording, laboratory=laboratory, plug_in_gait=laboratory == "geneva")
             for key in ("static", "trials", "forces"):
                 if key in recording:
                     value = recording[key]
@@ -72,7 +74,7 @@ def _drafted(recording: dict[str, Any], clones: Path, folder: Path) -> dict[str,
 
 @evidence.measurement(CLONES, option("--only", nargs="*", help="names, or beginnings of them"))
 def recordings(arguments: Namespace) -> list[evidence.Row]:
-    """Recordings of 13 sources: a subject where one can be made, or the right refusal."""
+    """Recordings of 13 sources: subject or right refusal; children against Plug-in Gait."""
     listed = list(_listed())
     store = (
         {each["name"]: each for each in read_json(STORE)["recordings"]} if STORE.exists() else {}
@@ -86,6 +88,8 @@ def recordings(arguments: Namespace) -> list[evidence.Row]:
                 given = _drafted(recording, arguments.clones, Path(folder))
             result = work(given, arguments.clones)
         kept = {key: result[key] for key in ("name", "laboratory", "became", "why", "sha256")}
+        if result.get("peer"):
+            kept["peer"] = result["peer"]
         store[recording["name"]] = kept | {"right": right(recording, result)}
         write_json(STORE, {"recordings": list(store.values())})
         print(
@@ -105,4 +109,30 @@ def recordings(arguments: Namespace) -> list[evidence.Row]:
             "recordings of 13 sources that were run",
             100.0 * len(known) / len(listed), "%", ">=", 100, 100, len(listed),
         ),
+        *_sides([each for each in known if each["laboratory"] == "geneva"]),
     ]  # fmt: skip
+
+
+def _sides(known: Sequence[Mapping[str, Any]]) -> Iterator[evidence.Row]:
+    """Each side of the children of Geneva against Plug-in Gait in their files: a joint and side is
+    the mean over its trials.
+    """
+    legs: dict[tuple[str, str, str, str], list[tuple[float, float]]] = {}
+    for each in known:
+        for row in each.get("peer", ()):
+            leg = (row["kind"], each["name"], row["joint"], row["side"])
+            legs.setdefault(leg, []).append((row["rms"], row["raw"]))
+    for kind, unit, goal, must in (("angle", "deg", 3.0, 4.5), ("moment", "Nm/kg", 0.10, 0.20)):
+        found = np.array(
+            [np.mean(values, axis=0) for leg, values in legs.items() if leg[0] == kind]
+        )
+        if not len(found):
+            continue
+        what = f"cerebral palsy and torsion, {kind}s of each side against Plug-in Gait"
+        for column, convention in ((0, "zero of standing taken out"), (1, "as they are")):
+            for word, value in (("mean", found.mean(axis=0)), ("worst", found.max(axis=0))):
+                if kind == "angle" or column == 1:
+                    yield evidence.Row(
+                        f"{what}, {convention}: RMS, {word} joint and side",
+                        float(value[column]), unit, "<=", goal, must, len(found),
+                    )  # fmt: skip
