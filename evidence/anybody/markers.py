@@ -195,20 +195,35 @@ def judged(draft: Draft, truth: Truth) -> tuple[int, int, int, list[str]]:
     return right, right + len(wrong), used, wrong
 
 
-@evidence.measurement(
-    CLONES,
-    option("--chosen", action="store_true", help="the sets that constants were chosen on: no rows"),
-    option("--only", default="", help="sets that begin with this: no rows"),
+_CHOSEN = option(
+    "--chosen", action="store_true", help="sets that constants were chosen on: no rows"
 )
+_ONLY = option("--only", default="", help="sets that begin with this: no rows")
+
+
+@evidence.measurement(CLONES, _CHOSEN, _ONLY)
 def markers(arguments: Namespace) -> list[evidence.Row]:
     """Markers drafted right: without names, with exchanged ones, in another language."""
+    of = "chosen" if arguments.chosen else "measured"
+    rows = _measured(arguments.clones, of, arguments.only, "public sets")
+    return [] if arguments.chosen or arguments.only else rows
+
+
+@evidence.measurement(CLONES)
+def fresh_markers(arguments: Namespace) -> list[evidence.Row]:
+    """The same of recordings that were looked at once, when everything was chosen."""
+    return _measured(arguments.clones, "fresh", "", "public sets looked at once")
+
+
+def _measured(clones: Path, of: str, only: str, words: str) -> list[evidence.Row]:
+    """The rows of a part of the list."""
     content = tomllib.loads(LIST.read_text(encoding="utf-8"))
     found: dict[str, list[tuple[int, int, int]]] = {}
     certain: dict[str, list[int]] = {}
-    for number, entry in enumerate(content["chosen" if arguments.chosen else "measured"]):
-        if not entry["set"].startswith(arguments.only):
+    for number, entry in enumerate(content[of]):
+        if not entry["set"].startswith(only):
             continue
-        walking, standing, truth = recorded(entry, arguments.clones)
+        walking, standing, truth = recorded(entry, clones)
         walking, standing = only_markers(walking), only_markers(standing)
         names = list(dict.fromkeys([*standing.names, *walking.names]))
         unnamed = {name: f"M{i:02d}" for i, name in enumerate(names)}
@@ -233,9 +248,9 @@ def markers(arguments: Namespace) -> list[evidence.Row]:
     for kind, each in found.items():
         right, count, used = np.sum(each, axis=0)
         print(f"{kind}: {right} of {count}; wrong and used {used}; used {sum(certain[kind])}")
-        what = f"markers of public sets drafted, {kind}"
+        what = f"markers of {words} drafted, {kind}"
         rows += [
             evidence.Row(f"{what}: right", 100 * right / count, "%", ">=", 98, 92, int(count)),
             evidence.none_may(f"{what}: wrong ones used unseen", int(used), "markers", int(count)),
         ]
-    return [] if arguments.chosen or arguments.only else rows
+    return rows

@@ -3,7 +3,7 @@
 People of all sizes are drawn, with legs, trunk and arms of their own proportions, standing as
 people stand (feet turned out, knees not quite straight), with arms that hang, are held out, or are
 bent; and each place of `sites.toml` is put on them. The places of all of these people are then
-described by one normal distribution for each way to hold the arms. So a knee that was found says
+described by one normal distribution for each way to stand. So a knee that was found says
 how high the hip is, how far the foot is turned out says where its toes are, and so on.
 """
 
@@ -24,18 +24,29 @@ PEOPLE: Final = 3000
 STATURE_M: Final = (1.55, 0.25)
 """m. Mean and standard deviation of the people drawn: children and adults."""
 
-ARMS: Final = {
-    "hang": ((10.0, 6.0), (5.0, 12.0), (15.0, 12.0), (10.0, 30.0)),
-    "out": ((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0)),
-    "level": ((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0)),
-    "bent": ((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0)),
-    "forward": ((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0)),
+HANG: Final = ((10.0, 6.0), (5.0, 12.0), (15.0, 12.0), (10.0, 30.0))
+"""Arms that hang: abduction, flexion, flexion of the elbow and turn of the forearm (palm forward is
+positive), degrees, mean and standard deviation."""
+
+UPRIGHT: Final = ((0.0, 4.0), (0.0, 3.0))
+"""Legs of a standing person: flexion of the right hip, which is the left one's extension, and
+abduction of both, likewise."""
+
+POSES: Final = {
+    "arms hang": (HANG, UPRIGHT),
+    "arms out": (((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0)), UPRIGHT),
+    "arms level": (((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0)), UPRIGHT),
+    "elbows bent": (((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0)), UPRIGHT),
+    "arms forward": (((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0)), UPRIGHT),
+    "astride": (HANG, ((0.0, 4.0), (20.0, 7.0))),
+    "right foot ahead": (HANG, ((16.0, 6.0), (0.0, 3.0))),
+    "left foot ahead": (HANG, ((-16.0, 6.0), (0.0, 3.0))),
 }
-"""Ways to hold the arms: abduction, flexion, flexion of the elbow and turn of the forearm (palm
-forward is positive), degrees, mean and standard deviation."""
+"""Ways to stand, each a distribution of its own: how the arms are held, and the legs: feet side by
+side, astride a belt, or one ahead of the other."""
 
 POSTURE: Final = {
-    "lean": 6.0, "tilt": 6.0, "sway": 2.5, "hip": 4.0, "abduction": 3.0, "turn": 7.0,
+    "lean": 6.0, "tilt": 6.0, "sway": 2.5, "hip": 3.0, "abduction": 2.0, "turn": 7.0,
     "knee": 7.0, "toe_out": 7.0, "pitch": 3.0, "ankle": 4.0, "facing": 4.0,
 }  # fmt: skip
 """Degrees. How standing people differ: trunk forward and sideways, pelvis, thigh, knee, foot; and
@@ -85,7 +96,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Population:
-    """Places of all people who hold their arms in one way.
+    """Places of all people who stand in one way.
 
     Attributes
     ----------
@@ -132,8 +143,8 @@ def sites() -> tuple[Site, ...]:
 
 @cache
 def populations() -> Mapping[str, Population]:
-    """The places of all people, for each way to hold the arms."""
-    return {arms: _population(arms) for arms in ARMS}
+    """The places of all people, for each way to stand."""
+    return {pose: _population(pose) for pose in POSES}
 
 
 def _landmark(place: Mapping[str, Any], side: str) -> str | None:
@@ -147,10 +158,10 @@ def _table() -> dict[str, Any]:
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
-def _population(arms: str) -> Population:
+def _population(pose: str) -> Population:
     random = np.random.default_rng(1986)
-    where, stature = _people(random, arms, placed=False)
-    placed, _ = _people(np.random.default_rng(1986), arms, placed=True)
+    where, stature = _people(random, pose, placed=False)
+    placed, _ = _people(np.random.default_rng(1986), pose, placed=True)
     mean = where.mean(axis=0)
     joint = np.column_stack([(where - mean).reshape(PEOPLE, -1), stature - stature.mean()])
     apart = placed - where
@@ -158,7 +169,7 @@ def _population(arms: str) -> Population:
     return Population(sites(), mean, joint.T @ joint / PEOPLE, own)
 
 
-def _people(random: np.random.Generator, arms: str, *, placed: bool) -> tuple[Array, Array]:
+def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Array, Array]:
     """Places (N, K, 3) of drawn people in m, and their statures (N,)."""
     n = PEOPLE
     lengths = {
@@ -170,6 +181,8 @@ def _people(random: np.random.Generator, arms: str, *, placed: bool) -> tuple[Ar
     def angle(deviation: float, mean: float = 0.0) -> Array:
         return np.radians(random.normal(mean, deviation, n))
 
+    arms, legs = POSES[pose]
+    stride, wide = (angle(sd, mean) for mean, sd in legs)
     lean, sway = angle(POSTURE["lean"]), angle(POSTURE["sway"])
     tilt = angle(POSTURE["tilt"])
     hips = np.zeros((n, 3))
@@ -182,8 +195,8 @@ def _people(random: np.random.Generator, arms: str, *, placed: bool) -> tuple[Ar
         hip = hips + _across(sign * lengths["hip_half_width"])
         thigh = (
             _yaw(sign * angle(POSTURE["turn"]))
-            @ _roll(sign * angle(POSTURE["abduction"]))
-            @ _pitch(-angle(POSTURE["hip"]))
+            @ _roll(sign * (wide + angle(POSTURE["abduction"])))
+            @ _pitch(sign * stride - angle(POSTURE["hip"]))
         )
         knee = hip - _up(thigh, lengths["hip_height"] - lengths["knee_height"])
         shank = thigh @ _pitch(angle(POSTURE["knee"], KNEE_FLEXION_DEG))
@@ -208,7 +221,7 @@ def _people(random: np.random.Generator, arms: str, *, placed: bool) -> tuple[Ar
                 axis=1,
             ),
         )
-        abduction, flexion, bend, turn = (angle(sd, mean) for mean, sd in ARMS[arms])
+        abduction, flexion, bend, turn = (angle(sd, mean) for mean, sd in arms)
         arm = torso @ _roll(sign * abduction) @ _pitch(-flexion)
         elbow = shoulder - _up(arm, lengths["upper_arm"])
         forearm = arm @ _pitch(-bend) @ _yaw(sign * turn)

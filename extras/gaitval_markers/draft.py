@@ -27,6 +27,10 @@ AS_LIKELY: Final = 15.0
 """How much less likely by its places, as a logarithm, the body of the names may be than the
 likeliest."""
 
+NOWHERE_SHARE: Final = 0.1
+"""Share of the markers on no known place above which the body was not recognised: the person may
+not stand, and nothing is used unseen."""
+
 FEWEST: Final = 8
 """Markers without which a body is not recognised: those of legs that gaitval can use."""
 
@@ -43,6 +47,7 @@ class Guess:
     named : whether its name says the same; None where the name says nothing.
     at : (3,) m in standing, forward, left, up.
     static_only, walking_only : whether only the standing, or only the walking trial has it.
+    recognised : whether the whole body was: of few markers nothing is known.
     """
 
     name: str
@@ -53,11 +58,19 @@ class Guess:
     at: Array
     static_only: bool = False
     walking_only: bool = False
+    recognised: bool = True
 
     @property
     def used(self) -> bool:
-        """Whether it is used without having been looked at. One that is on no known place never is."""
-        return self.site is not None and self.certainty >= CERTAIN and self.named is not False
+        """Whether it is used without having been looked at.
+
+        One that is on no known place never is, nor one on an arm whose name does not say so: arms
+        are held in any way, and a whole arm may be taken for a shorter or a longer one.
+        """
+        known = self.recognised and self.named is not False
+        if self.site is None or not known or self.certainty < CERTAIN:
+            return False
+        return self.named is True or self.site.part not in ("upper_arm", "forearm")
 
 
 @dataclass(frozen=True)
@@ -150,6 +163,7 @@ def draft_of(places: Places) -> Draft:
     said = read_names(places.names)
     match, agree = _match(said, places)
     guesses = []
+    recognised = bool(np.mean(match.chosen < 0) <= NOWHERE_SHARE)
     for number, (name, word) in enumerate(zip(places.names, said, strict=True)):
         site = match.site(number)
         silent = not word.places or agree < NAMES_COUNT
@@ -163,6 +177,7 @@ def draft_of(places: Places) -> Draft:
                 None if silent else site is not None and word.fits(site),
                 match.points[number],
                 static_only=name in places.static_only,
+                recognised=recognised,
             )
         )
     nowhere = np.full(3, np.nan)

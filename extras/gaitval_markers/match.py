@@ -3,7 +3,7 @@
 The places of `body.py` have one joint normal distribution. An assignment's score is the logarithm
 of its likelihood: of the positions under that distribution, of which places have a marker at all,
 and of the names. A first assignment comes from each place's own distribution (Hungarian method,
-Kuhn 1955) for every stature, direction and way to hold the arms; changes of one marker, of two, or
+Kuhn 1955) for every stature, direction and way to stand; changes of one marker, of two, or
 of a left and right pair then raise the score until none does. A marker's certainty is the
 probability of its place against all changes that were tried.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import linear_sum_assignment
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Index
 from gaitval_markers.body import Population, Site, populations
 from gaitval_markers.frame import frames_of, middle_of
 
@@ -76,9 +76,9 @@ class Match:
     """
 
     sites: tuple[Site, ...]
-    chosen: Array
+    chosen: Index
     certainty: Array
-    second: Array
+    second: Index
     points: Array
     score: float
     stature: float
@@ -101,20 +101,20 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
     told = None if names is None else names[seen]
     rigid = None if moves is None else moves[np.ix_(seen, seen)]
     starts = sorted(_starts(points[seen], told), key=lambda start: start.cost)
-    best: list[tuple[float, Array, _Search, _Start]] = []
+    best: list[tuple[float, Index, _Search, _Start]] = []
 
     def refine(start: _Start) -> None:
         search = _Search(start.points, start.people, told, rigid)
         so_far = max((each[0] for each in best), default=-np.inf)
         best.append((*search.refined(start.chosen, so_far), search, start))
 
-    # The likeliest of each way to face; then other statures and ways to hold the arms of the best.
+    # The likeliest of each way to face; then other statures and ways to stand of the best.
     facings = {start.frame: start for start in reversed(starts)}
     for start in sorted(facings.values(), key=lambda start: start.cost)[:FACINGS]:
         refine(start)
     likeliest = max(best, key=lambda each: each[0])[3]
     here = [start for start in starts if start.frame == likeliest.frame]
-    ways = {id(start): start for key in (_stature_of, _arms_of) for start in _first_of(here, key)}
+    ways = {id(start): start for key in (_stature_of, _pose_of) for start in _first_of(here, key)}
     tried = {likeliest.chosen.tobytes()}
     for start in ways.values():
         if start.chosen.tobytes() not in tried:
@@ -139,17 +139,17 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
 
 @dataclass(frozen=True)
 class _Start:
-    """A first assignment: its cost, which frame and way to hold the arms, the placed points, the
+    """A first assignment: its cost, which frame, way to stand and stature, the placed points, the
     people of that way, the place of each marker.
     """
 
     cost: float
     frame: int
-    arms: str
+    pose: str
     stature: float
     points: Array
     people: Population
-    chosen: Array
+    chosen: Index
 
 
 def _first_of(starts: list[_Start], key: Callable[[_Start], object]) -> list[_Start]:
@@ -161,8 +161,8 @@ def _stature_of(start: _Start) -> object:
     return start.stature
 
 
-def _arms_of(start: _Start) -> object:
-    return start.arms
+def _pose_of(start: _Start) -> object:
+    return start.pose
 
 
 def _starts(points: Array, names: Array | None) -> Iterator[_Start]:
@@ -175,14 +175,14 @@ def _starts(points: Array, names: Array | None) -> Iterator[_Start]:
         turned = points @ rotation.T
         turned[:, 1] -= middle_of(turned[:, 1])
         tall = np.ptp(turned[:, 2])
-        for arms, people in populations().items():
+        for pose, people in populations().items():
             for stature in STATURES_M:
                 # The highest marker is on the pelvis or above, and below the crown.
                 if not 0.5 * stature < tall < 1.25 * stature:
                     continue
                 placed, mean, spread = _at_stature(turned, people, stature)
                 cost, assigned = _first(placed, people, mean, spread, names)
-                yield _Start(cost, number, arms, stature, placed, people, assigned)
+                yield _Start(cost, number, pose, stature, placed, people, assigned)
 
 
 def _at_stature(turned: Array, people: Population, stature: float) -> tuple[Array, Array, Array]:
@@ -205,7 +205,7 @@ def _at_stature(turned: Array, people: Population, stature: float) -> tuple[Arra
 
 def _first(
     placed: Array, people: Population, mean: Array, spread: Array, names: Array | None
-) -> tuple[float, Array]:
+) -> tuple[float, Index]:
     """Cost and assignment by each place's own distribution."""
     inverse = np.linalg.inv(spread)
     apart = placed[:, None] - mean[None]
@@ -301,17 +301,17 @@ class _Search:
         kinds = {each: number for number, each in enumerate(dict.fromkeys([*outputs, ("", None)]))}
         self.kind = np.array([*(kinds[each] for each in outputs), kinds["", None]])
 
-    def outputs(self, chosen: Array) -> Array:
+    def outputs(self, chosen: Index) -> Index:
         """(N,) a number for each marker's segment and landmark."""
         return np.asarray(self.kind[chosen])
 
-    def stature(self, chosen: Array) -> float:
+    def stature(self, chosen: Index) -> float:
         """m, conditional mean."""
         who = np.flatnonzero(chosen >= 0)
         factor, off = self._gauss(who, chosen[who])
         return float(1.55 + self.size[chosen[who]].ravel() @ cho_solve(factor, off))
 
-    def _gauss(self, who: Array, where: Array) -> tuple[tuple[Array, bool], Array]:
+    def _gauss(self, who: Index, where: Index) -> tuple[tuple[Array, bool], Array]:
         covariance = self.shared[where][:, :, where, :].copy()
         index = np.arange(len(where))
         covariance[index, :, index, :] += self.people.own[where]
@@ -321,7 +321,7 @@ class _Search:
             covariance.reshape(size, size), lower=True, overwrite_a=True, check_finite=False
         ), off
 
-    def score(self, chosen: Array) -> float:
+    def score(self, chosen: Index) -> float:
         """Log likelihood of an assignment."""
         key = tuple(chosen)
         if key not in self.tried:
@@ -338,7 +338,7 @@ class _Search:
             self.tried[key] = float(fit + named + prior + self._rigid(who, where))
         return self.tried[key]
 
-    def _rigid(self, who: Array, where: Array) -> float:
+    def _rigid(self, who: Index, where: Index) -> float:
         """Log likelihood of the distances: fixed within a segment, and only there."""
         if self.moves is None:
             return 0.0
@@ -352,7 +352,7 @@ class _Search:
         far = self.far[where[:, None], where] & known & (moves < HARD_M)
         return float(-within.sum() - 1.5 * np.minimum(far.sum(axis=1), 2).sum())
 
-    def _sided(self, where: Array) -> float:
+    def _sided(self, where: Index) -> float:
         used = np.zeros(len(self.presence), dtype=bool)
         used[where[~self.many[where]]] = True
         found = ONE_SIDED * float((used & ~used[self.mirror]).sum())
@@ -363,7 +363,7 @@ class _Search:
                 found += HAND_ALONE
         return found
 
-    def alone(self, chosen: Array) -> Array:
+    def alone(self, chosen: Index) -> Array:
         """(N, K + 1) log likelihood of each marker on each place, all others as they are; last: on
         none. Without what depends on the places of the others: presence only.
         """
@@ -401,7 +401,7 @@ class _Search:
             found[marker, count] = NOWHERE
         return found
 
-    def changes(self, chosen: Array, least: float = LEAST) -> Iterator[Array]:
+    def changes(self, chosen: Index, least: float = LEAST) -> Iterator[Index]:
         """Assignments that differ from one by a plausible change: one that would raise the score by
         `least` or more if each of its markers were changed alone.
         """
@@ -412,7 +412,7 @@ class _Search:
             if gain.sum() > least:
                 yield changed
 
-    def _changes(self, chosen: Array, alone: Array) -> Iterator[Array]:
+    def _changes(self, chosen: Index, alone: Array) -> Iterator[Index]:
         now = alone[np.arange(len(chosen)), chosen]
         holder = {int(k): i for i, k in enumerate(chosen) if k >= 0 and not self.many[k]}
         plausible = [
@@ -427,7 +427,7 @@ class _Search:
                     return place
             return -1
 
-        def put(pairs: Mapping[int, int]) -> Array:
+        def put(pairs: Mapping[int, int]) -> Index:
             changed = chosen.copy()
             for marker, place in pairs.items():
                 changed[marker] = place
@@ -473,7 +473,7 @@ class _Search:
                     }
                     yield put(both | gone)
 
-    def refined(self, chosen: Array, best: float) -> tuple[float, Array]:
+    def refined(self, chosen: Index, best: float) -> tuple[float, Index]:
         """The best assignment that changes lead to, with its score; given up where it stays far
         below the score `best`.
         """
@@ -507,18 +507,18 @@ class _Search:
                     score, chosen = found, together
         return score, chosen
 
-    def _twice(self, chosen: Array) -> bool:
+    def _twice(self, chosen: Index) -> bool:
         """Whether a place for one marker has two."""
         single = chosen[chosen >= 0]
         single = single[~self.many[single]]
         return len(np.unique(single)) < len(single)
 
-    def certainties(self, score: float, chosen: Array) -> tuple[Array, Array]:
+    def certainties(self, score: float, chosen: Index) -> tuple[Array, Index]:
         """(N,) probability of each marker's segment and landmark, and its next likely place."""
         mine = self.outputs(chosen)
         odds = np.zeros(len(chosen))
         top = np.full(len(chosen), -np.inf)
-        second = np.full(len(chosen), -1)
+        second = np.full(len(chosen), -1, dtype=np.int64)
         weight: dict[tuple[int, int], float] = {}
         for each in self.changes(chosen, -NEAR):
             gap = self.score(each) - score
@@ -526,7 +526,8 @@ class _Search:
                 key = (int(marker), int(self.outputs(each)[marker]))
                 weight[key] = max(weight.get(key, -np.inf), gap)
                 if gap > top[marker]:
-                    top[marker], second[marker] = gap, each[marker]
+                    top[marker] = gap
+                    second[marker] = int(each[marker])
         for (marker, _), gap in weight.items():
             odds[marker] += np.exp(gap / TEMPERATURE)
         return 1.0 / (1.0 + odds), second
