@@ -6,6 +6,8 @@ and of the names. A first assignment comes from each place's own distribution (H
 Kuhn 1955) for every stature, direction and way to stand; changes of one marker, of two, or
 of a left and right pair then raise the score until none does. A marker's certainty is the
 probability of its place against all changes that were tried.
+
+It is long because the changes, their likelihood and what it is made of are read together.
 """
 
 from collections.abc import Callable, Iterator, Mapping
