@@ -43,7 +43,9 @@ def against_plug_in_gait(found: Import, files: list[Path]) -> list[dict[str, Any
     """
     rows = []
     standing = _standing_zero(found)
-    for walk, file in zip(found.trials, files, strict=True):
+    # One bad trial of several is left out by the import.
+    pairs = ((w, f) for w in found.trials for f in files if w.name in (f.name, f.stem))
+    for walk, file in pairs:
         points, rate = _points(file)
         if any(len(values) != len(walk.recording.time) for values in points.values()):
             continue

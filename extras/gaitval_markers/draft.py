@@ -11,7 +11,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import plain_name
 from gaitval_markers.body import Site, sites
-from gaitval_markers.frame import apart, stood
+from gaitval_markers.frame import apart, stands, stood
 from gaitval_markers.match import Match, matched
 from gaitval_markers.names import Said, agreement, computed, likelihoods, read_names
 
@@ -108,6 +108,7 @@ class Places:
     computed : names of these.
     points : (N, 3) m in standing, in the axes of the file.
     moves : (N, N) m, how much their distances change in the walk; None without a walk.
+    stood : whether somebody stands in the trial that the points are from.
     match : the assignment.
     static_only, walking_only : names of markers that only one of the two trials has.
     """
@@ -116,6 +117,7 @@ class Places:
     computed: tuple[str, ...]
     points: Array
     moves: Array | None
+    stood: bool
     match: Match
     static_only: frozenset[str]
     walking_only: tuple[str, ...]
@@ -151,6 +153,7 @@ def places_of(walking: Recording, standing: Recording | None = None) -> Places:
         tuple(name for name in still.names if name in sums),
         at[kept],
         moves,
+        stands(still),
         matched(at[kept], None, moves),
         frozenset(name for name in names if plain_name(name) not in walk),
         # What only the walk has cannot be placed on the standing body.
@@ -163,7 +166,10 @@ def draft_of(places: Places) -> Draft:
     said = read_names(places.names)
     match, agree = _match(said, places)
     guesses = []
-    recognised = bool(np.mean(match.chosen < 0) <= NOWHERE_SHARE)
+    # The mean of a walk is not a standing person: then names must agree.
+    recognised = bool(np.mean(match.chosen < 0) <= NOWHERE_SHARE) and (
+        places.stood or agree >= NAMES_COUNT
+    )
     for number, (name, word) in enumerate(zip(places.names, said, strict=True)):
         site = match.site(number)
         silent = not word.places or agree < NAMES_COUNT

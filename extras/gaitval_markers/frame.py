@@ -28,7 +28,7 @@ def stood(recording: Recording) -> Array:
     """
     markers = np.asarray(recording.markers, dtype=np.float64)
     about = _about_their_middle(markers)
-    if np.nanmedian(np.nanstd(about, axis=0)) < STILL_M:
+    if stands(recording):
         return np.asarray(np.nanmedian(markers, axis=0))
     mean = np.nanmean(about, axis=0)
     # A body is taller than it is wide, and its feet move most.
@@ -40,6 +40,12 @@ def stood(recording: Recording) -> Array:
     share = STANDS_FOR if feet_low else 100.0 - STANDS_FOR
     mean[:, up] = np.nanpercentile(about[:, :, up], share, axis=0)
     return np.asarray(mean)
+
+
+def stands(recording: Recording) -> bool:
+    """Whether the person of a recording stands still."""
+    about = _about_their_middle(np.asarray(recording.markers, dtype=np.float64))
+    return bool(np.nanmedian(np.nanstd(about, axis=0)) < STILL_M)
 
 
 def apart(recording: Recording) -> Array | None:

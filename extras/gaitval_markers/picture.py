@@ -85,8 +85,8 @@ def _view(
                 arrowprops={"arrowstyle": "-", "color": colours[i], "linewidth": 0.4},
                 parse_math=False,
             )
-    axes.set_xlim(x.min() - 0.55 * span, x.max() + 0.55 * span)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlim(x.min() - 0.45 * span, x.max() + 0.45 * span)
+    axes.set_aspect("equal")
     axes.set_title(words, fontsize=9)
     axes.set_ylabel("height, m")
 
