@@ -64,7 +64,7 @@ NAMES = dict(
 
 def drawn_person(random: np.random.Generator, *, named: bool = True) -> Recording:
     """Markers on the legs of a person who stands still for a second; y is up."""
-    people = populations()["hang"]
+    people = populations()["arms hang"]
     index = [[site.label for site in people.sites].index(label) for label in LEGS]
     # Half a standard deviation beside the mean, all in a random direction of the distribution.
     shared = people.shared[:-1, :-1].reshape(len(people.sites), 3, len(people.sites), 3)
