@@ -90,16 +90,16 @@ def recordings(arguments: Namespace) -> list[evidence.Row]:
         kept = {key: result[key] for key in ("name", "laboratory", "became", "why", "sha256")}
         if result.get("peer"):
             kept["peer"] = result["peer"]
-        store[recording["name"]] = kept | {"right": right(recording, result)}
+        store[recording["name"]] = kept
         write_json(STORE, {"recordings": list(store.values())})
         print(
             f"{recording['name']}: {result['became']}"
-            f"{'' if store[recording['name']]['right'] else ' (not as it should be)'}; "
+            f"{'' if right(recording, result) else ' (not as it should be)'}; "
             f"{result['why']}",
             flush=True,
         )
     known = [store[each["name"]] for each in listed if each["name"] in store]
-    good = sum(each["right"] for each in known)
+    good = sum(right(each, store[each["name"]]) for each in listed if each["name"] in store)
     return [
         evidence.Row(
             "recordings of 13 sources: right subject, or right refusal",

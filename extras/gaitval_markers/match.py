@@ -530,6 +530,6 @@ class _Search:
                 if gap > top[marker]:
                     top[marker] = gap
                     second[marker] = int(each[marker])
-        for (marker, _), gap in weight.items():
-            odds[marker] += np.exp(gap / TEMPERATURE)
+        for (which, _), gap in weight.items():
+            odds[which] += np.exp(gap / TEMPERATURE)
         return 1.0 / (1.0 + odds), second
