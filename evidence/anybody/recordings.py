@@ -109,7 +109,13 @@ def recordings(arguments: Namespace) -> list[evidence.Row]:
             "recordings of 13 sources that were run",
             100.0 * len(known) / len(listed), "%", ">=", 100, 100, len(listed),
         ),
-        *_sides([each for each in known if each["laboratory"] == "geneva"]),
+        *_sides(
+            [
+                store[each["name"]]
+                for each in listed
+                if each["name"] in store and each["laboratory"] == "geneva" and "refused" not in each
+            ]
+        ),
     ]  # fmt: skip
 
 
