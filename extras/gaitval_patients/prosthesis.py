@@ -5,10 +5,11 @@ shank and foot. A spring at its ankle, with the angle of swing as its unloaded o
 the moment and is further off than healthy people's (docs/how-to/patients.md).
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from gaitval.coordinates import Side
+from gaitval.coordinates import SIDES, Side
 from gaitval.scaling.measurements import Measurements
 
 SHANK: Final = 1.9
@@ -19,8 +20,26 @@ FOOT: Final = 0.9
 shoe."""
 
 
-def with_prosthesis(measured: Measurements, side: Side) -> Measurements:
-    """`measured` with the shank and foot of an above-knee prosthesis on a `side`."""
-    legs = {"right": measured.right, "left": measured.left}
-    legs[side] = replace(legs[side], shank_mass=SHANK, foot_mass=FOOT)
+def with_prosthesis(
+    measured: Measurements, side: Side, mass: float, fractions: Mapping[str, float]
+) -> Measurements:
+    """`measured` with the shank and foot of an above-knee prosthesis on a `side`.
+
+    The sound leg's masses are given too, since a mass that is known of one side only is that of
+    both: its shares of the body that the person would be with two sound legs.
+
+    Parameters
+    ----------
+    mass : kg, of the body with the prosthesis.
+    fractions : of each segment of a sound body's mass, `anthropometry.mass_fractions`.
+    """
+    whole = (mass - SHANK - FOOT) / (1.0 - fractions["shank"] - fractions["foot"])
+    legs = {
+        each: replace(
+            getattr(measured, each),
+            shank_mass=SHANK if each == side else fractions["shank"] * whole,
+            foot_mass=FOOT if each == side else fractions["foot"] * whole,
+        )
+        for each in SIDES
+    }
     return replace(measured, right=legs["right"], left=legs["left"], symmetric=False)

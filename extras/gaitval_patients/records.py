@@ -21,6 +21,7 @@ from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
+from gaitval.scaling.anthropometry import mass_fractions
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
@@ -161,7 +162,7 @@ def patient(
         "left_phase": strike.phase,
         "stance_fraction": StanceFraction(right=0.62, left=0.62),
         "gait": Gait(samples=SAMPLES, angles=curves),
-        "measurements": _measurements(height.value, leg, person),
+        "measurements": _measurements(height.value, mass.value, leg, person),
     }
     draft = make_subject(values, strides.subject)
     model = scale_subject(draft, symmetric=not two_sided(person)).model
@@ -234,7 +235,7 @@ def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, 
     return {"person": person.identifier, "laboratory": laboratory or group}
 
 
-def _measurements(height: float, leg: Estimate, person: Person) -> dict[str, Any]:
+def _measurements(height: float, mass: float, leg: Estimate, person: Person) -> dict[str, Any]:
     """Lengths of the body by leg length and stature, each leg with its own, and the masses of a
     prosthesis.
     """
@@ -245,7 +246,8 @@ def _measurements(height: float, leg: Estimate, person: Person) -> dict[str, Any
         }
         measured = _two_legs(by_side)
     if person.amputation is not None:
-        measured = with_prosthesis(measured, person.amputation)
+        fractions = mass_fractions(person.sex or "M", person.age)
+        measured = with_prosthesis(measured, person.amputation, mass, fractions)
     return measured.to_dict()
 
 
