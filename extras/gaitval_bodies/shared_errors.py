@@ -90,7 +90,9 @@ _MEANS: Final = np.array(
 """Prior means in SDs."""
 UNEQUAL: Final = 0.012
 """m; from here on legs differ by more than people's do, see `Shared.legs_differ`."""
-_NEAR: Final = 3
+STUCK: Final = 0.5
+"""Of minus twice the log posterior; see `Shared.left`."""
+_NEAR: Final = 2
 _AWAY: Final = 0.3
 """Pairs of points, and how many posterior SDs they lie from the mode, see `_covariance`."""
 _STEPS: Final = 30
@@ -111,6 +113,8 @@ class Shared:
     leg_difference : (2,) m, posterior mean and SD of left less right leg, hip to ankle: a longer
         leg and a lower hip centre are seen as one.
     steps : Gauss-Newton steps that were taken.
+    left : by how much another step would lower the cost if all were linear; large where the steps
+        ended too early.
     """
 
     posterior: BodyPosterior
@@ -120,6 +124,7 @@ class Shared:
     cost: float
     leg_difference: tuple[float, float]
     steps: int
+    left: float
 
     @property
     def legs_differ(self) -> bool:
@@ -233,11 +238,11 @@ class SharedFit:
                 break
         return self._found(change, common, cost, steps)
 
-    def _covariance(self, change: Array, common: Array) -> Array:
+    def _covariance(self, change: Array, common: Array) -> tuple[Array, float]:
         """Of `common`, as the mean of Laplace's at the mode and at points near it.
 
         A sole that begins to touch an instant sooner changes the slopes at that instant only, and
-        with them the SD of a leg by up to a third in one point of six.
+        with them the SD of a leg by up to a third in one point of eight. Also what another step would gain at the mode.
         """
         random = np.random.default_rng(0)
         place = np.concatenate([change.ravel(), common])
@@ -246,7 +251,8 @@ class SharedFit:
             at = place + (0.0 if index == 0 else (-1.0) ** index) * away
             parts = at[: change.size].reshape(change.shape), at[change.size :]
             problem = self._at(parts[1])
-            matrix, _ = normal_equations(problem, *parts, self._linearised(problem, *parts))
+            laws = self._linearised(problem, *parts)
+            matrix, gradient = normal_equations(problem, *parts, laws)
             root = np.linalg.cholesky(matrix)
             columns = solve_triangular(
                 root, np.eye(len(matrix))[:, -len(common) :], lower=True, check_finite=False
@@ -254,13 +260,15 @@ class SharedFit:
             found.append(columns.T @ columns)
             if index == 0:
                 own = root
+                down = solve_triangular(root, gradient, lower=True, check_finite=False)
+                left = float(down @ down)
             if index % 2 == 0:
                 drawn = random.standard_normal(len(place))
                 away = _AWAY * solve_triangular(own.T, drawn, lower=False, check_finite=False)
-        return np.asarray(np.mean(found, axis=0))
+        return np.asarray(np.mean(found, axis=0)), left
 
     def _found(self, change: Array, common: Array, cost: float, steps: int) -> Shared:
-        covariance, wanted = self._covariance(change, common), len(common)
+        (covariance, left), wanted = self._covariance(change, common), len(common)
         own = slice(None, self._count)
         solution = Solution(change, common[own], covariance[own, own], cost)
         legs = np.zeros(wanted)
@@ -280,6 +288,7 @@ class SharedFit:
             cost=cost,
             leg_difference=(float(legs @ common), float(np.sqrt(legs @ covariance @ legs))),
             steps=steps,
+            left=left,
         )
 
 
@@ -301,16 +310,17 @@ def _patterns(problem: Problem, sizes: Array) -> Array:
     return found
 
 
-def identified(fit: BodyFit, held: Solution, mode: Solution) -> Shared:
-    """The likelier of what is found from the scaled body and from the mode without shared errors:
-    an error that is taken for a body may hold the one of them there.
+def identified(fit: BodyFit, held: Solution) -> Shared:
+    """What is found from the body as scaled. If the steps ended early, `STUCK`, they begin again
+    from the mode without shared errors, and the likelier of the two is taken.
 
     Parameters
     ----------
     fit : of the record.
     held : its solution with the body as scaled.
-    mode : its most likely solution.
     """
     shared = SharedFit(fit)
-    start = held._replace(common=held.common.copy())
-    return min((shared.solve(start), shared.solve(mode)), key=lambda each: each.cost)
+    found = shared.solve(held)
+    if found.left > STUCK:
+        found = min((found, shared.solve(fit.mode(held))), key=lambda each: each.cost)
+    return found

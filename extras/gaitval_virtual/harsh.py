@@ -244,7 +244,7 @@ def seen_through_skin(curves: Curves, faults: Faults) -> Curves:
     for i, side in enumerate(SIDES):
         s = side[0]
         true = {name: curves.angles[f"{name}_{s}"] for name in
-                ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle",
+                ("hip_flexion", "hip_rotation", "knee_angle", "ankle_angle",
                  "subtalar_angle")}  # fmt: skip
         hip, knee, ankle = (
             _excursion(true[name], faults.late)
@@ -269,12 +269,11 @@ def seen_through_skin(curves: Curves, faults: Faults) -> Curves:
         wrong["hip_flexion"] = wrong["hip_flexion"] + thigh + faults.pelvis
         wrong["knee_angle"] = wrong["knee_angle"] + thigh - shank
         wrong["ankle_angle"] = wrong["ankle_angle"] + foot - shank
+        # Rotation is the last of the hip's angles, so a thigh whose axes are turned about its length
+        # changes it alone; the knee then bends about an axis that is not its own.
         turn, tilt = faults.knee_axis[i], faults.ankle_axis[i]
         found.angles.update({
-            f"hip_flexion_{s}": true["hip_flexion"] * np.cos(turn)
-            + true["hip_adduction"] * np.sin(turn) + wrong["hip_flexion"],
-            f"hip_adduction_{s}": true["hip_adduction"] * np.cos(turn)
-            - true["hip_flexion"] * np.sin(turn),
+            f"hip_flexion_{s}": true["hip_flexion"] + wrong["hip_flexion"],
             f"hip_rotation_{s}": true["hip_rotation"] + turn,
             f"knee_angle_{s}": true["knee_angle"] * np.cos(turn) + wrong["knee_angle"],
             f"ankle_angle_{s}": true["ankle_angle"] * np.cos(tilt)
