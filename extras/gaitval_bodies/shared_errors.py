@@ -242,7 +242,8 @@ class SharedFit:
         """Of `common`, as the mean of Laplace's at the mode and at points near it.
 
         A sole that begins to touch an instant sooner changes the slopes at that instant only, and
-        with them the SD of a leg by up to a third in one point of eight. Also what another step would gain at the mode.
+        with them the SD of a leg by up to a third in one point of eight. Also what another step
+        would gain at the mode.
         """
         random = np.random.default_rng(0)
         place = np.concatenate([change.ravel(), common])

@@ -269,8 +269,8 @@ def seen_through_skin(curves: Curves, faults: Faults) -> Curves:
         wrong["hip_flexion"] = wrong["hip_flexion"] + thigh + faults.pelvis
         wrong["knee_angle"] = wrong["knee_angle"] + thigh - shank
         wrong["ankle_angle"] = wrong["ankle_angle"] + foot - shank
-        # Rotation is the last of the hip's angles, so a thigh whose axes are turned about its length
-        # changes it alone; the knee then bends about an axis that is not its own.
+        # Rotation is the last of the hip's angles, so a thigh whose axes are turned about its
+        # length changes it alone; the knee then bends about an axis that is not its own.
         turn, tilt = faults.knee_axis[i], faults.ankle_axis[i]
         found.angles.update({
             f"hip_flexion_{s}": true["hip_flexion"] + wrong["hip_flexion"],
