@@ -103,7 +103,8 @@ class Walks:
             like = None
             if enough and not walk.fell[0]:
                 like = epsilon(curves_of(task, walk, cycles), self._recorded)
-            found.append(FALLEN if like is None else float(like.total))
+            total = None if like is None else like.total
+            found.append(FALLEN if total is None else float(total))
         return found
 
 

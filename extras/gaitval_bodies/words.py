@@ -75,7 +75,7 @@ def next_trials(found: Shared, names: tuple[str, ...], model: BodyModel) -> list
         information = prior + times * told
         for name, sd in measured.items():
             information[names.index(name), names.index(name)] += 1.0 / sd**2
-        covariance = np.linalg.inv(information)
+        covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
         after = replace(posterior, covariance=covariance)
         leg: Judged = judged_combinations(after, model)[0]
         parts = [leg.contraction, *(after.contraction[names.index(name)] for name in shown)]
