@@ -19,6 +19,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
+from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.rollouts import Walks, identified_by_rollouts
 from gaitval_bodies.shared_errors import identified
 
@@ -39,7 +40,6 @@ def main() -> None:
     settings = configuration.identification.model_copy(
         update={"generations": arguments.generations}
     )
-    configuration = configuration.model_copy(update={"identification": settings})
     policy = load_start(ROOT / "reports" / "general", configuration.environment)
     for name in PEOPLE:
         subject, wanted = load_subject(name), range(arguments.seeds)
@@ -47,14 +47,14 @@ def main() -> None:
             continue
         fit = fit_of(subject)
         posterior = identified(fit, fit.solve(fixed=nominal_parameters())).posterior
-        (by_posterior,) = Walks(subject, policy, configuration)([posterior.mean])
+        model = scale_subject(subject).model
+        walks = Walks(subject.record(), model, policy, configuration)
+        (by_posterior,) = walks([posterior.mean])
         for seed in wanted:
             if (name, seed) in done:
                 continue
-            began = time.process_time()
-            found = identified_by_rollouts(
-                subject, prior_sd(subject), policy, configuration, seed=seed
-            )
+            began, before = time.process_time(), walks.count
+            found = identified_by_rollouts(walks, prior_sd(subject), settings, seed=seed)
             about = {
                 "name": name,
                 "seed": seed,
@@ -66,7 +66,7 @@ def main() -> None:
                 "epsilon": {
                     "scaled": found.before, "rollouts": found.epsilon, "posterior": by_posterior,
                 },
-                "walks": found.walks,
+                "walks": found.walks - before,
                 "processor_seconds": time.process_time() - began,
             }  # fmt: skip
             stored.append(about)

@@ -15,20 +15,20 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration
-from gaitval.datasets.subject import Subject
+from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.identify import Searched, search
 from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 
 FALLEN: Final = 10.0
@@ -61,17 +61,18 @@ class Walks:
 
     Parameters
     ----------
-    subject : whose record it is.
+    record, model : the record and the body as scaled.
     policy : that walks, without noise.
     configuration : settings of contact, simulation and cycles.
     """
 
-    def __init__(self, subject: Subject, policy: Policy, configuration: Configuration) -> None:
-        self._model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
-        self._record = subject.record()
-        self._task = WalkingTask.of(self._model, self._record, configuration)
+    def __init__(
+        self, record: GaitRecord, model: BodyModel, policy: Policy, configuration: Configuration
+    ) -> None:
+        self._model, self._record = model, record
+        self._task = WalkingTask.of(model, record, configuration)
         self._policy, self._configuration = policy, configuration
-        self._recorded = recorded_curves(self._record)
+        self._recorded = recorded_curves(record)
         self.count = 0
 
     def __call__(self, mus: Sequence[Array]) -> list[float]:
@@ -109,10 +110,9 @@ class Walks:
 
 
 def identified_by_rollouts(
-    subject: Subject,
+    walks: Walks,
     prior_sd: Array,
-    policy: Policy,
-    configuration: Configuration,
+    settings: IdentificationSettings,
     *,
     seed: int = 0,
     on_generation: Callable[[int, float], None] | None = None,
@@ -121,14 +121,12 @@ def identified_by_rollouts(
 
     Parameters
     ----------
-    subject : whose record it is.
-    prior_sd : (14,) of mu; the search starts with `identification.initial_sigma` of it.
-    policy : that walks.
-    configuration : its `identification` has population, generations and tolerance.
+    walks : of the policy, against the record.
+    prior_sd : (14,) of mu; the search starts with `initial_sigma` of it.
+    settings : population, generations and tolerance.
     seed : of the search.
     on_generation : called with the number of the generation, from 1, and its best epsilon.
     """
-    walks = Walks(subject, policy, configuration)
     (before,) = walks([nominal_parameters()])
     shown = BodyFit.looked_for()
 
@@ -140,7 +138,7 @@ def identified_by_rollouts(
     searched = search(
         lambda points: walks([body(each) for each in points]),
         int(shown.sum()),
-        settings=configuration.identification,
+        settings=settings,
         seed=seed,
         on_generation=on_generation,
     )

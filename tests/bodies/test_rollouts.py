@@ -10,17 +10,23 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
+from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.rollouts import Walks, identified_by_rollouts
 
 GENERAL = Path(__file__).parents[2] / "reports" / "general"
 CONFIGURATION = load_configuration()
 
 
+def walks_of(name):
+    """Of the general policy, against this subject's record."""
+    subject = load_subject(name)
+    policy = load_start(GENERAL, CONFIGURATION.environment)
+    return Walks(subject.record(), scale_subject(subject).model, policy, CONFIGURATION)
+
+
 @pytest.mark.slow  # walks eight bodies twice
 def test_bodies_in_one_group_walk_as_each_does_alone():
-    subject = load_subject("S05")
-    policy = load_start(GENERAL, CONFIGURATION.environment)
-    walks = Walks(subject, policy, CONFIGURATION)
+    walks = walks_of("S05")
     longer = nominal_parameters()
     longer[PARAMETERS.index("thigh_length")] = 1.03
     together = walks([nominal_parameters(), longer])
@@ -32,13 +38,10 @@ def test_bodies_in_one_group_walk_as_each_does_alone():
 
 @pytest.mark.slow  # three generations of eight walks
 def test_a_search_of_a_few_generations_is_no_worse_than_its_first_body():
-    subject = load_subject("S05")
     settings = CONFIGURATION.identification.model_copy(update={"generations": 3})
-    configuration = CONFIGURATION.model_copy(update={"identification": settings})
-    policy = load_start(GENERAL, configuration.environment)
     seen: list[float] = []
     found = identified_by_rollouts(
-        subject, prior_sd(subject), policy, configuration, seed=1,
+        walks_of("S05"), prior_sd(load_subject("S05")), settings, seed=1,
         on_generation=lambda _, best: seen.append(best),
     )  # fmt: skip
     assert len(seen) == 3
