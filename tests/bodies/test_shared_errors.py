@@ -1,5 +1,7 @@
 """Errors that angles share are found as such: their derivatives, and what remains without them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
-from gaitval.model.parameters import nominal_parameters
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.shared_errors import NAMES, SharedFit, identified
@@ -54,7 +56,6 @@ def test_without_shared_errors_it_is_the_plain_posterior(fit, held):
     found, mode = none.solve(held), fit.mode(held)
     assert found.cost == pytest.approx(mode.cost, abs=0.3)
     plain = fit.posterior(mode)
-    np.testing.assert_allclose(found.posterior.mean, plain.mean, atol=0.3 * plain.prior_sd.max())
     assert np.abs((found.posterior.mean - plain.mean) / plain.prior_sd).max() < 0.3
     assert found.leg_difference == (0.0, 0.0)
 
@@ -66,7 +67,7 @@ def found(fit, held):
 
 def test_with_shared_errors_a_record_tells_less_of_the_legs(fit, held, found):
     plain = fit.posterior(fit.mode(held))
-    thigh = list(plain.contraction).index(plain.contraction[4])
+    thigh = PARAMETERS.index("thigh_length")
     assert found.posterior.contraction[thigh] > plain.contraction[thigh]
     assert (found.posterior.contraction < 1.02).all()
     assert found.left < 0.5
@@ -85,8 +86,6 @@ def test_a_belt_that_runs_fast_and_a_small_hip_move_the_leg_by_less_than_one_sd(
             tuple(0.96 * each for each in hip.cosine),
             tuple(0.96 * each for each in hip.sine),
         )
-    from dataclasses import replace
-
     wrong = replace(record, angles=angles, speed=1.01 * record.speed)
     model = scale_subject(subject).model
     fit = BodyFit(
