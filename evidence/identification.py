@@ -42,10 +42,12 @@ MEASURES = {
     "harsh world: *": {
         "code": (
             *_SHARED,
+            "gaitval/gait/accuracy.py",
             "extras/gaitval_virtual/harsh.py",
             "extras/gaitval_virtual/person.py",
             "experiments/harsh_people.py",
         ),
+        "data": ("reports/general/policy.safetensors",),
         "results": ("reports/identification/harsh.json",),
     },
     "shared errors, the ten: *": {
