@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 from gaitval.model.tree import COORDINATE_COUNT
 from gaitval.policy.environment import HABIT_PHASES, WalkingEnvironment
@@ -186,6 +187,11 @@ class LiveWalk:
     def seconds(self) -> float:
         """s that an action takes."""
         return self._environment.walker.action_seconds
+
+    @property
+    def body(self) -> BodyModel:
+        """As scaled."""
+        return self._environment.task.model
 
     @property
     def weight(self) -> float:
