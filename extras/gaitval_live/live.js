@@ -215,7 +215,7 @@
   /* The camera walks beside the person. */
   const target = new THREE.Vector3();
   function follow() {
-    const step = new THREE.Vector3(pelvis.x, pelvis.y, 0.92 * height * 0.5 + 0.05).sub(target);
+    const step = new THREE.Vector3(pelvis.x, pelvis.y, 0.84).sub(target);
     target.add(step);
     orbit.target.add(step);
     camera.position.add(step);

@@ -37,7 +37,7 @@ QUIET: Final = 1.0
 """s without anything new after which the page is told that the walk is still there."""
 POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
-    "img-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 HEADERS: Final[Mapping[str, str]] = {
     "Content-Security-Policy": POLICY,
@@ -164,7 +164,7 @@ class _Handler(BaseHTTPRequestHandler):
             except (ValueError, RecursionError, GaitvalError):
                 self._refuse(400)
             else:
-                self._send(b"", "application/json")
+                self._send(b"", "application/json", code=204)
 
     def _refuse(self, code: int) -> None:
         # What was sent with it is not read, so the connection cannot go on.

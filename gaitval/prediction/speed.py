@@ -34,6 +34,11 @@ LARGEST_CHANGE: Final = 0.5
 """Fraction of the nearest trial's speed: beyond it people change how they walk, not only how
 fast."""
 
+PASSING: Final = 0.1
+"""Fraction of the slowest trial's speed over which a prediction passes, up to `LARGEST_CHANGE`
+below it, from how the person changes to what is expected of others: the stride time of a person
+who slows down by long steps would else go on growing, to 2.7 s at 0.3 m/s."""
+
 TRUST: Final = 0.8
 """Share of other people's change that is expected of a person. What three people have in common is
 known with an error, so the whole of it predicts a fourth's angles worse (docs/held-out.md)."""
@@ -82,10 +87,12 @@ def at_speed(
         )
     wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
     own = [normal_form(record, subject.leg_length_m) for record in records]
-    if speed < (1.0 - LARGEST_CHANGE) * min(speeds):
-        gait = _far_slower(own, wanted, other_people(subject, others))
-    else:
-        gait = _moved(own, wanted, change_of_others(subject, others))
+    gait = _moved(own, wanted, change_of_others(subject, others))
+    slower = 1.0 - speed / min(speeds)
+    if slower > LARGEST_CHANGE - PASSING:
+        far = _far_slower(own, wanted, other_people(subject, others))
+        share = min(1.0, 1.0 - (LARGEST_CHANGE - slower) / PASSING)
+        gait = combined([gait, far], np.array([1.0 - share, share]))
     # The speed as given: through the dimensionless one and back it would be rounded.
     return replace(record_from(gait, subject.leg_length_m), speed=speed)
 
