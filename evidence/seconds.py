@@ -26,8 +26,8 @@ OTHERS: Final = 0.1
 EVERY: Final = 0.1
 """s between two looks at the processes."""
 PEOPLE: Final = tuple(f"S{number:02d}" for number in range(1, 11))
-SPEEDS: Final = (0.3, 0.4, 0.5, 0.7, 0.9, 1.1, 1.35, 1.6, 1.8)
-"""m/s: the ends that are asked for and those that must be, and every fifth between."""
+SPEEDS: Final = (0.3, 0.4, 0.6, 0.9, 1.25, 1.6, 1.8)
+"""m/s: the ends that are asked for and those that must be, and steps of up to a half between."""
 CYCLES: Final = 100
 STARTS: Final = 8
 WALKS: Final = 0.95

@@ -4,7 +4,7 @@ import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -83,10 +83,8 @@ def show(
         say("For teaching and first looks, never for verdicts. Ctrl-C ends it.")
         if browser:
             webbrowser.open(_leading(Path(private), server.address).as_uri())
-        try:
+        with suppress(KeyboardInterrupt):
             threading.Event().wait()
-        except KeyboardInterrupt:
-            pass
         return server.session.written
 
 
