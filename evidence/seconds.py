@@ -55,7 +55,7 @@ MEASURES = {
         "code": ("extras/gaitval_live/*.py", "evidence/seconds.py:live,_pictures,_pushed"),
         "data": ("extras/gaitval_live/live.*", "gaitval/reporting/vendor/*"),
         "allowed": 60,
-        "why": "tests/live/test_live_page.py looks at the page in a browser when slow tests run",
+        "why": "tests/live/test_page.py looks at the page in a browser when slow tests run",
     },
     "*": {
         "code": ("@study", "@page", "evidence/seconds.py"),

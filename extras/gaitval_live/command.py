@@ -67,8 +67,9 @@ def live(
         bool, typer.Option("--no-browser", help="Open no browser; only say where the page is.")
     ] = False,
 ) -> None:
-    """Let a person walk now, in a page of this machine: speed, body and ground on sliders, pushes by
-    the mouse.
+    """Let a person walk now, in a page of this machine, pushed by the mouse.
+
+    Walking speed, the 14 body parameters and slow motion have sliders.
 
     For teaching and first looks, never for verdicts: speeds are predicted, and nothing is compared
     with a record. The first start takes half a minute, for references at six speeds. What is done

@@ -1,4 +1,4 @@
-"""What a visitor of the page can do to the walk, as values; and from the page's and a log's JSON."""
+"""What can be done to the walk, as values; and from the JSON of the page and of a log."""
 
 import math
 from collections.abc import Mapping

@@ -8,6 +8,7 @@ can be told equal, bit for bit, or where it began to differ.
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, TextIO
 
@@ -119,7 +120,7 @@ def read_log(path: Path) -> Log:
         if not isinstance(first.get(name), kind):
             raise RecordError(f"{path}, line 1: {name} is missing or no {kind.__name__}.")
     lines = [_line(each, f"{path}, line {i}") for i, each in enumerate(values[1:], 2)]
-    for i, (before, after) in enumerate(zip(lines, lines[1:], strict=False), 3):
+    for i, (before, after) in enumerate(pairwise(lines), 3):
         if after.step < before.step:
             raise RecordError(f"{path}, line {i}: step {after.step} comes after {before.step}.")
     return Log(
