@@ -206,7 +206,9 @@ def _fell(who: str, speed: float) -> int:
     return int(fell.sum())
 
 
-@evidence.measurement(ANYWAY)
+@evidence.measurement(
+    ANYWAY, option("--out", type=Path, help="folder with the references, kept (default: none yet)")
+)
 def live(arguments: Namespace) -> list[evidence.Row]:
     """Pictures a second of `gaitval live 5` in Chromium, and how late a push is seen."""
     from playwright.sync_api import sync_playwright
@@ -220,7 +222,8 @@ def live(arguments: Namespace) -> list[evidence.Row]:
         raise SystemExit(LACKING)
     if idle < IDLE and not arguments.anyway:
         raise SystemExit("It is busy with other work, so it would measure that; or give --anyway.")
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = str(arguments.out or temporary)
         command = [sys.executable, "-m", "gaitval", "live", "5", "--no-browser", "--out", folder]
         with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as walk:
             assert walk.stdout is not None

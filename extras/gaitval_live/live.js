@@ -251,7 +251,7 @@
     if (time < ghost.until || shareAt(time) < 1) draw();
   }
 
-  /* Where pictures take too long, they have fewer pixels. */
+  /* Where pictures take too long, they have fewer pixels; a still picture has all. */
   const pace = { frames: 0, since: 0, fine: 1 };
   function keepPace(time) {
     if (++pace.frames < 40) return;
@@ -268,7 +268,7 @@
     if (!width || !height) return;
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2) * pace.fine);
+    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2) * (now?.rate > 0 ? pace.fine : 1));
     renderer.setSize(width, height, false);
     draw();
   }
@@ -561,6 +561,7 @@
     before = now;
     now = moment;
     if (!begins) happened();
+    if (before?.rate !== now.rate && pace.fine < 1) resize();
     const text = now.rate > 0 ? "Pause" : "Go on";
     if (pauseButton.textContent !== text) pauseButton.textContent = text;
     arrived();
