@@ -9,8 +9,8 @@
     python docs/build/docs_pictures.py live http://127.0.0.1:…/…/   # docs/live.png
 
 A run is the folder of `gaitval subject`, or of `gaitval import` for the recordings; the summary is
-that of `scripts/action_check.py`, the address that of a `gaitval live` that runs. Each picture is the page as a reader sees it, with as many
-colours as keep it below `LARGEST`.
+that of `scripts/action_check.py`, the address that of a `gaitval live` that runs. Each picture is
+the page as a reader sees it, with as many colours as keep it below `LARGEST`.
 """
 
 import argparse
