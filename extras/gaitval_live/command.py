@@ -101,9 +101,15 @@ def live(
                 return
         else:
             walk = LiveWalk(found)
-        written = show(found, walk, log, port=port, browser=not no_browser, say=display.plain)
+        written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
     if written is not None:
         display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")
+
+
+def _say(text: str) -> None:
+    """Print a line at once, also where a program reads it: the walk goes on until Ctrl-C."""
+    display.plain(text)
+    display.output.file.flush()
 
 
 def _check(log: "Log", walk: "LiveWalk", path: Path) -> None:
