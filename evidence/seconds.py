@@ -6,7 +6,6 @@ than `OTHERS` of the processors does not count; if none counts, no row is writte
 """
 
 import os
-import signal
 import statistics
 import subprocess
 import sys
@@ -238,7 +237,7 @@ def live(arguments: Namespace) -> list[evidence.Row]:
                 page.wait_for_timeout(1000.0 * SETTLES)
                 rate, delays = _pictures(page), _pushed(page)
                 opened.close()
-            walk.send_signal(signal.SIGINT)
+            walk.terminate()
             walk.communicate()
     print(f"{rate:.1f} pictures/s; a push was seen after {sorted(delays)} ms")
     where = "in Chromium, software graphics"
