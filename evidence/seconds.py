@@ -51,7 +51,10 @@ MEASURES = {
         "why": "one in a hundred of the statements of a walk",
     },
     "live page*": {
-        "code": ("extras/gaitval_live/*.py", "evidence/seconds.py:live,_pictures,_pushed"),
+        "code": (
+            "extras/gaitval_live/*.py",
+            "evidence/seconds.py:live,_looked_at,_pictures,_pushed",
+        ),
         "data": ("extras/gaitval_live/live.*", "gaitval/reporting/vendor/*"),
         "allowed": 60,
         "why": "tests/live/test_page.py looks at the page in a browser when slow tests run",
@@ -210,10 +213,8 @@ def _fell(who: str, speed: float) -> int:
 )
 def live(arguments: Namespace) -> list[evidence.Row]:
     """Pictures a second of `gaitval live 5` in Chromium, and how late a push is seen."""
-    from playwright.sync_api import sync_playwright
-
-    from evidence.browser import FLAGS, LACKING, program
-    from evidence.report.replay import IDLE, go_before_others, idle_share
+    from evidence.browser import LACKING, program
+    from evidence.report.replay import IDLE, idle_share
 
     browser, idle = program(), idle_share()
     print(f"{idle:.0%} of this machine is idle")
@@ -225,20 +226,10 @@ def live(arguments: Namespace) -> list[evidence.Row]:
         folder = str(arguments.out or temporary)
         command = [sys.executable, "-m", "gaitval", "live", "5", "--no-browser", "--out", folder]
         with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as walk:
-            assert walk.stdout is not None
-            address = next(word for word in walk.stdout.readline().split() if "://" in word)
-            with sync_playwright() as playwright:
-                opened = playwright.chromium.launch(executable_path=browser, args=list(FLAGS))
-                page = opened.new_context(viewport=WINDOW).new_page()
-                page.goto(address)
-                page.wait_for_function("+document.getElementById('live').dataset.frames > 0")
-                if arguments.anyway:
-                    go_before_others()
-                page.wait_for_timeout(1000.0 * SETTLES)
-                rate, delays = _pictures(page), _pushed(page)
-                opened.close()
-            walk.terminate()
-            walk.communicate()
+            try:
+                rate, delays = _looked_at(walk, browser, arguments.anyway)
+            finally:
+                walk.terminate()
     print(f"{rate:.1f} pictures/s; a push was seen after {sorted(delays)} ms")
     where = "in Chromium, software graphics"
     middle = statistics.median(delays)
@@ -249,6 +240,31 @@ def live(arguments: Namespace) -> list[evidence.Row]:
             *(middle, "ms", "<=", 100, 250, len(delays)),
         ),
     ]
+
+
+def _looked_at(walk: Any, browser: str, first: bool) -> tuple[float, list[float]]:
+    """Pictures a second, and ms of each push, of the page whose address the process says."""
+    from playwright.sync_api import sync_playwright
+
+    from evidence.browser import FLAGS
+    from evidence.report.replay import go_before_others
+
+    line = walk.stdout.readline()
+    address = next((word for word in line.split() if "://" in word), None)
+    if address is None:
+        raise SystemExit(f"gaitval live said no address, but {line!r}")
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=browser, args=list(FLAGS))
+        page = opened.new_context(viewport=WINDOW).new_page()
+        page.set_default_timeout(120_000)
+        if first:
+            go_before_others()
+        page.goto(address)
+        page.wait_for_function("+document.getElementById('live').dataset.frames > 0")
+        page.wait_for_timeout(1000.0 * SETTLES)
+        if first:
+            go_before_others()
+        return _pictures(page), _pushed(page)
 
 
 def _pictures(page: Any) -> float:

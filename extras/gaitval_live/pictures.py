@@ -10,6 +10,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import drawn_shapes
+from gaitval.prediction.speed import trials_told
 from gaitval_live.doing import LARGEST_PUSH
 from gaitval_live.person import Person
 from gaitval_live.session import Session, Shown
@@ -29,7 +30,7 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
     nominal = nominal_parameters()
     return {
         "subject": person.subject.identifier,
-        "recorded": [trial.walking_speed_m_s for trial in (person.subject, *person.subject.trials)],
+        "recorded": [trial.walking_speed_m_s for trial in trials_told(person.subject)],
         "replay": replay,
         "weight": walk.weight,
         "arrow": ARROW,
