@@ -260,7 +260,7 @@ def _looked_at(walk: Any, browser: str, first: bool) -> tuple[float, list[float]
         if first:
             go_before_others()
         page.goto(address)
-        page.wait_for_function("+document.getElementById('live').dataset.frames > 0")
+        page.wait_for_selector("#live[data-frames]")
         page.wait_for_timeout(1000.0 * SETTLES)
         if first:
             go_before_others()
