@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import evidence
+from evidence.opensim_motion import read_motion
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
-from gaitval.opensim.motion_reading import read_motion
 
 if TYPE_CHECKING:
     from gaitval.mocap.recording import Recording

@@ -20,7 +20,7 @@ from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
 
 from gaitval.compiled import _cache_folder
-from gaitval.datasets.sample import SAMPLE
+from gaitval_curves.sample import SAMPLE
 
 ROOT = Path(__file__).parents[2]
 
