@@ -84,7 +84,7 @@ for command in json.loads(sys.argv[1]):
     try:
         main()
     except SystemExit as end:
-        if end.code:
+        if end.code not in (None, 0, int(sys.argv[3])):
             raise
 """
 MEASURES = {
@@ -119,12 +119,14 @@ class Job:
     folder : that it writes.
     before : what is in the folder before it starts; nothing if None.
     setting : Python that is run first, to make it shorter.
+    verdict : exit code that is as good as 0: that of a model that fails a limit.
     """
 
     commands: list[list[str]]
     folder: Path
     before: Path | None = None
     setting: str = ""
+    verdict: int = 0
 
     def prepared(self) -> None:
         """As before its first start."""
@@ -135,7 +137,14 @@ class Job:
     def start(self, temporary: Path) -> "subprocess.Popen[str]":
         """Start it, in a session of its own, in which its workers can be found."""
         return subprocess.Popen(
-            [sys.executable, "-c", SEVERAL, json.dumps(self.commands), self.setting],
+            [
+                sys.executable,
+                "-c",
+                SEVERAL,
+                json.dumps(self.commands),
+                self.setting,
+                str(self.verdict),
+            ],
             env={
                 **os.environ,
                 "TMPDIR": str(temporary),
@@ -231,7 +240,10 @@ def further_jobs(work: Path) -> dict[str, Job]:
         folder = work / f"{name}-out"
         out = folder / "table.csv" if name == "screen" else folder
         made_by[name] = Job(
-            [[name, *map(str, rest), str(out)]], folder, setting=shorter.get(name, "")
+            [[name, *map(str, rest), str(out)]],
+            folder,
+            setting=shorter.get(name, ""),
+            verdict=int(name == "judge"),
         )
     return made_by
 
