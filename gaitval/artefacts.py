@@ -10,7 +10,7 @@ import tempfile
 import tomllib
 import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, fields
 from importlib import metadata
 from pathlib import Path
@@ -28,7 +28,6 @@ LIBRARIES = (
     # Those whose version can change a number of a result.
     "dartpy",
     "ezc3d",
-    "yourdfpy",
     "xacro",
     "torch",
     "stable-baselines3",
@@ -448,5 +447,6 @@ def versions() -> dict[str, str]:
     """Versions of gaitval, Python, the machine and the libraries that results depend on."""
     found = {"gaitval": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
-        found[name] = metadata.version(name)
+        with suppress(metadata.PackageNotFoundError):  # an extra that is not installed
+            found[name] = metadata.version(name)
     return found

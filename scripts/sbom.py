@@ -2,8 +2,8 @@
 
     python scripts/sbom.py [FILE]        (default: dist/gaitval-VERSION.cdx.json, beside the wheel)
 
-It lists what gaitval imports when it runs: its dependencies and theirs, as they are installed here,
-with their licences and what depends on what; and what is bundled into it
+It lists what gaitval imports when it runs: its dependencies and theirs, with those of `EXTRAS`, as
+they are installed here, with their licences and what depends on what; and what is bundled into it
 (`gaitval/reporting/vendor`). SHA-256 are those of the locks in `locks/`, where the
 version is the same; they are left out of a package that no lock has.
 """
@@ -19,6 +19,8 @@ from lock import FOLDER, ROOT, canonical, locked
 from packaging.requirements import Requirement
 
 NAME = "gaitval"
+EXTRAS = frozenset({"curves", "study"})
+"""Of the application: what a study needs, and the downloads of published data."""
 VENDOR = ROOT / "gaitval" / "reporting" / "vendor"
 _TEXT = 80
 """Longest licence that is a name; some packages state the whole text."""
@@ -40,14 +42,14 @@ def requirements(name: str, extras: frozenset[str] = frozenset()) -> list[Requir
     ]
 
 
-def closure(name: str = NAME) -> dict[str, list[str]]:
+def closure(name: str = NAME, extras_of_it: frozenset[str] = EXTRAS) -> dict[str, list[str]]:
     """All packages that one needs at run time, itself among them: what each of them needs.
 
     Raises
     ------
     PackageNotFoundError : one is not installed.
     """
-    extras: dict[str, set[str]] = {canonical(name): set()}
+    extras: dict[str, set[str]] = {canonical(name): set(extras_of_it)}
     found: dict[str, list[str]] = {}
     waiting = [canonical(name)]
     while waiting:

@@ -109,14 +109,15 @@ def recordings(arguments: Namespace) -> list[evidence.Row]:
             "recordings of 13 sources that were run",
             100.0 * len(known) / len(listed), "%", ">=", 100, 100, len(listed),
         ),
-        *_sides(
-            [
-                store[each["name"]]
-                for each in listed
-                if each["name"] in store and each["laboratory"] == "geneva" and "refused" not in each
-            ]
-        ),
+        *_sides([store[name] for name in _children(listed) if name in store]),
     ]  # fmt: skip
+
+
+def _children(listed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Names of the recordings of Geneva that should become subjects."""
+    return [
+        each["name"] for each in listed if each["laboratory"] == "geneva" and "refused" not in each
+    ]
 
 
 def _sides(known: Sequence[Mapping[str, Any]]) -> Iterator[evidence.Row]:

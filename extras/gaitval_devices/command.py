@@ -12,7 +12,7 @@ from gaitval.cli.app import added_command
 @added_command(
     "gaitval device 5 hip_exo",
     "gaitval device 5 my_orthosis.toml --out reports/orthosis",
-    "gaitval device patient.toml                 # with the [[devices]] of the subject's file",
+    "gaitval device patient.toml                 # with the devices of the subject's file",
     "gaitval device 5 backpack --samples 0       # without learning",
     after="predict",
 )
@@ -31,7 +31,7 @@ def device(
         typer.Argument(
             metavar="DEVICE",
             help="Names of shipped devices (hip_exo, knee_exo, ankle_exo, ankle_spring, "
-            "below_knee, above_knee, afo, backpack, foot_2kg, ...) or TOML files with [[devices]].",
+            "below_knee, above_knee, afo, backpack, foot_2kg, ...) or TOML files of devices.",
             show_default=False,
         ),
     ] = None,

@@ -38,8 +38,9 @@ class AngleRow(NamedTuple):
 
 
 def symmetry_index(right: float, left: float) -> float:
-    """%; 0 for equal values, positive where `right` is larger."""
-    return 100.0 * (right - left) / (0.5 * (abs(right) + abs(left)))
+    """%; 0 for equal values, both zero among them, positive where `right` is larger."""
+    mean = 0.5 * (abs(right) + abs(left))
+    return 100.0 * (right - left) / mean if mean > 0.0 else 0.0
 
 
 def angle_rows(patient: Patient) -> list[AngleRow]:

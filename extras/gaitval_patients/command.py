@@ -61,7 +61,7 @@ WalkOption = Annotated[
     "gaitval patients strides.csv --people people.csv --speed amputee=0.8 --out runs/patients "
     "--walk",
     "gaitval cohort runs/patients/table.csv --out runs/cohort   # then, the main job of each",
-    after="curves",
+    after="subjects",
 )
 def patients(
     strides: StridesArgument,

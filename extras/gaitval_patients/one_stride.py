@@ -100,7 +100,7 @@ def left_strike(angles: dict[str, PeriodicCurve], prior: float, prior_sd: float)
 
     def cost(shift: float) -> float:
         misfit = independent * float(np.sum(np.mean(differences(shift) ** 2, axis=1))) / noise
-        return misfit + ((shift - prior) / prior_sd) ** 2
+        return float(misfit + ((shift - prior) / prior_sd) ** 2)
 
     start = min(grid, key=cost)
     best = minimize_scalar(cost, bounds=(start - 0.01, start + 0.01), method="bounded")
