@@ -195,6 +195,8 @@ class Worker:
         except EOFError:
             self.process.join()
             why = f"the process ended with {self.process.exitcode}"
+        if time.monotonic() - begin >= LONGEST:
+            why = f"no end within {LONGEST:.0f} s of the clock"
         self.close()
         self._start()
         name, mutator, _ = fuzz_cases.damaged(kind, self.kinds[kind], seed)
@@ -353,8 +355,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--log", type=Path, help="a line of JSON for each case; goes on from it")
     parser.add_argument("--replay", metavar="KIND:SEED", nargs="+", default=[])
     parser.add_argument("--store", action="store_true")
+    parser.add_argument("--hours", type=float, help="instead of --minutes")
     parser.add_argument("--nightly", action="store_true", help="an hour, with the day's seeds")
     given = parser.parse_args()
+    if given.hours is not None:
+        given.minutes, given.cases = 60.0 * given.hours, max(given.cases, 100_000)
     if given.nightly:
         day = datetime.now(UTC).date().toordinal()
         given.minutes, given.seed, given.cases = 60.0, 100_000 * day, 100_000
