@@ -10,6 +10,7 @@ import opensim
 from against_opensim import AgainstOpenSim, Trial
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
+from evidence.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
@@ -20,7 +21,6 @@ from gaitval.opensim.motion import (
     write_moments,
     write_motion,
 )
-from gaitval.opensim.motion_reading import read_motion
 from gaitval.opensim.osim import write_osim
 
 

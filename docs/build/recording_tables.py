@@ -216,11 +216,11 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
     from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table
     from opensim_peer import run as run_tool
 
+    from evidence.opensim_motion import read_motion
     from gaitval.configuration import Configuration, ContactSettings
     from gaitval.inverse.inverse_kinematics import inverse_kinematics
     from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
     from gaitval.opensim.motion import write_markers
-    from gaitval.opensim.motion_reading import read_motion
     from gaitval.opensim.osim import write_osim
     from gaitval.session.write import FOLDER as EXPORT
     from gaitval.session.write import write_import

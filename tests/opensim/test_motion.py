@@ -15,6 +15,7 @@ from opensim_peer import (
 )
 from scipy.spatial.transform import Rotation
 
+from evidence.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
@@ -32,7 +33,6 @@ from gaitval.opensim.motion import (
     write_moments,
     write_motion,
 )
-from gaitval.opensim.motion_reading import read_motion
 from gaitval.opensim.osim import write_osim
 
 RATE = 150.0

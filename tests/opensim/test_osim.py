@@ -11,6 +11,7 @@ from opensim_peer import OpenSimModel
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
+from evidence.opensim_motion import from_opensim
 from gaitval.configuration import ContactSettings
 from gaitval.contact.forces import ground_forces
 from gaitval.contact.law import contact_law
@@ -27,7 +28,6 @@ from gaitval.model.tree import (
     whole_body_centre_of_mass,
 )
 from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, to_opensim
-from gaitval.opensim.motion_reading import from_opensim
 from gaitval.opensim.osim import write_osim
 
 MARKERS = tuple(

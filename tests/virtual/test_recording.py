@@ -9,13 +9,13 @@ import pytest
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES, SIDES
-from gaitval.datasets.sample import SAMPLE, copy_sample
 from gaitval.errors import ArchiveError
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.model.body import SEGMENTS
 from gaitval.session.importing import Imported, import_files
 from gaitval.session.request import ImportOptions
+from gaitval_curves.sample import SAMPLE, copy_sample
 
 ANGLE, LENGTH, FORCE = 1.0, 0.005, 0.03
 """Degrees and metres, as in tests/workflows/test_import_truth.py with noise; body weights."""

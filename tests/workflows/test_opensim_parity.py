@@ -12,6 +12,7 @@ import pytest
 from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table, run
 from recorded_walks import RecordedWalk, rajagopal_walk, wbds_walk
 
+from evidence.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -24,7 +25,6 @@ from gaitval.opensim.motion import (
     write_moments,
     write_motion,
 )
-from gaitval.opensim.motion_reading import read_motion
 from gaitval.opensim.osim import write_osim
 
 EVERY = 5

@@ -1,0 +1,40 @@
+"""The sample recording that comes with gaitval: a virtual person whose motion is known.
+
+`gaitval/samples/README.md` says how it was made.
+"""
+
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from gaitval import file_gate
+from gaitval.artefacts import replacing
+from gaitval.errors import ArchiveError
+
+SAMPLE: Final = ("standing.c3d", "walking.c3d", "truth.csv", "truth.json", "README.md")
+"""Its files."""
+
+
+def copy_sample(folder: Path) -> list[Path]:
+    """Copy the sample into `folder`; returns the files there. Raises ArchiveError if a file of one
+    of these names is there already and is another, ArtefactError if the folder cannot be written
+    to.
+    """
+    contents = {
+        name: resources.files("gaitval").joinpath("samples", name).read_bytes() for name in SAMPLE
+    }
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise ArchiveError(f"{folder}: is a file. Give a folder.")
+    for name, content in contents.items():
+        there = folder / name
+        if not there.exists():
+            continue
+        if file_gate.read_bytes(there, ArchiveError, largest=file_gate.BINARY) != content:
+            raise ArchiveError(
+                f"{there}: is there already and is not the sample's. Give another folder."
+            )
+    for name, content in contents.items():
+        with replacing(folder / name) as temporary:
+            temporary.write_bytes(content)
+    return [folder / name for name in SAMPLE]
