@@ -217,6 +217,18 @@ class TrialResult(Result):
     consistent: ConsistentResult | None = None
 
 
+class FaultResult(Result):
+    """A fault of the measurement that was looked for (`gaitval_measurement.said.FaultRow`)."""
+
+    name: str
+    value: Number
+    deviation: Number
+    unit: str
+    said: str
+    like: str
+    correlation: Figure
+
+
 class ImportResult(Result):
     """What an import found: figures, decisions, hashes of the inputs, versions."""
 
@@ -242,5 +254,6 @@ class ImportResult(Result):
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
     doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
+    measurement: list[FaultResult] = Field(default_factory=list)
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)

@@ -248,6 +248,7 @@ def _record(found: Import) -> dict[str, Any]:
             {"trial": trial} | {name: getattr(doubt, name) for name in _OF_A_DOUBT}
             for trial, doubt in found.doubts
         ],
+        "measurement": [asdict(row) for row in getattr(found.measurement, "faults", ())],
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": _functional_records(found.functional),
     }
