@@ -24,6 +24,7 @@ from evidence.measurement.planting import SIZES, Fault, faults, moved
 from experiments.public_recordings import OPTIONS, listed, local_file, several
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
+from gaitval.mocap.recording import Recording
 from gaitval.session import session as importing
 from gaitval.session.importing import request_of
 from gaitval.session.read import SessionRecordings, read_session
@@ -64,6 +65,8 @@ PLANTED: Final = (
 )
 OWN_FAULTS: Final = {"WBDS01 treadmill": (1, 0.0235)}
 """Number of the plate, and by how far (m) it is too far forward (built-in subject S01)."""
+LONGEST: Final = 10.0
+"""s of a trial that faults are planted in: a fault is found as well in ten strides as in thirty."""
 KNOWN_FAULTS: Final = {
     "WBDS01 treadmill": "place 2",
     "HC040A": "",
@@ -172,11 +175,30 @@ def _session(
     recording: dict[str, Any], base: Path, folder: Path
 ) -> tuple[Request, SessionRecordings]:
     request, session = _read(recording, base, folder)
+    session = replace(session, walking=tuple(_beginning(walk) for walk in session.walking))
     if recording["name"] in OWN_FAULTS:
         plate, metres = OWN_FAULTS[recording["name"]]
         walks = tuple(moved(walk, plate, 0, -metres) for walk in session.walking)
         session = replace(session, walking=walks)
     return request, session
+
+
+def _beginning(walk: Recording) -> Recording:
+    """The first seconds of a trial."""
+    frames = round(LONGEST * walk.marker_rate)
+    samples = round(frames * walk.force_rate / walk.marker_rate)
+    plates = tuple(
+        replace(
+            plate,
+            force=plate.force[:samples],
+            centre_of_pressure=plate.centre_of_pressure[:samples],
+            free_moment=plate.free_moment[:samples],
+            moment=None if plate.moment is None else plate.moment[:samples],
+        )
+        for plate in walk.plates
+    )
+    events = tuple(event for event in walk.events if event.time < walk.start + LONGEST)
+    return replace(walk, markers=walk.markers[:frames], plates=plates, events=events)
 
 
 def _used(found: Import) -> list[int]:

@@ -205,6 +205,23 @@ def moved(recording: Recording, plate: int, axis: int, metres: float) -> Recordi
     return _on_plate(recording, plate, lambda one: _moved(one, axis, metres))
 
 
+def crossed(recording: Recording, plate: int, axis: int, share: float) -> Recording:
+    """A recording of which one plate shows a share of the vertical force along an axis, too."""
+    return _on_plate(recording, plate, lambda one: _crossed(one, axis, share))
+
+
+def gained(recording: Recording, plate: int, gain: float) -> Recording:
+    """A recording of which one plate shows more force, by this share."""
+    return _on_plate(
+        recording, plate, lambda one: _wrench(one, lambda f, m: (f * (1 + gain), m * (1 + gain)))
+    )
+
+
+def rotated(recording: Recording, plate: int, angle: float) -> Recording:
+    """A recording of which one plate is turned, rad."""
+    return _on_plate(recording, plate, lambda one: _rotated(one, angle))
+
+
 def _walks(change: Callable[[Recording], Recording]) -> Change:
     return lambda session: replace(session, walking=tuple(change(r) for r in session.walking))
 

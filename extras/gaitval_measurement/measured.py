@@ -4,10 +4,14 @@ where the user asks for it.
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.session.request import Tell
 from gaitval.session.session import Import
+from gaitval_measurement.bands import Bands, bands
 from gaitval_measurement.correct import corrected, wanted
 from gaitval_measurement.estimate import Examined, examined
 from gaitval_measurement.said import FaultRow, rows, warnings
@@ -28,6 +32,46 @@ class Measurement:
     faults: tuple[FaultRow, ...]
     seen: Examined
     uncorrected: dict[str, AverageCurve | dict[Side, AverageCurve]]
+    bands: Bands | None = None
+
+    def columns(self) -> dict[str, Array]:
+        """Half of the width of each band of 90 %, (101,) by its column of `curves.csv`."""
+        half = {} if self.bands is None else self.bands.half
+        return {f"{name}_band90": values for name, values in half.items()}
+
+    def band_records(self) -> dict[str, dict[str, object]]:
+        """The bands by curve, and the sources of their variance, for `import.json`."""
+        if self.bands is None:
+            return {}
+        return {
+            name: {"half": values.tolist(), "sources": dict(self.bands.shares[name])}
+            for name, values in self.bands.half.items()
+        }
+
+
+SHOWN = ("hip_flexion", "knee_angle", "ankle_angle")
+"""Joints whose bands are said."""
+
+
+def said_bands(found: Bands) -> str:
+    """The widths of the sagittal bands, and what they come from, in a sentence."""
+    parts = []
+    for kind, factor, unit in (("angle", 180.0 / np.pi, "°"), ("moment", 1.0, " Nm/kg")):
+        for joint in SHOWN:
+            names = [f"{kind}_{joint}_{side}" for side in "rl"]
+            there = [name for name in names if name in found.half]
+            if there:
+                half = factor * float(np.median([np.median(found.half[n]) for n in there]))
+                source, share = found.shares[there[0]][0]
+                digits = 1 if kind == "angle" else 2
+                parts.append(
+                    f"{joint} {kind} ± {half:.{digits}f}{unit} ({100 * share:.0f} % {source})"
+                )
+    remedy, share = found.remedy
+    return (
+        f"bands of 90 %, medians over the cycle: {'; '.join(parts)}. What would narrow them most "
+        f"({100 * share:.0f} % of their variance): {remedy}"
+    )
 
 
 def measured(found: Import, tell: Tell) -> Import:
@@ -49,6 +93,7 @@ def measured(found: Import, tell: Tell) -> Import:
     if seen is None:
         return found
     said: list[tuple[str, str]] = []
+    around = bands(found, seen)
 
     def noted(step: str, text: str) -> None:
         said.append((step, text))
@@ -57,7 +102,9 @@ def measured(found: Import, tell: Tell) -> Import:
     flags = warnings(seen)
     for flag in flags:
         noted("warnings", str(flag))
-    measurement = Measurement(rows(seen), seen, {})
+    measurement = Measurement(rows(seen), seen, {}, around)
+    if around is not None:
+        noted("uncertainty", said_bands(around))
     result = found
     if kinds:
         result = corrected(found, seen, kinds, noted)

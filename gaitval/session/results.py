@@ -229,6 +229,13 @@ class FaultResult(Result):
     correlation: Figure
 
 
+class BandResult(Result):
+    """Half of a mean curve's band of 90 %, at 0, 1, … 100 %, and shares of its variance."""
+
+    half: list[Figure]
+    sources: dict[str, Number]
+
+
 class ImportResult(Result):
     """What an import found: figures, decisions, hashes of the inputs, versions."""
 
@@ -255,5 +262,6 @@ class ImportResult(Result):
     placement: list[PlacementResult]
     doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
     measurement: list[FaultResult] = Field(default_factory=list)
+    bands: dict[str, BandResult] = Field(default_factory=dict)
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
