@@ -11,7 +11,8 @@ import json
 import tempfile
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
@@ -19,6 +20,7 @@ from unittest.mock import patch
 import numpy as np
 
 import evidence
+import gaitval_measurement.measured as wing
 from evidence import ROOT, option
 from evidence.measurement.planting import SIZES, Fault, faults, moved
 from experiments.public_recordings import OPTIONS, listed, local_file, several
@@ -26,6 +28,7 @@ from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
 from gaitval.mocap.recording import Recording
 from gaitval.session import session as importing
+from gaitval.session import trial as trials
 from gaitval.session.importing import request_of
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import ImportOptions, Request, checked
@@ -112,9 +115,55 @@ def _read(recording: dict[str, Any], base: Path, folder: Path) -> tuple[Request,
     return request, read_session(request, load_configuration().processing)
 
 
-def _imported(request: Request, session: SessionRecordings) -> Import:
-    with patch.object(importing, "read_session", lambda *_: session):
+def _imported(
+    request: Request, session: SessionRecordings, right: "_Right | None" = None
+) -> Import:
+    """The import of what was read. Where the markers are those of `right`, so are the body and the
+    motion: neither sees a force.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(importing, "read_session", lambda *_: session))
+        if right is not None and right.has_markers_of(session):
+            body = replace(right.found.body, walking=session.walking)
+            motions, compared = iter(right.motions), iter(right.found.trials)
+            for module, name, instead in (
+                (importing, "scale_body", lambda *_, **__: body),
+                (trials, "trial_motion", lambda *_: next(motions)),
+                (trials, "inverse_kinematics", lambda *_: next(compared).compared),
+            ):
+                stack.enter_context(patch.object(module, name, instead))
         return work_out(request, load_configuration().processing)
+
+
+@dataclass(frozen=True)
+class _Right:
+    """A session without a fault, its import, and the motion of its trials."""
+
+    session: SessionRecordings
+    found: Import
+    motions: list[Any]
+
+    def has_markers_of(self, other: SessionRecordings) -> bool:
+        """Whether another session has the same markers, at the same times."""
+        pairs = [(self.session.standing, other.standing)]
+        pairs += zip(self.session.walking, other.walking, strict=True)
+        return all(
+            one.marker_rate == two.marker_rate
+            and np.array_equal(one.markers, two.markers, equal_nan=True)
+            for one, two in pairs
+        )
+
+
+def _right(request: Request, session: SessionRecordings) -> _Right:
+    motions: list[Any] = []
+    make = trials.trial_motion
+
+    def kept(*arguments: Any) -> Any:
+        motions.append(make(*arguments))
+        return motions[-1]
+
+    with patch.object(trials, "trial_motion", kept):
+        return _Right(session, _imported(request, session), motions)
 
 
 def _warnings(found: Import) -> set[str]:
@@ -144,18 +193,18 @@ def _errors(right: Import, wrong: Import, mass: float) -> dict[str, float]:
 
 
 def _case(
-    request: Request, session: SessionRecordings, right: Import, fault: Fault
+    request: Request, session: SessionRecordings, right: _Right, fault: Fault
 ) -> dict[str, Any]:
     """What becomes of one fault."""
     given = request.model_copy(update={"mass": request.mass * fault.mass})
     row: dict[str, Any] = {"fault": fault.name, "causes": fault.causes, "size": fault.size}
     try:
-        found = _imported(given, fault.change(session))
+        found = _imported(given, fault.change(session), right)
     except GaitvalError as error:
         return row | {"refused": str(error)}
     row |= {
-        "errors": _errors(right, found, fault.mass),
-        "new": sorted(_warnings(found) - _warnings(right)),
+        "errors": _errors(right.found, found, fault.mass),
+        "new": sorted(_warnings(found) - _warnings(right.found)),
     }
     seen = found.measurement.seen if found.measurement else None
     if seen is not None:
@@ -216,13 +265,13 @@ def _all_cases(base: Path) -> Iterator[dict[str, Any]]:
             continue
         with tempfile.TemporaryDirectory() as folder:
             request, session = _session(recording, base, Path(folder))
-            right = _imported(request, session)
-            used = _used(right)
+            used = _used(_imported(request, session))
             kept = tuple(
                 replace(walk, plates=tuple(walk.plates[i] for i in used))
                 for walk in session.walking
             )
             session = replace(session, walking=kept)
+            right = _right(request, session)
             names = [plate.name for plate in kept[0].plates]
             for fault in faults(names):
                 row = _case(request, session, right, fault)
@@ -241,7 +290,8 @@ def _all_cases(base: Path) -> Iterator[dict[str, Any]]:
 def planted(arguments: Namespace) -> list[evidence.Row]:
     """Faults planted in recordings of other laboratories: warned of, and named."""
     STORE.parent.mkdir(parents=True, exist_ok=True)
-    with STORE.open("w", encoding="utf-8") as store:
+    # No row needs the bands of a curve.
+    with STORE.open("w", encoding="utf-8") as store, patch.object(wing, "bands", lambda *_: None):
         cases = []
         for case in _all_cases(arguments.clones):
             store.write(json.dumps(case) + "\n")
