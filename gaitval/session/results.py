@@ -217,25 +217,6 @@ class TrialResult(Result):
     consistent: ConsistentResult | None = None
 
 
-class FaultResult(Result):
-    """A fault of the measurement that was looked for (`gaitval_measurement.said.FaultRow`)."""
-
-    name: str
-    value: Number
-    deviation: Number
-    unit: str
-    said: str
-    like: str
-    correlation: Figure
-
-
-class BandResult(Result):
-    """Half of a mean curve's band of 90 %, at 0, 1, … 100 %, and shares of its variance."""
-
-    half: list[Figure]
-    sources: dict[str, Number]
-
-
 class ImportResult(Result):
     """What an import found: figures, decisions, hashes of the inputs, versions."""
 
@@ -261,7 +242,9 @@ class ImportResult(Result):
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
     doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
-    measurement: list[FaultResult] = Field(default_factory=list)
-    bands: dict[str, BandResult] = Field(default_factory=dict)
+    measurement: list[dict[str, str | Figure]] = Field(default_factory=list)
+    """Each a `gaitval_measurement.said.FaultRow`."""
+    bands: dict[str, dict[str, list[Figure] | dict[str, Number]]] = Field(default_factory=dict)
+    """Of each curve: `half` of the width of its band of 90 %, and `sources`: shares of it."""
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
