@@ -17,7 +17,7 @@ import numpy as np
 from evidence.measurement.faults import CHOSEN_ON, _imported, _read, _recordings
 from gaitval.arrays import Array
 from gaitval.errors import GaitvalError
-from gaitval_measurement.balance import NEWTON, PRESSURE, STRIDE_BINS, Data, data_of
+from gaitval_measurement.balance import NEWTON, PRESSURE, STRIDE_BINS, Data, data_of, trials_of
 from gaitval_measurement.expected import ODD
 
 WITH_A_FAULT = "HC040A"
@@ -40,7 +40,7 @@ def sound(base: Path) -> list[tuple[float, float, Data]]:
             except (GaitvalError, OSError) as error:
                 print(recording["name"], error)
                 continue
-        data = data_of(made.body.model, made.trials, made.request.mass_kg)
+        data = data_of(trials_of(made.body.model, made.trials), made.request.mass_kg)
         if data is not None:
             weight = WEIGHT if SEVERAL_OF_ONE in recording["name"] else 1.0
             found.append((weight, made.request.height_m, data))

@@ -76,22 +76,60 @@ class Data:
     middles: Mapping[str, Array]
 
 
-def data_of(
-    model: BodyModel, walks: Sequence[WalkingTrial], mass_kg: float, *, later: float = 0.0
-) -> Data | None:
-    """The data of all `walks` with forces of a person of `mass_kg` on the `model`; None if no frame
-    shows the forces of both feet. The forces are taken to come `later` (s) than they should.
+@dataclass(frozen=True)
+class Trial:
+    """A walk as the data are made of it, whatever the delay of its forces.
+
+    Attributes
+    ----------
+    ground, needed : wrenches (`ground_of`, `_needed`).
+    ankles : (T, 2, 4, 4) frames of the feet, right first.
+    middles : (3,) m of each plate.
+    falls : of the rates of forces and markers.
     """
-    parts = [_of_trial(model, walk, mass_kg, later) for walk in walks if walk.dynamics is not None]
-    parts = [part for part in parts if part]
-    middles = {
-        plate.name: plate_middle(plate, np.hstack([plate.force, moment_of(plate)]))
-        for walk in walks
-        for plate in walk.recording.plates
-    }
+
+    walk: WalkingTrial
+    ground: "Ground"
+    needed: Array
+    ankles: Array
+    middles: tuple[Array, ...]
+    falls: tuple["_Row", ...]
+
+
+def trials_of(model: BodyModel, walks: Sequence[WalkingTrial]) -> tuple[Trial, ...]:
+    """Those of the `walks` of the `model` that have forces."""
+    found = []
+    for walk in walks:
+        if walk.dynamics is None or walk.loads is None:
+            continue
+        ground = ground_of(walk.loads, walk.recording)
+        frames = segment_frames(model, walk.positions)
+        plates = walk.recording.plates
+        found.append(
+            Trial(
+                walk=walk,
+                ground=ground,
+                needed=_needed(ground, walk.dynamics, walk.positions[:, 3:6]),
+                ankles=frames[:, [SEGMENTS.index("foot_r"), SEGMENTS.index("foot_l")]],
+                middles=tuple(
+                    plate_middle(plate, wrench)
+                    for plate, wrench in zip(plates, ground.plates, strict=True)
+                ),
+                falls=tuple(_falls(walk.recording)),
+            )
+        )
+    return tuple(found)
+
+
+def data_of(trials: Sequence[Trial], mass_kg: float, *, later: float = 0.0) -> Data | None:
+    """The data of all `trials` of a person of `mass_kg`; None if no frame shows the forces of both
+    feet. The forces are taken to come `later` (s) than they should.
+    """
+    parts = [part for trial in trials if (part := _of_trial(trial, mass_kg, later))]
     if not parts:
         return None
-    names = sorted({name for part in parts for row in part for name in row.effects})
+    names = sorted({name for part in parts for row in part for name in row.names})
+    column = {name: i for i, name in enumerate(names)}
     pooled: dict[tuple[str, str, int], list[_Row]] = {}
     for part in parts:
         for row in part:
@@ -100,8 +138,10 @@ def data_of(
     for key in sorted(pooled):
         of_bin = pooled[key]
         values = np.array([row.value for row in of_bin])
-        effects = np.array([[row.effects.get(name, 0.0) for name in names] for row in of_bin])
-        rows.append((key, of_bin[0].phase, values, effects.mean(axis=0)))
+        effects = np.zeros(len(names))
+        for row in of_bin:
+            effects[[column[name] for name in row.names]] += row.effects
+        rows.append((key, of_bin[0].phase, values, effects / len(of_bin)))
     # A bin of one stride has the scatter of all bins of its kind.
     usual = {
         kind: float(np.median(scatter))
@@ -123,7 +163,11 @@ def data_of(
         value=np.array([values.mean() for _, _, values, _ in rows]),
         noise=np.array([usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]),
         effect=np.array([effect for *_, effect in rows]),
-        middles=middles,
+        middles={
+            plate.name: middle
+            for trial in trials
+            for plate, middle in zip(trial.walk.recording.plates, trial.middles, strict=True)
+        },
     )
 
 
@@ -147,7 +191,8 @@ class _Row:
     bin: int
     phase: float
     value: float
-    effects: dict[str, float]
+    names: tuple[str, ...]
+    effects: Array
 
 
 @dataclass(frozen=True)
@@ -238,42 +283,48 @@ def moment_of(plate: Plate) -> Array:
     return np.asarray(np.cross(point, plate.force) + plate.free_moment)
 
 
-def _of_trial(model: BodyModel, walk: WalkingTrial, mass_kg: float, later: float) -> list[_Row]:
-    assert walk.dynamics is not None
-    assert walk.loads is not None
-    ground = ground_of(walk.loads, walk.recording)
-    needed = _needed(ground, walk.dynamics, walk.positions[:, 3:6])
-    ground = ground.earlier(later) if later else ground
-    rows = []
-    value, effects = newton(
-        ground, walk.dynamics.centre_of_mass, needed, walk.recording,
-        mass_kg * STANDARD_GRAVITY,
-    )  # fmt: skip
+def _of_trial(trial: Trial, mass_kg: float, later: float) -> list[_Row]:
+    ground = trial.ground.earlier(later) if later else trial.ground
     known = binary_erosion(
         np.asarray(ground.valid.all(axis=1)),
         iterations=round(EDGE_SECONDS * ground.rate),
         border_value=0,
     )
-    strides = _strides(walk, later)
+    strides = _strides(trial.walk, later)
+    rows: list[_Row] = []
     if known.any() and strides is not None:
-        phase, number = strides
-        which = np.floor(phase * STRIDE_BINS).astype(int)
-        for stride in np.unique(number[known]):
-            for b in range(STRIDE_BINS):
-                inside = known & (number == stride) & (which == b)
-                if np.count_nonzero(inside) < 2:
-                    continue
-                mean = value[inside].mean(axis=0)
-                of = {name: each[inside].mean(axis=0) for name, each in effects.items()}
-                rows += [
-                    _Row(
-                        kind, "", b, (b + 0.5) / STRIDE_BINS, float(mean[i]),
-                        {name: float(each[i]) for name, each in of.items() if each[i]},
-                    )
-                    for i, kind in enumerate(NEWTON)
-                ]  # fmt: skip
-    rows += _pressures(model, walk, ground)
-    rows += _falls(walk.recording)
+        rows += _newton_rows(trial, ground, mass_kg * STANDARD_GRAVITY, known, *strides)
+    return [*rows, *_pressures(trial, ground), *trial.falls]
+
+
+def _newton_rows(
+    trial: Trial, ground: Ground, weight: float, known: Flags, phase: Array, number: Index
+) -> list[_Row]:
+    """Newton's law, a row for each component and each bin of each stride."""
+    assert trial.walk.dynamics is not None
+    value, effects = newton(
+        ground, trial.walk.dynamics.centre_of_mass, trial.needed, trial.walk.recording,
+        trial.middles, weight,
+    )  # fmt: skip
+    names = tuple(effects)
+    # (frames, values and effects, components), in the order of the bins
+    stacked = np.stack([value, *effects.values()], axis=1)[known]
+    which = np.floor(phase[known] * STRIDE_BINS).astype(int)
+    place = number[known] * STRIDE_BINS + which
+    order = np.argsort(place, kind="stable")
+    bins, first, counts = np.unique(place[order], return_index=True, return_counts=True)
+    means = np.add.reduceat(stacked[order], first, axis=0) / counts[:, None, None]
+    rows = []
+    for at, count, mean in zip(bins % STRIDE_BINS, counts, means, strict=True):
+        if count < 2:
+            continue
+        b = int(at)
+        rows += [
+            _Row(
+                kind, "", b, (b + 0.5) / STRIDE_BINS, float(mean[0, i]), names, mean[1:, i]
+            )
+            for i, kind in enumerate(NEWTON)
+        ]  # fmt: skip
     return rows
 
 
@@ -288,7 +339,12 @@ def _needed(ground: Ground, dynamics: InverseDynamics, pelvis: Array) -> Array:
 
 
 def newton(
-    ground: Ground, centre: Array, needed: Array, recording: Recording, weight: float
+    ground: Ground,
+    centre: Array,
+    needed: Array,
+    recording: Recording,
+    middles: Sequence[Array],
+    weight: float,
 ) -> tuple[Array, dict[str, Array]]:
     """(T, 6) force and moment about the `centre` of mass that the ground gives too much, over the
     `weight`, and what each fault adds to them.
@@ -324,8 +380,7 @@ def newton(
         effects[f"acceleration {name}"] = np.hstack([-inertial * only, none])
         effects[f"turning {name}"] = np.hstack([none, -need_turn * only])
         effects[f"centre of mass {name}"] = np.hstack([none, -np.cross(1.0 * only, measured)])
-    for plate, wrench in zip(recording.plates, ground.plates, strict=True):
-        middle = plate_middle(plate, wrench)
+    for plate, wrench, middle in zip(recording.plates, ground.plates, middles, strict=True):
         for name, (df, dm) in _plate_effects(wrench, middle, weight).items():
             effects[f"{name} {plate.name}"] = about(df, dm)
     found = np.hstack([measured - need_force, turning - need_turn])
@@ -387,14 +442,13 @@ def _strides(walk: WalkingTrial, later: float) -> tuple[Array, Index] | None:
     return np.asarray(count % 1.0), before + np.floor(np.maximum(count, 0.0)).astype(int)
 
 
-def _pressures(model: BodyModel, walk: WalkingTrial, ground: Ground) -> list[_Row]:
+def _pressures(trial: Trial, ground: Ground) -> list[_Row]:
     """Centre of pressure in the axes of the standing foot, from its ankle, by shares of stance."""
-    frames = segment_frames(model, walk.positions)
-    plates = walk.recording.plates
+    plates = trial.walk.recording.plates
     points = ground.point
     rows: list[_Row] = []
     for column, side in enumerate(SIDES):
-        ankle = frames[:, SEGMENTS.index(f"foot_{side[0]}")]
+        ankle = trial.ankles[:, column]
         along = ankle[:, :2, 0] / np.linalg.norm(ankle[:, :2, 0], axis=1)[:, None]
         # across is towards the middle line of the body
         inwards = 1.0 if side == "right" else -1.0
@@ -415,7 +469,7 @@ def _pressures(model: BodyModel, walk: WalkingTrial, ground: Ground) -> list[_Ro
                     continue
                 plate = plates[number := under.pop()]
                 seen = point[inside] - ankle[inside, :2, 3]
-                lever = point[inside] - plate_middle(plate, ground.plates[number])[:2]
+                lever = point[inside] - trial.middles[number][:2]
                 one, none = np.ones(len(inside)), np.zeros(len(inside))
                 changes = {
                     "delay": later[inside],
@@ -431,7 +485,7 @@ def _pressures(model: BodyModel, walk: WalkingTrial, ground: Ground) -> list[_Ro
                 rows += [
                     _Row(
                         kind, f"{side} {plate.name}", b, 0.5 * (low + high), float(value[i]),
-                        {n: float(c[i]) for n, c in zip(changes, of, strict=True)},
+                        tuple(changes), np.array([each[i] for each in of]),
                     )
                     for i, kind in enumerate(PRESSURE)
                 ]  # fmt: skip
@@ -458,7 +512,9 @@ def _falls(recording: Recording) -> list[_Row]:
     ):
         if values.shape[1] and len(values) > 0.5 * rate and rate > 50.0:
             fall = float(np.mean([_octave(values, rate, hertz) for hertz in low]))
-            rows.append(_Row(kind, kind, 0, 0.0, fall, {_OF_FALL[kind]: FALL_EFFECT[kind]}))
+            rows.append(
+                _Row(kind, kind, 0, 0.0, fall, (_OF_FALL[kind],), np.array([FALL_EFFECT[kind]]))
+            )
     return rows
 
 

@@ -18,7 +18,7 @@ from scipy.linalg import cho_factor, cho_solve
 from gaitval.arrays import Array, Flags
 from gaitval.model.body import BodyModel
 from gaitval.session.trial import WalkingTrial
-from gaitval_measurement.balance import NEWTON, PRESSURE, Data, data_of
+from gaitval_measurement.balance import NEWTON, PRESSURE, Data, data_of, trials_of
 from gaitval_measurement.expected import (
     ACCELERATION,
     AMPLITUDES,
@@ -115,9 +115,10 @@ def examined(
     to foot in a tenth of a second: its evidence is that of a grid of delays. If no other fault
     explains as much, it is taken away first and the rest is looked for.
     """
+    trials = trials_of(model, walks)
     tried: dict[float, Data] = {}
     for delay in DELAYS:
-        data = data_of(model, walks, mass_kg, later=delay)
+        data = data_of(trials, mass_kg, later=delay)
         if data is not None:
             tried[delay] = data
     if 0.0 not in tried:
@@ -130,7 +131,7 @@ def examined(
     found = search(linear, among, lag=lag)
     if not found or found[0].cause.name != "delay":
         return Examined(tuple(found), tried[0.0], linear, 0.0, lag)
-    data = data_of(model, walks, mass_kg, later=lag.value + USUAL_DELAY)
+    data = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY)
     if data is None:
         return Examined(tuple(found), tried[0.0], linear, 0.0, lag)
     linear = balance(data, height_m)
