@@ -2,12 +2,18 @@
 
 Readers of files are found in the sources: every call by which Python or a library reads a file.
 Ways to run a program through a cohort are tests (`tests/cohort/test_attack.py`); malformed files
-are those of `tests/robustness/fuzz.py`, with seeds of their own.
+are those of `tests/robustness/fuzz.py`, with seeds of their own. The seconds of a check are those
+of the processor, all its processes together, so that a busy machine counts as an idle one. Kills,
+mutants and ways to the same bits are those of `kills.py`, `mutants.py` and `same_bits.py` in
+`tests/robustness`. A log lets a measurement go on where it was stopped, on the same commit.
 """
 
 import ast
+import csv
 import json
 import os
+import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -24,6 +30,17 @@ OUTSIDE: Final = "readers not behind the gate"
 MALFORMED: Final = "malformed files: exit 70, hang, > 2 GB, silent nonsense"
 KINDS: Final = "malformed files: kinds"
 CASES: Final = "malformed files: cases"
+KILLED: Final = "kills over all commands that write, not equal after the next start"
+LEFT: Final = "kills over all commands that write: processes, shared memory and files left"
+KILLS: Final = "kills over all commands that write: number"
+COMMANDS: Final = "kills over all commands that write: commands"
+SAME: Final = "same bits over workers, threads, kills, commands: comparisons that differ"
+ELSEWHERE: Final = "other instructions of NumPy and OpenBLAS: largest change of a measure, margins"
+MUTANTS: Final = "mutants killed by the tests of their module, equivalent ones aside"
+TRIED: Final = "mutants of metrics, gait, inverse and reference: number"
+TABLE: Final = ROOT / "reports" / "robustness" / "mutants.csv"
+"""The mutants of the row, with what is known of those that survive."""
+CHECK: Final = "check --quick, processor time, caches compiled"
 MEASURES = {
     "code run by another user, or by a forged result": {
         "code": ("extras/gaitval_cohort/*.py", "gaitval/file_gate.py", "evidence/attack.py:cohort"),
@@ -51,10 +68,60 @@ MEASURES = {
         "allowed": 40,
         "why": "a part of it runs in every run of the suite (tests/workflows/test_fuzz.py)",
     },
+    "kills over *": {
+        "code": (
+            "gaitval/artefacts.py",
+            "gaitval/partial_files.py",
+            "gaitval/folder_lock.py",
+            "gaitval/journal.py",
+            "gaitval/study/run.py",
+            "gaitval/study/stage.py",
+            "gaitval/session/write.py",
+            "gaitval/session/batch.py",
+            "gaitval/reporting/page.py",
+            "extras/gaitval_gate/stored.py",
+            "extras/gaitval_gate/baseline.py",
+            "extras/gaitval_cohort/store.py",
+            "extras/gaitval_cohort/process.py",
+            "tests/robustness/kills.py:killed,further_jobs,contents,left,survived",
+            "evidence/attack.py:kills",
+        ),
+        "allowed": 20,
+        "why": "tests/test_partial_files.py and tests/workflows/test_kills.py kill in every run",
+    },
+    "same bits *": {
+        "code": ("@study", "extras/gaitval_cohort/task.py", "tests/robustness/same_bits.py"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a study",
+    },
+    "other instructions *": {
+        "code": ("@study", "tests/robustness/same_bits.py"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a study",
+    },
+    "mutants *": {
+        "code": (
+            "gaitval/metrics/*.py",
+            "gaitval/gait/*.py",
+            "gaitval/inverse/*.py",
+            "gaitval/reference/*.py",
+            "tests/robustness/mutants.py",
+            "evidence/attack.py:mutants",
+        ),
+        "allowed": 200,
+        "why": "a sample: what changes is one in a hundred of what it is drawn from",
+    },
+    "check --quick, processor time, caches compiled": {
+        "code": ("@walk", "@accepted", "@checked", "evidence/attack.py:check,_processor"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a walk and its validation",
+    },
 }
 """What the rows depend on; see evidence/stale.py."""
 CASES_OPTION: Final = option("--cases", type=int, default=8000, help="of all kinds together")
 SEED: Final = option("--seed", type=int, default=43_000_000, help="of the first case of a kind")
+SAMPLE: Final = option("--mutants", type=int, default=400, help="of the four folders together")
+NUMBER: Final = option("--kills", type=int, default=120, help="of all commands together")
 LOG: Final = option("--log", type=Path, help="a line for each case; goes on from it")
 CONTROLS: Final = 2
 """Tests among the ways that show that an attack would be seen."""
@@ -88,14 +155,18 @@ OWN: Final = {
     "extras/gaitval_export/training_folder.py:write_training": "a script of the package",
     "extras/gaitval_export/walk.py:__init__": "runs without gaitval, on the folder beside it",
     "extras/gaitval_gate/history.py:this_machine": "the system's own file on the processor",
+    "extras/gaitval_markers/body.py:_table": "sites.toml of the package",
+    "extras/gaitval_markers/names.py:_meanings": "names.toml of the package",
     "gaitval/artefacts.py:_check_headers": "members of a file that `read_arrays` has looked at",
     "gaitval/artefacts.py:parse_toml": "the reader of TOML",
+    "gaitval/artefacts.py:scratch": "locks a folder that it has made",
     "gaitval/compiled.py:_cache_folder": "the package's own sources",
     "gaitval/datasets/subject_file.py:_read_builtin": "the package's own subjects",
     "gaitval/metrics/tolerances.py:load_registry": "tolerances.toml of the package",
     "gaitval/mocap/c3d_contents.py:read_contents": "what the reader's own process has written",
     "gaitval/mocap/c3d_process.py:main": "a process of its own, after `check_size`",
     "gaitval/mocap/c3d_writing.py:write_c3d": "makes an empty one",
+    "gaitval/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
     "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
     "gaitval/reporting/credibility.py:project_rows": "evidence.toml of the package",
     "gaitval/reporting/page.py:_font_faces": "fonts of the package",
@@ -207,18 +278,110 @@ def gate(_: Namespace) -> evidence.Row:
     return evidence.none_may(OUTSIDE, len(outside), "readers", len(found))
 
 
+@evidence.measurement(option("--repeats", type=int, default=3, help="checks, of the median"))
+def check(given: Namespace) -> evidence.Row:
+    """Seconds of the processor that a quick check of a stored baseline takes."""
+    seconds = [
+        _processor("check", "--baseline", "S05", "--quick") for _ in range(given.repeats + 1)
+    ]
+    print(" ".join(f"{each:.2f} s" for each in seconds), "(the first compiles)", flush=True)
+    return evidence.Row(CHECK, statistics.median(seconds[1:]), "s", "<=", 15, 25, given.repeats)
+
+
+def _processor(*arguments: str) -> float:
+    """Processor time of `gaitval` with these arguments and of all processes that it waits for, s,
+    with as many threads as it takes by itself.
+    """
+    environment = {name: value for name, value in os.environ.items() if "_NUM_THREADS" not in name}
+    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        [sys.executable, "-m", "gaitval", *arguments],
+        cwd=ROOT, env={**environment, "PYTHONPATH": paths}, stdout=subprocess.DEVNULL, check=True,
+    )  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+@evidence.measurement(NUMBER, SEED, LOG)
+def kills(given: Namespace) -> list[evidence.Row]:
+    """Every command that writes, killed at random moments and started again."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "kills.jsonl").resolve()
+        _robustness("kills.py", log, "--kills", str(given.kills), "--seed", str(given.seed))
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    other = sum(bool(each["returned"] or each["differ"]) for each in done)
+    left = sum(len(each[what]) for each in done for what in ("processes", "blocks", "files"))
+    commands = len({each["job"] for each in done})
+    return [
+        evidence.none_may(KILLED, other, "kills", len(done)),
+        evidence.none_may(LEFT, left, "1", len(done)),
+        evidence.Row(KILLS, len(done), "kills", ">=", 120, 120, len(done)),
+        evidence.Row(COMMANDS, commands, "commands", ">=", 13, 13, len(done)),
+    ]
+
+
+@evidence.measurement(LOG)
+def bits(given: Namespace) -> list[evidence.Row]:
+    """Quick studies by other workers, threads, commands, after a kill, on other instructions."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "bits.jsonl").resolve()
+        _robustness("same_bits.py", log)
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    ours = [each for each in done if each["ours"]]
+    others = [each for each in done if not each["ours"]]
+    differ = sum(bool(each["differ"]) for each in ours)
+    rows = [evidence.none_may(SAME, differ, "comparisons", len(ours))]
+    if others:
+        largest = max(each["margins"] for each in others)
+        rows.append(evidence.Row(ELSEWHERE, largest, "1", "<=", 1, 1, len(others)))
+    return rows
+
+
+@evidence.measurement(SAMPLE, SEED, LOG)
+def mutants(given: Namespace) -> list[evidence.Row]:
+    """Small faults in `metrics`, `gait`, `inverse` and `reference`, against the module's tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "mutants.jsonl").resolve()
+        _robustness("mutants.py", log, "--mutants", str(given.mutants), "--seed", str(given.seed))
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    key = ("module", "line", "before", "after")
+    known = {}
+    if TABLE.is_file():
+        with TABLE.open(newline="", encoding="utf-8") as file:
+            known = {
+                tuple(row[each] for each in key): row["equivalent"] for row in csv.DictReader(file)
+            }
+    for each in done:
+        each["equivalent"] = known.get(tuple(str(each[name]) for name in key), "")
+    with TABLE.open("w", newline="", encoding="utf-8") as file:
+        names = (*key, "killed", "equivalent")
+        table = csv.DictWriter(file, names, extrasaction="ignore", lineterminator="\n")
+        table.writeheader()
+        table.writerows(sorted(done, key=lambda each: (each["module"], each["offset"])))
+    counted = [each for each in done if each["killed"] or not each["equivalent"]]
+    share = 100.0 * sum(each["killed"] for each in counted) / len(counted)
+    return [
+        evidence.Row(MUTANTS, share, "%", ">=", 90, 80, len(counted)),
+        evidence.Row(TRIED, len(done), "mutants", ">=", 400, 400, len(done)),
+    ]
+
+
+def _robustness(script: str, log: Path, *arguments: str) -> None:
+    """Run a script of tests/robustness, which writes a line into a log for each case."""
+    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
+    subprocess.run(
+        [sys.executable, str(ROOT / "tests" / "robustness" / script), *arguments, "--log", log],
+        cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}, check=False,
+    )  # fmt: skip
+
+
 @evidence.measurement(CASES_OPTION, SEED, LOG)
 def malformed(given: Namespace) -> list[evidence.Row]:
     """Damaged files of every kind, most of them through whole commands."""
     with tempfile.TemporaryDirectory() as folder:
         log = (given.log or Path(folder) / "cases.jsonl").resolve()
-        numbers = ("--cases", str(given.cases), "--seed", str(given.seed))
-        script = str(ROOT / "tests" / "robustness" / "fuzz.py")
-        paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
-        subprocess.run(
-            [sys.executable, script, *numbers, "--log", str(log)],
-            cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}, check=False,
-        )  # fmt: skip
+        _robustness("fuzz.py", log, "--cases", str(given.cases), "--seed", str(given.seed))
         cases = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     bad = sum(each["outcome"] in ("silent", "fault") for each in cases)
     kinds = len({each["kind"] for each in cases})

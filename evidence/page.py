@@ -57,6 +57,12 @@ MEASURES = {
         "allowed": 150,
         "why": "tests/reporting/test_every_reader.py looks at pages in the browser",
     },
+    "install for*": {
+        "code": ("evidence/page.py:install",),
+        "data": ("pyproject.toml", "constraints.txt"),
+        "allowed": 40,
+        "why": "tests/test_wings.py checks and judges without the libraries of the extras",
+    },
     "report time*": {
         "code": ("gaitval/reporting/*.py", "gaitval/metrics/norms.py", "evidence/page.py:seconds"),
         "allowed": 150,
@@ -626,4 +632,53 @@ def _first_second(walked: "Walked") -> float:
     return max(
         _relative(found[name][:SECOND], getattr(walked.walk, name)[:SECOND])
         for name in ("positions", "moments")
+    )
+
+
+@evidence.measurement()
+def install(_: Namespace) -> evidence.Row:
+    """Size of a new environment with gaitval and no extra, in which the stored walk of the test
+    person is checked quickly (long walks and pushes need MuJoCo besides) and a model judged.
+    """
+    import gaitval
+    from gaitval.configuration import ContactSettings
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval.opensim.osim import write_osim
+    from gaitval.scaling.scaling import scale_subject
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_osim(
+            folder / "model.osim",
+            scale_subject(load_subject(PERSON)).model,
+            (),
+            ContactSettings(),
+            0.8,
+        )
+        venv = folder / "venv"
+        python = [venv / "bin" / "python", "-m", "pip", "--disable-pip-version-check", "install"]
+        command = venv / "bin" / "gaitval"
+        constraints = evidence.ROOT / "constraints.txt"
+        wheel = folder / f"gaitval-{gaitval.__version__}-py3-none-any.whl"
+        build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder]
+        size = 0
+        for words in (
+            [*build, evidence.ROOT],
+            [sys.executable, "-m", "venv", venv],
+            [*python, "--quiet", "-c", constraints, wheel],
+            [command, "check", "--quick", "--baseline", f"S0{PERSON}"],
+            [command, "judge", "model.osim"],
+        ):
+            if words[0] == command and not size:
+                # before a first run writes bytecode of its own
+                files = [each for each in venv.rglob("*") if not each.is_symlink()]
+                size = sum(each.stat().st_size for each in files if each.is_file())
+            texts = [str(each) for each in words]
+            done = subprocess.run(texts, cwd=folder, capture_output=True, text=True, check=False)
+            if done.returncode:
+                raise SystemExit(f"{' '.join(texts)}:\n{done.stdout}\n{done.stderr}")
+            print(done.stdout[-300:])
+    return evidence.Row(
+        "install for `check --quick` and `judge` alone: the whole environment",
+        *(size / 1e6, "MB", "<=", 350, 600, 1),
     )

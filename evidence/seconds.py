@@ -1,17 +1,19 @@
-"""How long a study takes and how much memory it needs, as rows of `reports/evidence/seconds.csv`.
+"""How long a study takes and how much memory it needs, which speeds a person walks without own
+training, and how quick the live page is, as rows of `reports/evidence/seconds.csv`.
 
 Wall time says something on an idle machine only. So a run during which other programs took more
 than `OTHERS` of the processors does not count; if none counts, no row is written.
 """
 
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from argparse import Namespace
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import evidence
 from evidence import ROOT, option
@@ -22,7 +24,41 @@ OTHERS: Final = 0.1
 """Share of the processors that other programs may take."""
 EVERY: Final = 0.1
 """s between two looks at the processes."""
+PEOPLE: Final = tuple(f"S{number:02d}" for number in range(1, 11))
+SPEEDS: Final = (0.3, 0.4, 0.6, 0.9, 1.25, 1.6, 1.8)
+"""m/s: the ends that are asked for and those that must be, and steps of up to a half between."""
+CYCLES: Final = 100
+STARTS: Final = 8
+WALKS: Final = 0.95
+"""Share of people and starts that must walk at a speed."""
+PUSHES: Final = 12
+LOOKS: Final = 8.0
+"""s, of one count of pictures."""
+SETTLES: Final = 6.0
+"""s in which the page finds how many pixels the machine has time for."""
+WINDOW = {"width": 1280, "height": 800}
+ANYWAY = option("--anyway", action="store_true", help="measure on a busy machine, before others")
 MEASURES = {
+    "speeds walked*": {
+        "code": (
+            "@walk",
+            "gaitval/prediction/speed.py",
+            "gaitval/prediction/normal_form.py",
+            "evidence/seconds.py:speeds,_fell,_widest",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a walk",
+    },
+    "live page*": {
+        "code": (
+            "extras/gaitval_live/*.py",
+            "evidence/seconds.py:live,_looked_at,_pictures,_pushed",
+        ),
+        "data": ("extras/gaitval_live/live.*", "gaitval/reporting/vendor/*"),
+        "allowed": 60,
+        "why": "tests/live/test_page.py looks at the page in a browser when slow tests run",
+    },
     "*": {
         "code": ("@study", "@page", "evidence/seconds.py"),
         "allowed": 60,
@@ -112,3 +148,143 @@ def subject(arguments: Namespace) -> list[evidence.Row]:
             n=len(counted),
         ),
     ]
+
+
+@evidence.measurement(
+    option("--people", nargs="+", default=PEOPLE, help="of the ten"),
+    option("--speeds", nargs="+", type=float, default=SPEEDS, help="m/s"),
+)
+def speeds(arguments: Namespace) -> list[evidence.Row]:
+    """Speeds at which the ten walk with the general policy, from every start."""
+    shares = []
+    for speed in arguments.speeds:
+        fell = {who: _fell(who, speed) for who in arguments.people}
+        shares.append(1.0 - sum(fell.values()) / (STARTS * len(fell)))
+        who = ", ".join(f"{name} {count} of {STARTS}" for name, count in fell.items() if count)
+        print(f"{speed:g} m/s: {shares[-1]:.1%} walk{', fell: ' + who if who else ''}", flush=True)
+    slowest, fastest = _widest(arguments.speeds, shares)
+    what = f"speeds walked without own training, by {WALKS:.0%} of the ten from {STARTS} starts"
+    count = STARTS * len(arguments.people) * len(shares)
+    return [
+        evidence.Row(f"{what}: slowest", slowest, "m/s", "<=", 0.3, 0.4, count),
+        evidence.Row(f"{what}: fastest", fastest, "m/s", ">=", 1.8, 1.6, count),
+    ]
+
+
+def _widest(speeds: list[float], shares: list[float]) -> tuple[float, float]:
+    """The ends, m/s, of the widest row of neighbouring speeds at which enough walk."""
+    found, begin = (float("inf"), 0.0), None
+    for speed, share in zip(speeds, shares, strict=True):
+        begin = (speed if begin is None else begin) if share >= WALKS else None
+        if begin is not None and speed - begin >= max(found[1] - found[0], 0.0):
+            found = begin, speed
+    return found
+
+
+def _fell(who: str, speed: float) -> int:
+    """Of the starts of a person at a speed: walks of `CYCLES` that end in a fall."""
+    import numpy as np
+
+    from gaitval.configuration import Configuration
+    from gaitval.datasets.subject_file import builtin_subjects, load_subject
+    from gaitval.model.parameters import nominal_parameters
+    from gaitval.policy.rollouts import walks_together
+    from gaitval.policy.walking_group import WalkingGroup
+    from gaitval.prediction.known import told
+    from gaitval.scaling.scaling import scale_subject
+    from gaitval.simulation.walker import WalkingTask
+    from gaitval.study.stored_policy import general_walker
+
+    configuration, person = Configuration(), load_subject(who)
+    known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
+    body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
+    task = WalkingTask.of(body, known.record, configuration, known.accuracy)
+    policy = general_walker(configuration.environment)
+    fell = np.zeros(STARTS, dtype=bool)
+    starts = [{"phase": start / STARTS} for start in range(STARTS)]
+    group = WalkingGroup([task] * STARTS)
+    for walking, fallen in walks_together(group, policy, nominal_parameters(), starts, CYCLES):
+        fell |= walking & fallen
+    return int(fell.sum())
+
+
+@evidence.measurement(
+    ANYWAY, option("--out", type=Path, help="folder with the references, kept (default: none yet)")
+)
+def live(arguments: Namespace) -> list[evidence.Row]:
+    """Pictures a second of `gaitval live 5` in Chromium, and how late a push is seen."""
+    from evidence.browser import LACKING, program
+    from evidence.report.replay import IDLE, idle_share
+
+    browser, idle = program(), idle_share()
+    print(f"{idle:.0%} of this machine is idle")
+    if browser is None:
+        raise SystemExit(LACKING)
+    if idle < IDLE and not arguments.anyway:
+        raise SystemExit("It is busy with other work, so it would measure that; or give --anyway.")
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = str(arguments.out or temporary)
+        command = [sys.executable, "-m", "gaitval", "live", "5", "--no-browser", "--out", folder]
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as walk:
+            try:
+                rate, delays = _looked_at(walk, browser, arguments.anyway)
+            finally:
+                walk.terminate()
+    print(f"{rate:.1f} pictures/s; a push was seen after {sorted(delays)} ms")
+    where = "in Chromium, software graphics"
+    middle = statistics.median(delays)
+    return [
+        evidence.Row(f"live page: pictures a second {where}", rate, "1/s", ">=", 30, 20, 1),
+        evidence.Row(
+            f"live page: from the end of a drag to the picture with the push {where}, median",
+            *(middle, "ms", "<=", 100, 250, len(delays)),
+        ),
+    ]
+
+
+def _looked_at(walk: Any, browser: str, first: bool) -> tuple[float, list[float]]:
+    """Pictures a second, and ms of each push, of the page whose address the process says."""
+    from playwright.sync_api import sync_playwright
+
+    from evidence.browser import FLAGS
+    from evidence.report.replay import go_before_others
+
+    line = walk.stdout.readline()
+    address = next((word for word in line.split() if "://" in word), None)
+    if address is None:
+        raise SystemExit(f"gaitval live said no address, but {line!r}")
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=browser, args=list(FLAGS))
+        page = opened.new_context(viewport=WINDOW).new_page()
+        page.set_default_timeout(120_000)
+        if first:
+            go_before_others()
+        page.goto(address)
+        page.wait_for_selector("#live[data-frames]")
+        page.wait_for_timeout(1000.0 * SETTLES)
+        if first:
+            go_before_others()
+        return _pictures(page), _pushed(page)
+
+
+def _pictures(page: Any) -> float:
+    """A second, each of another moment of the walk."""
+    count = "[+document.getElementById('live').dataset.frames, performance.now()]"
+    before, began = page.evaluate(count)
+    page.wait_for_timeout(1000.0 * LOOKS)
+    after, ended = page.evaluate(count)
+    return float(1000.0 * (after - before) / (ended - began))
+
+
+def _pushed(page: Any) -> list[float]:
+    """ms from the end of each drag on the body until the picture with its push is drawn."""
+    box = page.locator("canvas").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+    for number in range(PUSHES):
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + (50 if number % 2 else -50), y, steps=3)  # 125 N
+        page.mouse.up()
+        page.wait_for_timeout(1500.0)
+    found = page.evaluate("document.getElementById('live').dataset.delays").split()
+    return [float(each) for each in found]

@@ -48,6 +48,8 @@ OPTIONS = (
     "ankle_width",
     "elbow_width",
     "kinematics_only",
+    "age",
+    "floor",
 )
 
 PEER_WORDS = """

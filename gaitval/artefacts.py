@@ -10,7 +10,7 @@ import tempfile
 import tomllib
 import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING, fields
 from importlib import metadata
 from pathlib import Path
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitval import __version__, file_gate
 from gaitval.errors import ArtefactError, GaitvalError
+from gaitval.partial_files import PARTIAL, in_use, remove_abandoned
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from _typeshed import DataclassInstance
@@ -27,7 +28,6 @@ LIBRARIES = (
     # Those whose version can change a number of a result.
     "dartpy",
     "ezc3d",
-    "yourdfpy",
     "xacro",
     "torch",
     "stable-baselines3",
@@ -40,10 +40,6 @@ LIBRARIES = (
     "matplotlib",
 )
 
-
-PARTIAL = ".partial-"
-"""First letters of the name of a file that is still being written (`replacing`), or of a temporary
-folder (`scratch`)."""
 
 DIGITS = 300
 """Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
@@ -107,7 +103,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that replaces it when the block ends without an error.
 
     A reader, or a run after a kill, sees the old file or the new one, never half a file. What a
-    kill leaves is removed by `remove_partial`.
+    kill leaves is removed when the same file is written again, or by `remove_partial`.
 
     Raises
     ------
@@ -118,16 +114,16 @@ def replacing(path: Path) -> Iterator[Path]:
         make_folder(path.parent)
         # In the same folder, because a file can only be replaced in one step within a file system;
         # with the same suffix, because some libraries choose the format by it.
-        handle, name = tempfile.mkstemp(
-            dir=path.parent, prefix=f"{PARTIAL}{path.stem}-", suffix=path.suffix
-        )
-        os.close(handle)
+        prefix = f"{PARTIAL}{path.stem}-"
+        remove_abandoned(path.parent, prefix, path.suffix)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=prefix, suffix=path.suffix)
         temporary = Path(name)
         try:
-            yield temporary
-            # `mkstemp` makes a file that only its owner may read, but results are for everybody.
-            temporary.chmod(0o644)
-            temporary.replace(path)
+            with in_use(handle):
+                yield temporary
+                # `mkstemp` makes a file that only its owner may read, but results are for everybody
+                temporary.chmod(0o644)
+                temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
 
@@ -136,8 +132,8 @@ def replacing(path: Path) -> Iterator[Path]:
 def scratch(folder: Path) -> Iterator[Path]:
     """A folder in `folder` for temporary files, removed when the block ends.
 
-    What a kill leaves is removed by `remove_partial`; nobody would look for it among the temporary
-    files of a system.
+    What a kill leaves is removed by the next one in `folder`, or by `remove_partial`; nobody would
+    look for it among the temporary files of a system.
 
     Raises
     ------
@@ -146,24 +142,13 @@ def scratch(folder: Path) -> Iterator[Path]:
     folder = Path(folder)
     with writing(folder):
         make_folder(folder)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name:
+        remove_abandoned(folder, PARTIAL, "")
+        with (
+            tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name,
+            # Windows opens no folder
+            in_use(os.open(name if os.name == "posix" else os.devnull, os.O_RDONLY)),
+        ):
             yield Path(name)
-
-
-def remove_partial(folder: Path) -> None:
-    """Remove what a killed process left half written.
-
-    Parameters
-    ----------
-    folder : of a run, with up to three levels of folders below it that are searched. Call it with
-        the folder locked, because another process may be writing.
-    """
-    for depth in ("", "*/", "*/*/", "*/*/*/"):
-        for left in folder.glob(f"{depth}{PARTIAL}*"):
-            if left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left)
-            else:
-                left.unlink(missing_ok=True)
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
@@ -365,7 +350,13 @@ def read_arrays(
                     "of gaitval wrote the file. Delete it and run its stage again."
                 )
             found = (*names, *(name for name in optional if name in stored))
-            return {name: stored[name] for name in found}
+            arrays = {name: stored[name] for name in found}
+        for name, each in arrays.items():
+            if each.dtype.kind == "U" and each.nbytes:
+                letters = each.astype(each.dtype.newbyteorder("=")).reshape(-1).view(np.uint32)
+                if letters.max() > 0x10FFFF:  # NumPy makes a text of them that breaks Python
+                    raise ValueError(f"{name} holds letters that are none")
+        return arrays
     except ArtefactError:
         raise
     except Exception as error:  # zipfile, its decompressors and NumPy have no common one
@@ -456,5 +447,6 @@ def versions() -> dict[str, str]:
     """Versions of gaitval, Python, the machine and the libraries that results depend on."""
     found = {"gaitval": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
-        found[name] = metadata.version(name)
+        with suppress(metadata.PackageNotFoundError):  # an extra that is not installed
+            found[name] = metadata.version(name)
     return found

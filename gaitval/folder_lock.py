@@ -9,8 +9,9 @@ from pathlib import Path
 import filelock
 
 from gaitval import file_gate
-from gaitval.artefacts import make_folder, remove_partial, write_text, writing
+from gaitval.artefacts import make_folder, write_text, writing
 from gaitval.errors import ArtefactError
+from gaitval.partial_files import remove_partial
 
 
 @contextmanager

@@ -4,7 +4,11 @@ The core imports none of them. It asks for an entry point by its group and its n
 is loaded only when a user asks for what it does. Wings of other distributions are found as well.
 """
 
-from importlib.metadata import EntryPoint, entry_points
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import EntryPoint, entry_points, requires
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +23,10 @@ RECORDINGS: Final = "gaitval.recordings"
 FORCES: Final = "gaitval.forces"
 """Group of readers of forces by the ending of a file: from its path and the `Recording` whose they
 are to the rate, the first time and the plates; None for a file that the core reads."""
+DRAWN: Final = "gaitval.drawn"
+"""Group of what the replay draws on the body, such as a device: from a run folder to shapes
+{segment, kind, position, size}, m in the segment's frame: kind "box" with three lengths, "sphere"
+with a radius, or "cylinder" (along z) with radius and length."""
 SESSIONS: Final = "gaitval.sessions"
 """Group of readers of a program's folders, by its name: from a folder to each session in it, as the
 file that describes it and tables as those of a session file; none for another program's."""
@@ -42,11 +50,40 @@ def load(group: str, name: str) -> Any:
     return _registered(group, name)
 
 
+@contextmanager
+def extras_named() -> Iterator[None]:
+    """Say which extra of gaitval to install where the block needs a library that it comes with.
+    Raises ConfigurationError.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        name = (error.name or "").partition(".")[0].replace("_", "-")
+        lines = "\n".join(requires("gaitval") or ())
+        found = re.findall(rf"^{name}[^-\w].*extra == ['\"](\w+)", lines, re.MULTILINE)
+        if not found:
+            raise
+        extra = min(found, key=lines.count)  # the smallest
+        raise ConfigurationError(
+            f"{name} is not installed: it comes with gaitval[{extra}]. Install it: python -m pip "
+            f"install 'gaitval[{extra}]', or, in a checkout, make setup."
+        ) from None
+
+
+def need(*libraries: str) -> None:
+    """Raise ConfigurationError if a library of an extra is not installed, before any work."""
+    with extras_named():
+        for name in libraries:
+            if find_spec(name) is None:
+                raise ModuleNotFoundError(name, name=name)
+
+
 def _registered(group: str, name: str) -> Any:
     found: EntryPoint | None = next(iter(entry_points(group=group, name=name)), None)
     try:
         if found is not None:
-            return found.load()
+            with extras_named():
+                return found.load()
         why = "is not installed"
     except ImportError as error:
         why = f"cannot be loaded ({error})"

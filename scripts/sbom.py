@@ -2,8 +2,8 @@
 
     python scripts/sbom.py [FILE]        (default: dist/gaitval-VERSION.cdx.json, beside the wheel)
 
-It lists what gaitval imports when it runs: its dependencies and theirs, as they are installed here,
-with their licences and what depends on what; and what is bundled into it
+It lists what gaitval imports when it runs: its dependencies and theirs, with those of `EXTRAS`, as
+they are installed here, with their licences and what depends on what; and what is bundled into it
 (`gaitval/reporting/vendor`). SHA-256 are those of the locks in `locks/`, where the
 version is the same; they are left out of a package that no lock has.
 """
@@ -19,9 +19,16 @@ from lock import FOLDER, ROOT, canonical, locked
 from packaging.requirements import Requirement
 
 NAME = "gaitval"
+EXTRAS = frozenset({"curves", "study"})
+"""Of the application: what a study needs, and the downloads of published data."""
 VENDOR = ROOT / "gaitval" / "reporting" / "vendor"
 _TEXT = 80
 """Longest licence that is a name; some packages state the whole text."""
+_PHRASES = {
+    "Permission is hereby granted, free of charge": "MIT License",
+    "Redistribution and use in source and binary forms": "BSD License",
+}
+"""What a licence's text says, and its name, for packages that state no name."""
 
 
 def requirements(name: str, extras: frozenset[str] = frozenset()) -> list[Requirement]:
@@ -35,14 +42,14 @@ def requirements(name: str, extras: frozenset[str] = frozenset()) -> list[Requir
     ]
 
 
-def closure(name: str = NAME) -> dict[str, list[str]]:
+def closure(name: str = NAME, extras_of_it: frozenset[str] = EXTRAS) -> dict[str, list[str]]:
     """All packages that one needs at run time, itself among them: what each of them needs.
 
     Raises
     ------
     PackageNotFoundError : one is not installed.
     """
-    extras: dict[str, set[str]] = {canonical(name): set()}
+    extras: dict[str, set[str]] = {canonical(name): set(extras_of_it)}
     found: dict[str, list[str]] = {}
     waiting = [canonical(name)]
     while waiting:
@@ -58,7 +65,8 @@ def closure(name: str = NAME) -> dict[str, list[str]]:
     return found
 
 
-def _licences(about: Any) -> list[dict[str, Any]]:
+def _licences(name: str) -> list[dict[str, Any]]:
+    about = metadata.metadata(name)
     if expression := about.get("License-Expression"):
         return [{"expression": expression}]
     named = [
@@ -69,7 +77,20 @@ def _licences(about: Any) -> list[dict[str, Any]]:
     text = (about.get("License") or "").strip()
     if not named and text and "\n" not in text and len(text) <= _TEXT:
         named = [text]
+    if not named or named[0].startswith("Copyright"):
+        said = _licence_text(name) or text
+        named = [each for phrase, each in _PHRASES.items() if phrase in said] or named
     return [{"license": {"name": name}} for name in sorted(set(named))]
+
+
+def _licence_text(name: str) -> str:
+    """The text of a package's licence, from the files that it is installed with."""
+    texts = [
+        each.read_text(encoding="utf-8")
+        for each in metadata.files(name) or ()
+        if each.name.upper().startswith("LICEN")
+    ]
+    return " ".join("\n".join(texts).split())
 
 
 def _reference(name: str) -> str:
@@ -78,7 +99,7 @@ def _reference(name: str) -> str:
 
 def component(name: str, hashes: dict[str, dict[str, set[str]]]) -> dict[str, Any]:
     """A package: name, version, licence, and the hashes that are locked for this version."""
-    about, version = metadata.metadata(name), metadata.version(name)
+    version = metadata.version(name)
     digests = sorted(hashes.get(name, {}).get(version, ()))
     values: dict[str, Any] = {
         "type": "application" if name == NAME else "library",
@@ -86,7 +107,7 @@ def component(name: str, hashes: dict[str, dict[str, set[str]]]) -> dict[str, An
         "purl": _reference(name),
         "name": name,
         "version": version,
-        "licenses": _licences(about),
+        "licenses": _licences(name),
         "hashes": [{"alg": "SHA-256", "content": digest} for digest in digests],
     }
     return {key: value for key, value in values.items() if value}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The wheel alone does the main job: builds an sdist, a wheel of it, installs that into a new
-# virtual environment without extras and runs `gaitval subject 5` from an empty folder.
+# virtual environment with the extra `study` and runs `gaitval subject 5` from an empty folder.
 #
 #   bash scripts/wheel_check.sh [--set section.key=value ...]    (settings go to `gaitval subject`)
 #
@@ -25,7 +25,7 @@ bin() { # the folder of an environment's commands; Windows has another name for 
 "${PYTHON:-python3}" -m venv "$temporary/venv"
 commands=$(bin "$temporary/venv")
 "$commands/python" -m pip install --quiet --disable-pip-version-check \
-    -c constraints.txt "$temporary"/dist/*.whl
+    -c constraints.txt "$(echo "$temporary"/dist/*.whl)[study]"
 
 mkdir "$temporary/empty"
 cd "$temporary/empty"
@@ -38,7 +38,7 @@ import gaitval
 package = Path(gaitval.__file__).resolve()
 assert Path(sys.argv[1]).resolve() not in package.parents, f"{package} is the checkout's"
 END
-# Installed without extras: a wing is there, and says what it lacks.
+# Without its extra a wing is there, and says what it lacks.
 "$commands/gaitval" judge --help >/dev/null
 status=0
 "$commands/gaitval" cohort table.csv 2>said || status=$?

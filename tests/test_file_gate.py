@@ -39,6 +39,8 @@ from gaitval_formats.motion_analysis import read_motion_analysis_forces
 from gaitval_formats.qualisys_tsv import read_qualisys_forces
 from gaitval_gate import history
 from gaitval_judge.opensim.fields import read_document
+from gaitval_patients.people import read_people
+from gaitval_patients.strides import read_strides
 
 ROOT = Path(__file__).parents[1]
 NOBODY = Recording("nobody", "laboratory", ("a",), np.zeros((1, 1, 3)), 100.0)
@@ -54,6 +56,8 @@ READERS = {
     "a.csv": read_table,
     "b.csv": lambda path: read_mean_curves([path]),
     "c.csv": lambda path: table_rows(path, ()),
+    "d.csv": read_strides,
+    "e.csv": read_people,
     "a.parquet": lambda path: read_mean_curves([path]),
     "a.json": read_json,
     "b.json": load_markers,

@@ -14,26 +14,38 @@ from typer.main import get_command
 
 from gaitval import wings
 from gaitval.cli.app import app
+from gaitval.configuration import ContactSettings
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.opensim.osim import write_osim
+from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 WINGS = {path.parent.name for path in (ROOT / "extras").glob("*/__init__.py")}
 EXTRAS = PROJECT["optional-dependencies"]
-HIDDEN = {
-    re.split(r"[<>=]", line)[0].replace("-", "_")
-    for wing in WINGS
-    for line in EXTRAS[wing.removeprefix("gaitval_")]
-} | {"s3fs", "dask_jobqueue"}
+
+
+def libraries(extra: str) -> set[str]:
+    """First names of what an extra installs, with the extras that it asks for."""
+    found: set[str] = set()
+    for line in EXTRAS[extra]:
+        other = re.fullmatch(r"gaitval\[(\w+)\]", line)
+        found |= libraries(other[1]) if other else {re.split(r"[<>=]", line)[0].replace("-", "_")}
+    return found
+
+
+HIDDEN = {name for extra in EXTRAS if extra not in ("all", "dev", "test", "docs", "audit")
+          for name in libraries(extra)} | {"s3fs", "dask_jobqueue"}  # fmt: skip
 """What `pip install gaitval` does not install."""
-WITHOUT = f"""
+WITHOUT = """
 import sys
 from importlib.machinery import PathFinder
 
 class Without(PathFinder):
     @classmethod
     def find_spec(cls, name, path=None, target=None):
-        if name.partition(".")[0] in {HIDDEN!r}:
+        if name.partition(".")[0] in HIDDEN:
             return None
         return super().find_spec(name, path, target)
 
@@ -112,10 +124,13 @@ def test_a_command_of_the_core_loads_no_wing() -> None:
     assert not WINGS & {name.removesuffix("_command") for name in root._after}
 
 
-def without(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the command as on a machine that has the core's libraries alone."""
+def without(
+    folder: Path, *arguments: str, extra: str | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run the command as on a machine with the libraries of the core and of one extra."""
+    hidden = HIDDEN - (libraries(extra) if extra else set())
     return subprocess.run(
-        [sys.executable, "-c", WITHOUT, *arguments],
+        [sys.executable, "-c", f"HIDDEN = {hidden!r}\n{WITHOUT}", *arguments],
         cwd=folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
 
@@ -135,20 +150,44 @@ def test_a_cohort_without_its_libraries_says_which_extra_it_needs(tmp_path: Path
     assert "[cohort]'" in done.stderr
 
 
+def test_a_study_without_its_libraries_says_so_before_any_work(tmp_path: Path) -> None:
+    done = without(tmp_path, "subject", "5")
+    assert done.returncode == 2
+    assert "pip install 'gaitval[study]'" in done.stderr
+    assert not (tmp_path / "reports" / "S05" / "model.urdf").exists()
+
+
+def test_a_judgement_needs_no_library_of_an_extra_and_has_no_page_then(tmp_path: Path) -> None:
+    body = scale_subject(load_subject("S05")).model
+    write_osim(tmp_path / "model.osim", body, (), ContactSettings(), 0.8)
+    done = without(tmp_path, "judge", "model.osim")
+    assert done.returncode in (0, 1), done.stderr
+    assert "No page: " in done.stdout
+    assert "pip install 'gaitval[pages]'" in done.stdout.replace("\n", " ")
+    assert [path.name for path in (tmp_path / "judged").iterdir()] == ["judge.json"]
+
+
+@pytest.mark.slow  # a minute of walking
+def test_a_stored_walk_is_checked_without_any_extra(tmp_path: Path) -> None:
+    done = without(tmp_path, "check", "--baseline", "S05", "--quick")
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow  # that nothing of a wing is imported is tested always
-def test_an_import_runs_on_the_core_alone(tmp_path: Path) -> None:
-    assert without(tmp_path, "data", "sample").returncode == 0
+def test_an_import_runs_with_the_pages_alone(tmp_path: Path) -> None:
+    assert without(tmp_path, "data", "sample", extra="curves").returncode == 0
     done = without(
         tmp_path,
         *("import", "--static", "sample/standing.c3d", "--trial", "sample/walking.c3d"),
         *("--mass", "64.95", "--height", "1.53", "--sex", "F", "--out", "mine"),
+        extra="pages",
     )
     assert (tmp_path / "mine" / "subject.toml").is_file(), done.stderr
 
 
 @pytest.mark.slow
-def test_the_main_job_runs_on_the_core_alone(tmp_path: Path) -> None:
+def test_the_main_job_runs_with_the_study_alone(tmp_path: Path) -> None:
     settings = [argument for setting in QUICK for argument in ("--set", setting)]
-    done = without(tmp_path, "subject", "5", *settings)
+    done = without(tmp_path, "subject", "5", *settings, extra="study")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "reports" / "S05" / "report.html").is_file()

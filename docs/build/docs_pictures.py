@@ -6,10 +6,11 @@
     python docs/build/docs_pictures.py recording runs/mine          # docs/recording.png
     python docs/build/docs_pictures.py recording-failed runs/theirs # docs/recording-failed.png
     python docs/build/docs_pictures.py check accuracy/summary.md    # docs/check.png
+    python docs/build/docs_pictures.py live http://127.0.0.1:…/…/   # docs/live.png
 
 A run is the folder of `gaitval subject`, or of `gaitval import` for the recordings; the summary is
-that of `scripts/action_check.py`. Each picture is the page as a reader sees it, with as many
-colours as keep it below `LARGEST`.
+that of `scripts/action_check.py`, the address that of a `gaitval live` that runs. Each picture is
+the page as a reader sees it, with as many colours as keep it below `LARGEST`.
 """
 
 import argparse
@@ -105,6 +106,21 @@ def failed(page: Any) -> list[bytes]:
     return [beginning.getvalue()]
 
 
+def live(page: Any) -> list[bytes]:
+    """The whole page, while a push is drawn by the mouse."""
+    page.set_viewport_size({"width": 1200, "height": 760})
+    page.wait_for_timeout(SETTLING)
+    page.locator("#pause").click()
+    page.wait_for_timeout(SETTLING)
+    box = page.locator("canvas").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.45 * box["height"]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 90, y, steps=3)
+    page.wait_for_timeout(SETTLING)
+    return [page.screenshot()]
+
+
 def check(page: Any) -> list[bytes]:
     """The whole page."""
     return [element(page, "main")]
@@ -117,6 +133,7 @@ PICTURES: Final[dict[str, tuple[str, Shot]]] = {
     "recording": ("recording/recording.html", recording),
     "recording-failed": ("recording/recording.html", failed),
     "check": ("", check),
+    "live": ("", live),
 }
 """The page of the run that a picture is of, and what is taken of it."""
 
@@ -170,14 +187,19 @@ def main() -> None:
     """Draw one picture."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("picture", choices=PICTURES)
-    parser.add_argument("run", type=Path, help="folder of the run, or summary.md")
+    parser.add_argument("run", help="folder of the run, summary.md, or address")
     asked = parser.parse_args()
     executable = program()
     if executable is None:
         sys.exit(LACKING)
     name, shot = PICTURES[asked.picture]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as browsers:
-        file = asked.run / name if name else as_page(asked.run, Path(folder))
+        if "://" in asked.run:
+            address = asked.run
+        else:
+            run = Path(asked.run)
+            file = run / name if name else as_page(run, Path(folder))
+            address = file.resolve().as_uri()
         browser = browsers.chromium.launch(executable_path=executable, args=list(FLAGS))
         page = browser.new_page(
             viewport={"width": WIDTH, "height": 900},
@@ -185,7 +207,7 @@ def main() -> None:
             color_scheme="light",
         )
         page.set_default_timeout(180_000)
-        page.goto(file.resolve().as_uri())
+        page.goto(address)
         parts = shot(page)
         browser.close()
     path = DOCS / f"{asked.picture}.png"

@@ -56,6 +56,8 @@ _SPEED_KEYS: Final = ("speed_m_s", "walking_speed_m_s")
 SAME_SPEED: Final = 0.06
 """m/s. Cycles whose speeds lie closer to each other are of one setting: over ground every cycle has
 a speed of its own."""
+LARGEST: Final = 1e6
+"""Of any column, whose units are rad, rad/s, m, N and Nm, and those per kg: far beyond a gait."""
 _LOADED: Final = 0.05
 """Body weights from which on a foot is on the ground."""
 
@@ -395,7 +397,14 @@ def _cycles(path: Path, subject: str, group: "pd.DataFrame") -> dict[str, Array]
             f"{path}: {subject}: none of {len(sizes)} cycles is without gaps in the {len(filled)} "
             "columns that have numbers. Leave the columns with gaps out of the file."
         )
-    return {name: values[whole] for name, values in filled.items()}
+    found = {name: values[whole] for name, values in filled.items()}
+    for name, values in found.items():
+        if (largest := np.abs(values).max()) > LARGEST:
+            raise RecordError(
+                f"{path}: {subject}: {name} goes up to {largest:.3g}, which nothing in a gait "
+                "does. Export the data set again."
+            )
+    return found
 
 
 def grouped(trials: Sequence[LocoHubTrial]) -> dict[str, list[LocoHubTrial]]:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import added_command
 
@@ -75,6 +76,8 @@ def check(
     from gaitval_gate.seal import inputs_in_words
     from gaitval_gate.stored_baselines import find_baseline
 
+    if not quick:
+        wings.need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
     display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)

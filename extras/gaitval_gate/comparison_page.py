@@ -26,6 +26,7 @@ from gaitval.reporting.facts import compiled_walks
 from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import number, write_page
 from gaitval_gate.csv_text import csv_text
+from gaitval_gate.pair_grids import pair_grids
 from gaitval_gate.regression import Row
 from gaitval_gate.versions import Flip, StoredWalk, Versions, in_margins
 
@@ -82,6 +83,7 @@ def write_comparison(
             "three_abreast": len(walks) == 1,
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
+            "pairs": [] if versions is None else pair_grids(versions.pairs),
         },
     )
 

@@ -164,13 +164,14 @@ def fix(baseline: Path) -> str:
 
 def changes(found: Seal, before: "Metrics", now: "Metrics", code: Mapping[str, str]) -> list[str]:
     """Dependencies of a walk that have changed since its baseline was sealed (`found`), one phrase
-    each, by the metrics `before` and `now` and the installed `code` (see `Seal`).
+    each, by the metrics `before` and `now` and the installed `code` (see `Seal`). A library that is
+    not installed now did not change this walk.
     """
     then, here = (each.provenance.versions for each in (before, now))
     told = [
-        f"{name} {then.get(name, 'not there')}, now {here.get(name, 'not there')}"
-        for name in sorted({*then, *here})
-        if then.get(name) != here.get(name)
+        f"{name} {then.get(name, 'not there')}, now {version}"
+        for name, version in sorted(here.items())
+        if then.get(name) != version
     ]
     if before.provenance.record != now.provenance.record:
         told.append("the record as it is read now")

@@ -70,7 +70,7 @@ def judge(
     from gaitval.errors import ConfigurationError
     from gaitval_judge.judge import Request
     from gaitval_judge.judge import judge as judged
-    from gaitval_judge.write import NAME, write_judgement
+    from gaitval_judge.write import NAME, write_judgement, write_result
 
     if mass is not None and height is not None:
         problems = mass_and_height_problems(mass, height)
@@ -82,13 +82,17 @@ def judge(
         reduced=reduced,
     )  # fmt: skip
     found = judged(request)
-    result = write_judgement(found, out)
-    _say(result, model.name, out / f"{NAME}.html")
+    try:
+        result, page = write_judgement(found, out), f"Page: {out / NAME}.html"
+    except ConfigurationError as error:
+        result = write_result(found, out)
+        page = f"Written: {out / NAME}.json. No page: {error}"
+    _say(result, model.name, page)
     if not result.passed:
         raise typer.Exit(1)
 
 
-def _say(result: "JudgeResult", model: str, page: Path) -> None:
+def _say(result: "JudgeResult", model: str, page: str) -> None:
     """Limits that are not kept, what was noticed, what could not be judged, and the page."""
     from gaitval.metrics.recording_limits import WHY_NOT_JUDGED
 
@@ -108,4 +112,4 @@ def _say(result: "JudgeResult", model: str, page: Path) -> None:
     if any(one.verdict == "not judged" for one in result.limits):
         display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
-    display.plain(f"{kept} limits kept, {len(rows) - 1} failed. Page: {page}")
+    display.plain(f"{kept} limits kept, {len(rows) - 1} failed. {page}")

@@ -7,13 +7,14 @@ reference made for it. The mean curves of the walk get errors of markers, joint 
 as in `configuration.NoiseSettings`, and become an ordinary subject, which knows nothing of mu.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration, NoiseSettings
+from gaitval.configuration import Configuration, ContactSettings, NoiseSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.datasets.gait_values import MeanCurves, gait_values
@@ -28,12 +29,13 @@ from gaitval.identification.body_fit import angle_sd
 from gaitval.identification.prior import prior_sd
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles, walking_speed
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.reference.dynamic_fit import INFERENCE, Accuracy, fitted
-from gaitval.reference.motion import build_reference
+from gaitval.reference.motion import ReferenceMotion, build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
@@ -67,6 +69,16 @@ _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
 
 class VirtualError(GaitvalError):
     """A virtual person does not walk."""
+
+
+class Another(Protocol):
+    """What a virtual person's body and motion are beside the parameters mu."""
+
+    def body(self, model: BodyModel, contact: ContactSettings) -> tuple[BodyModel, ContactSettings]:
+        """Another body on another ground, from those of the scaling with mu."""
+
+    def motion(self, reference: ReferenceMotion, model: BodyModel) -> ReferenceMotion:
+        """Another motion, of this body, that the fit of the reference begins with."""
 
 
 @dataclass(frozen=True)
@@ -139,9 +151,9 @@ def virtual_person(
     random = np.random.default_rng([seed, number])
     truth = drawn_parameters(prior_sd(person), random)
     task, walk = walked(number, seed, person, truth, policy, configuration, random)
-    curves, values = _seen(walk, task, truth[0])
+    curves, values = seen(walk, task, truth[0])
     noisy = with_errors(curves, values["left_phase"], configuration.noise, random)
-    subject = _subject(number, seed, person, noisy, values)
+    subject = as_subject(f"V{seed}_{number:03d}", person, noisy, values)
     return VirtualPerson(subject, truth)
 
 
@@ -153,6 +165,8 @@ def walked(
     policy: Policy,
     configuration: Configuration,
     random: np.random.Generator,
+    *,
+    another: Another | None = None,
 ) -> tuple[WalkingTask, Rollout]:
     """The walk of a body that is `truth` away from a person's, near a reference made for it.
 
@@ -164,6 +178,7 @@ def walked(
     policy : that walks it.
     configuration : settings of contact, simulation and validation.
     random : generator, from which the lean of the trunk is drawn.
+    another : what makes body, contact and initial motion others than those of the scaling.
 
     Returns
     -------
@@ -176,12 +191,18 @@ def walked(
     scaled = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     body = apply_parameters(scaled, truth)
     record, contact = person.record(), configuration.contact
+    if another is not None:
+        body, contact = another.body(body, contact)
+        configuration = configuration.model_copy(update={"contact": contact})
+    initial = build_reference(record, body, contact)
+    if another is not None:
+        initial = another.motion(initial, body)
     accuracy = Accuracy(
         record=_OWN_KINETICS,
         convention=INFERENCE.convention._replace(lean=_HELD),
         mean_lean=INFERENCE.convention.lean * random.standard_normal(),
     )
-    reference = fitted(build_reference(record, body, contact), record, body, contact, accuracy)
+    reference = fitted(initial, record, body, contact, accuracy)
     task = WalkingTask(body, record, reference, configuration)
     walking = nominal_parameters()
     # Lengths and joints are in `body` already; damping and friction act in the simulation.
@@ -195,9 +216,14 @@ def walked(
     return task, walk
 
 
-def _seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dict[str, Any]]:
+def seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dict[str, Any]]:
     """Mean curves of a walk, SI units, and its timing. A laboratory's moments are those of inverse
     dynamics, so they contain the passive ones.
+
+    Parameters
+    ----------
+    walk, task : as `walked` returns them.
+    damping : passive damping of the body that walked, Nms/rad.
     """
     configuration = task.configuration
     cycles = find_cycles(walk, configuration).first(_CYCLES)
@@ -297,10 +323,16 @@ def with_errors(
     return found
 
 
-def _subject(
-    number: int, seed: int, person: Subject, curves: Curves, values: dict[str, Any]
-) -> Subject:
-    """An ordinary subject of these curves, with the standing measurements of `person`."""
+def as_subject(name: str, person: Subject, curves: Curves, values: Mapping[str, Any]) -> Subject:
+    """An ordinary subject of these curves, with the standing measurements of `person`.
+
+    Parameters
+    ----------
+    name : identifier, V1_003 of person 3 of seed 1.
+    person : whose standing measurements it has.
+    curves : (101,) each, rad, Nm/kg and body weights.
+    values : timing, as `seen` returns it.
+    """
     forces = {}
     for side in SIDES:
         forward, medial, up = (curves.forces[f"{name}_{side[0]}"] for name in FORCES)
@@ -308,18 +340,18 @@ def _subject(
         left = medial if side == "right" else -medial
         forces[side] = np.column_stack([forward, left, up])
     mean = MeanCurves(angles=curves.angles, moments=curves.moments, forces=forces, seam=())
-    where = f"virtual person {number} of seed {seed}"
+    where = f"virtual person {name}"
     found = gait_values(mean, where)
     kept = ("sex", "age_years", "mass_kg", "height_m", "leg_length_m", "markers", "tape",
             "measurements")  # fmt: skip
     own = {name: getattr(person, name) for name in kept}
     about = {
-        "identifier": f"V{seed}_{number:03d}",
-        "person": f"V{seed}_{number:03d}",
+        "identifier": name,
+        "person": name,
         "trial": "T01",
         "laboratory": "virtual",
-        "source": f"V{seed}-{number:03d} T01",
+        "source": f"{name.replace('_', '-')} T01",
         "citation": f"A virtual person of gaitval, around {person.source}: {person.citation}",
         "licence": person.licence,
     }
-    return make_subject(own | about | values | found, where)
+    return make_subject(own | about | dict(values) | found, where)

@@ -192,7 +192,8 @@ class _Commands(Group):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            with wings.extras_named():
+                return super().invoke(ctx)
         except GaitvalError as error:
             # Without one, where the command itself could not be loaded.
             of = ctx.invoked_subcommand or "gaitval"

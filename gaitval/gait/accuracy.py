@@ -14,10 +14,10 @@ class RecordAccuracy(NamedTuple):
     forces in body weights (BW).
     """
 
-    sagittal: float = np.deg2rad(1.05)
+    sagittal: float = np.deg2rad(1.0)
     frontal: float = np.deg2rad(0.9)
     """Hip adduction and rotation."""
-    pelvis: float = np.deg2rad(1.3)
+    pelvis: float = np.deg2rad(1.1)
     moment: float = 0.03
     adduction_moment: float = 0.10
     forward_force: float = 0.0068

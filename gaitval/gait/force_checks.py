@@ -304,6 +304,9 @@ def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[
             f"moment about the {name} axis": about[:, axis]
             for axis, name in enumerate(("first", "second", "vertical"))
         }
+    else:  # the file has the point itself
+        point = (plate.centre_of_pressure - centre) @ axes
+        channels |= {"centre of pressure, sideways": point[:, 1], "centre of pressure": point[:, 0]}
     longest, stuck = 0.0, ""
     for name, values in channels.items():
         # A channel that hardly moves repeats itself without being stuck; `_ranges` judges it.

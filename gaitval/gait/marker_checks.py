@@ -108,7 +108,7 @@ def _longest_stuck(path: Array, rate: float) -> int:
     for column in range(3):
         # NaN in front keeps the length: change t is that from frame t − 1 to t.
         changes = np.abs(np.diff(path[:, column], prepend=np.nan))
-        if changes[changes > 0.0].min(initial=np.inf) > COARSE:
+        if COARSE < changes[changes > 0.0].min(initial=np.inf) < np.inf:
             continue
         same = changes == 0.0
         for begin, end in zip(*runs(same), strict=True):

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from gaitval import file_gate
-from gaitval.artefacts import read_json, replacing
+from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.model.markers import MARKERS, ModelMarker, numbers_of, save_markers
@@ -52,8 +52,7 @@ class MarkedBody(ScaledBody):
         markers, if there are any, as `markers.json`.
         """
         write_urdf(self.model, Path(path) / "model.urdf")
-        with replacing(Path(path) / "scaling.csv") as temporary:
-            self.frame().to_csv(temporary, index=False)
+        self.write_table(Path(path) / "scaling.csv")
         if self.marker_set:
             save_markers(Path(path) / MARKERS, self.fitted, self.marker_set, self.standing)
 

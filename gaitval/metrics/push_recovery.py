@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -41,6 +41,7 @@ from gaitval.policy.rollouts import (
 )
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
+from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
 
@@ -56,6 +57,10 @@ class Push:
 
 
 Survived = Callable[[Sequence[Push]], Sequence[bool]]
+
+
+REPLAYED: Final = 4.0
+"""Gait cycles after a push that is replayed: the walker has recovered by then, or fallen."""
 
 
 @dataclass(frozen=True)
@@ -255,6 +260,20 @@ def _shown(settings: PushSettings) -> list[Push]:
         Push(phase, direction, settings.force)
         for direction in (0.0, 0.5 * math.pi)
         for phase in settings.phases
+    ]
+
+
+def pushed_walks(task: WalkingTask, policy: Policy, mu: Array) -> list[Rollout]:
+    """The first pushes of `_shown` ahead and to the left as they are replayed: from the start to
+    `REPLAYED` cycles after the push, in the compiled engine.
+    """
+    phases = len(task.configuration.pushes.phases)
+    environment = WalkingEnvironment(without_drift(task))
+    some = trials(task, policy, mu, _shown(task.configuration.pushes)[::phases])
+    cycles = [each.settling_cycles + each.push.phase + REPLAYED for each in some]
+    return [
+        record_rollout(environment, policy, cycles=length, **each.settings())
+        for each, length in zip(some, cycles, strict=True)
     ]
 
 

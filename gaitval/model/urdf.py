@@ -6,19 +6,17 @@ so a model is written and read bit for bit.
 """
 
 import hashlib
-import io
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import xacro
-import yourdfpy
 
 from gaitval import file_gate
 from gaitval.arrays import Array
@@ -39,43 +37,8 @@ TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000
 """Bytes; a model has about 40,000."""
 NAME = re.compile(r"[A-Za-z0-9_. -]+")
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A shape that viewers draw for a segment; it has no mass and touches nothing.
-
-    Attributes
-    ----------
-    segment : one of `SEGMENTS`.
-    kind : a box, a sphere, or a cylinder along z.
-    position : (3,) m, of its middle in the segment's frame, whose axes it has.
-    size : m; box: length along x, y, z; sphere: radius; cylinder: radius, length.
-    """
-
-    segment: str
-    kind: Literal["box", "sphere", "cylinder"]
-    position: Array
-    size: tuple[float, ...]
-
-
-def drawn_shapes(model: BodyModel, folder: Path) -> tuple[Shape, ...]:
-    """What the URDF of `model` shows, segment by segment; the URDF is in `folder` meanwhile."""
-    with scratch(folder) as own:
-        path = own / "model.urdf"
-        write_urdf(model, path)
-        links = {link.name: link for link in _parse(path).links}
-    return tuple(_shape_of(name, visual) for name in SEGMENTS for visual in links[name].visuals)
-
-
-def _shape_of(segment: str, visual: yourdfpy.Visual) -> Shape:
-    geometry, position = visual.geometry, _translation(visual.origin)
-    if geometry.box is not None:
-        return Shape(segment, "box", position, tuple(map(float, geometry.box.size)))
-    if geometry.sphere is not None:
-        return Shape(segment, "sphere", position, (float(geometry.sphere.radius),))
-    cylinder = geometry.cylinder
-    return Shape(segment, "cylinder", position, (float(cylinder.radius), float(cylinder.length)))
+_MOMENTS = ("x", "x"), ("x", "y"), ("x", "z"), ("y", "y"), ("y", "z"), ("z", "z")
+_ENDS = (0, "parent"), (-1, "child")
 
 
 def template_folder() -> Path:
@@ -120,11 +83,16 @@ def read_urdf(path: Path) -> BodyModel:
     there is no such file, it is not URDF, or not this humanoid; the message names every link, joint
     or number that is wrong.
     """
-    robot = _parse(Path(path))
+    path = Path(path)
+    robot = _parse(path)
     try:
         return _body_model(robot)
     except ModelError as error:
         raise ModelError(f"{path}: {error}") from None
+    except ValueError as error:
+        raise ModelError(
+            f"{path}: cannot be read as URDF ({error}). Write it again with `gaitval scale`."
+        ) from None
 
 
 def model_hash(model: BodyModel) -> str:
@@ -183,7 +151,7 @@ def _template_values(model: BodyModel) -> dict[str, Any]:
             ],
         } | {
             f"i{row}{column}": repr(float(inertia["xyz".index(row), "xyz".index(column)]))
-            for row, column in ("xx", "xy", "xz", "yy", "yz", "zz")
+            for row, column in _MOMENTS
         }
     return values
 
@@ -217,7 +185,7 @@ def _shape(model: BodyModel) -> dict[str, float]:
     return {name: round(float(size), 3) for name, size in sizes.items()}
 
 
-def _parse(path: Path) -> yourdfpy.Robot:
+def _parse(path: Path) -> Element:
     content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
 
     def no_mesh(tag: str) -> None:
@@ -227,27 +195,43 @@ def _parse(path: Path) -> yourdfpy.Robot:
                 "`gaitval scale`."
             )
 
-    parse_xml(path, content, root="robot", kind="a URDF", on_start=no_mesh)
-    try:
-        return yourdfpy.URDF.load(
-            io.BytesIO(content), build_scene_graph=False, load_meshes=False
-        ).robot
-    except Exception as error:  # yourdfpy raises whatever its parsing hits first
-        raise ModelError(
-            f"{path}: cannot be read as URDF ({error!r}). Write it again with `gaitval scale`."
-        ) from None
+    return parse_xml(path, content, root="robot", kind="a URDF", on_start=no_mesh)
 
 
-def _body_model(robot: yourdfpy.Robot) -> BodyModel:
-    links = {link.name: link for link in robot.links}
-    joints = {joint.name: joint for joint in robot.joints}
+def _vector(of: Element, path: str, key: str, default: str = "0 0 0") -> Array:
+    """Three numbers of an element inside `of`; the URDF's `default` where it or they are missing.
+    Raises ValueError.
+    """
+    text = default if (found := of.find(path)) is None else found.get(key, default)
+    vector = np.array([float(word) for word in text.split()])
+    if vector.shape != (3,):
+        raise ValueError(f"{key} = {text!r:.80} of <{path}>: not three numbers")
+    return vector
+
+
+def _number(of: Element, path: str, key: str) -> float:
+    """A number of an element inside `of`; NaN where it is missing. Raises ValueError."""
+    return float("nan" if (found := of.find(path)) is None else found.get(key, "nan"))
+
+
+def _inertia(link: Element) -> Array:
+    upper = {key: _number(link, "inertial/inertia", f"i{''.join(key)}") for key in _MOMENTS}
+    return np.array([[upper[min(i, j), max(i, j)] for j in "xyz"] for i in "xyz"])
+
+
+def _linked(joint: Element, end: str) -> str:
+    """The link at the `parent` or `child` end of a joint."""
+    return "nothing" if (found := joint.find(end)) is None else found.get("link", "nothing")
+
+
+def _body_model(robot: Element) -> BodyModel:
+    links = {link.get("name", ""): link for link in robot.iterfind("link")}
+    joints = {joint.get("name", ""): joint for joint in robot.iterfind("joint")}
     _check_structure(robot, links, joints)
     segments = tuple(_segment(name, links[name], joints) for name in SEGMENTS)
-    spheres = tuple(
-        sphere for name in SEGMENTS for sphere in _spheres_of(name, links[name].collisions)
-    )
+    spheres = tuple(sphere for name in SEGMENTS for sphere in _spheres_of(name, links[name]))
     _refuse([*_bad_numbers(segments), *_bad_spheres(spheres)])
-    return BodyModel(name=robot.name, segments=segments, spheres=spheres)
+    return BodyModel(name=robot.get("name", ""), segments=segments, spheres=spheres)
 
 
 def _refuse(problems: Sequence[str]) -> None:
@@ -260,80 +244,71 @@ def _refuse(problems: Sequence[str]) -> None:
 
 
 def _check_structure(
-    robot: yourdfpy.Robot,
-    links: Mapping[str, yourdfpy.Link],
-    joints: Mapping[str, yourdfpy.Joint],
+    robot: Element, links: Mapping[str, Element], joints: Mapping[str, Element]
 ) -> None:
     problems = [f"link {name}: missing" for name in SEGMENTS if name not in links]
     problems += [f"joint {name}: missing" for name in ACTUATED if name not in joints]
     problems += [f"joint {name}: unknown" for name in joints if name not in AXES]
-    if len(links) != len(robot.links) or len(joints) != len(robot.joints):
+    if len(links) + len(joints) != len(robot.findall("link")) + len(robot.findall("joint")):
         problems.append("a link or a joint appears twice")
     _refuse(problems)
 
     between: set[str] = set()
     for name, coordinates in JOINT_COORDINATES.items():
-        chain = [joints[coordinate] for coordinate in coordinates]
-        if chain[0].parent != PARENTS[name] or chain[-1].child != name:
+        first, last = (_linked(joints[coordinates[i]], end) for i, end in _ENDS)
+        if (first, last) != (PARENTS[name], name):
             problems.append(
-                f"joints {', '.join(coordinates)}: lead from {chain[0].parent} to "
-                f"{chain[-1].child}, not from {PARENTS[name]} to {name}"
+                f"joints {', '.join(coordinates)}: lead from {first} to "
+                f"{last}, not from {PARENTS[name]} to {name}"
             )
-        for upper, lower in pairwise(chain):
-            if upper.child != lower.parent:
-                problems.append(f"joint {lower.name}: does not follow {upper.name}")
-            between.add(upper.child)
-            if np.any(_translation(lower.origin)):
-                problems.append(f"joint {lower.name}: moved away from {upper.name}")
-    for joint in joints.values():
-        if joint.type != "revolute":
-            problems.append(f"joint {joint.name}: {joint.type}, not revolute")
-        if joint.axis is None or not np.array_equal(joint.axis, AXES[joint.name]):
-            problems.append(f"joint {joint.name}: axis {joint.axis}, not {AXES[joint.name]}")
-        if not _unturned(joint.origin):
-            problems.append(f"joint {joint.name}: rotated by rpy, but all frames must be parallel")
+        for upper, lower in pairwise(coordinates):
+            middle = _linked(joints[upper], "child")
+            if middle != _linked(joints[lower], "parent"):
+                problems.append(f"joint {lower}: does not follow {upper}")
+            between.add(middle)
+            if np.any(_vector(joints[lower], "origin", "xyz")):
+                problems.append(f"joint {lower}: moved away from {upper}")
+    for name, joint in joints.items():
+        axis = _vector(joint, "axis", "xyz", "1 0 0")
+        if joint.get("type") != "revolute":
+            problems.append(f"joint {name}: {joint.get('type')}, not revolute")
+        if not np.array_equal(axis, AXES[name]):
+            problems.append(f"joint {name}: axis {axis}, not {AXES[name]}")
+        if np.any(_vector(joint, "origin", "rpy")):
+            problems.append(f"joint {name}: rotated by rpy, but all frames must be parallel")
     for name, link in links.items():
         if name in SEGMENTS:
-            if link.inertial is None or link.inertial.mass is None or link.inertial.inertia is None:
+            if link.find("inertial/mass") is None or link.find("inertial/inertia") is None:
                 problems.append(f"link {name}: no mass or no inertia")
-            elif not _unturned(link.inertial.origin):
+            elif np.any(_vector(link, "inertial/origin", "rpy")):
                 problems.append(f"link {name}: inertia rotated by rpy")
         elif name not in between:
             problems.append(f"link {name}: unknown")
-        elif link.inertial is None or link.inertial.mass or np.any(link.inertial.inertia):
+        elif _number(link, "inertial/mass", "value") or np.any(_inertia(link)):
             problems.append(
                 f"link {name}: has mass (a link without <inertial> weighs 1 kg in DART)"
             )
     _refuse(problems)
 
 
-def _translation(origin: Array | None) -> Array:
-    return np.zeros(3) if origin is None else np.array(origin[:3, 3])
-
-
-def _unturned(origin: Array | None) -> bool:
-    return origin is None or np.array_equal(origin[:3, :3], np.eye(3))
-
-
-def _segment(name: str, link: yourdfpy.Link, joints: Mapping[str, yourdfpy.Joint]) -> Segment:
+def _segment(name: str, link: Element, joints: Mapping[str, Element]) -> Segment:
     joint = joints[JOINT_COORDINATES[name][0]] if name in JOINT_COORDINATES else None
     return Segment(
         name=name,
-        joint_position=_translation(None if joint is None else joint.origin),
-        mass=float(link.inertial.mass),
-        centre_of_mass=_translation(link.inertial.origin),
-        inertia=np.array(link.inertial.inertia, dtype=np.float64),
+        joint_position=np.zeros(3) if joint is None else _vector(joint, "origin", "xyz"),
+        mass=_number(link, "inertial/mass", "value"),
+        centre_of_mass=_vector(link, "inertial/origin", "xyz"),
+        inertia=_inertia(link),
     )
 
 
-def _spheres_of(segment: str, collisions: Sequence[yourdfpy.Collision]) -> Iterator[ContactSphere]:
-    for collision in collisions:
-        sphere = collision.geometry.sphere
-        if sphere is None or collision.name is None:
+def _spheres_of(segment: str, link: Element) -> Iterator[ContactSphere]:
+    for collision in link.iterfind("collision"):
+        name = collision.get("name")
+        if name is None or collision.find("geometry/sphere") is None:
             raise ModelError(f"link {segment}: a <collision> that is not a named sphere.")
-        yield ContactSphere(
-            collision.name, segment, _translation(collision.origin), float(sphere.radius)
-        )
+        radius = _number(collision, "geometry/sphere", "radius")
+        yield ContactSphere(name, segment, _vector(collision, "origin", "xyz"), radius)
 
 
 def _bad_numbers(segments: Sequence[Segment]) -> Iterator[str]:

@@ -15,12 +15,29 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.record import GaitRecord
-from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from
-from gaitval.prediction.population import change_with_speed, on_the_line, other_people
+from gaitval.prediction.normal_form import (
+    NormalForm,
+    combined,
+    normal_form,
+    record_from,
+    symmetric,
+)
+from gaitval.prediction.population import (
+    People,
+    change_with_speed,
+    expected,
+    on_the_line,
+    other_people,
+)
 
 LARGEST_CHANGE: Final = 0.5
 """Fraction of the nearest trial's speed: beyond it people change how they walk, not only how
 fast."""
+
+PASSING: Final = 0.1
+"""Fraction of the slowest trial's speed over which a prediction passes, up to `LARGEST_CHANGE`
+below it, from how the person changes to what is expected of others: the stride time of a person
+who slows down by long steps would else go on growing, to 2.7 s at 0.3 m/s."""
 
 TRUST: Final = 0.8
 """Share of other people's change that is expected of a person. What three people have in common is
@@ -71,6 +88,11 @@ def at_speed(
     wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
     own = [normal_form(record, subject.leg_length_m) for record in records]
     gait = _moved(own, wanted, change_of_others(subject, others))
+    slower = 1.0 - speed / min(speeds)
+    if slower > LARGEST_CHANGE - PASSING:
+        far = _far_slower(own, wanted, other_people(subject, others))
+        share = min(1.0, 1.0 - (LARGEST_CHANGE - slower) / PASSING)
+        gait = combined([gait, far], np.array([1.0 - share, share]))
     # The speed as given: through the dimensionless one and back it would be rounded.
     return replace(record_from(gait, subject.leg_length_m), speed=speed)
 
@@ -116,6 +138,17 @@ def change_of_others(subject: Subject, others: Sequence[Subject]) -> NormalForm:
         return change
     # Nobody has several trials: the slope of the line through all people.
     return combined([on_the_line(people, speed) for speed in (1.0, 0.0)], np.array([1.0, -1.0]))
+
+
+def _far_slower(own: Sequence[NormalForm], speed: float, people: People) -> NormalForm:
+    """What is expected of other people at a slow dimensionless speed, with what this person differs
+    by from what is expected at their slowest. A power of speed would make the steps ever longer.
+    """
+    slowest = min(own, key=lambda gait: gait.speed)
+    there, here = (symmetric(expected(people, each)) for each in (speed, slowest.speed))
+    gait = combined([slowest, there, here], np.array([1.0, 1.0, -1.0]))
+    stride_time = slowest.stride_time * there.stride_time / here.stride_time
+    return replace(gait, speed=speed, stride_time=stride_time)
 
 
 def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> NormalForm:

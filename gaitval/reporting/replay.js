@@ -8,6 +8,8 @@
   const source = document.getElementById("replay-scene");
   if (!root || !source) return;
   const find = (selector) => root.querySelector(selector);
+  const original = root.cloneNode(true); // as it was written, for a page of its own
+  const scripts = [...document.scripts].filter(({ type, text }) => !type && /THREE|walkerBody/.test(text));
   const player = find(".replay-player");
   const canvas = find("canvas");
 
@@ -15,9 +17,16 @@
     player.hidden = true;
     find(".replay-message").hidden = false;
   };
-  // Edges are not smoothed: without a graphics card that costs more than all else (measured by
-  // evidence/report/replay.py).
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false });
+  /* Whether the picture is drawn without a graphics card, where smooth edges cost more than all else
+     (measured by evidence/report/replay.py). */
+  function drawnSlowly() {
+    const probe = document.createElement("canvas").getContext("webgl2");
+    const told = probe?.getExtension("WEBGL_debug_renderer_info");
+    const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+    probe?.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|software|basic render/i.test(name);
+  }
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: !drawnSlowly() });
   if (!gl) return fallBack();
 
   // ---- data ---------------------------------------------------------------------------------
@@ -33,7 +42,7 @@
     return type === "float32" ? numbers : Float32Array.from(numbers, (number) => number * unit);
   }
 
-  const [travel, force, pressure, cycle, stance] = ["travel", "force", "pressure", "cycle", "stance"].map(
+  const [travel, force, pressure, cycle, stance, push] = ["travel", "force", "pressure", "cycle", "stance", "push"].map(
     (name) => unpacked(scene[name]),
   );
   const FRAMES = scene.frames;
@@ -43,16 +52,17 @@
 
   // ---- picture ------------------------------------------------------------------------------
 
-  const PAINTS = { r: "right", l: "left", "": "body" };
   const VIEWS = {
     oblique: [1.0, -1.25, 0.42],
     front: [1, 0, 0.04],
     side: [0, -1, 0.04],
+    left: [0, 1, 0.04],
+    back: [-1, 0, 0.04],
     top: [-0.001, 0, 1],
   };
   const FIELD_OF_VIEW = 28;
-  const FLOOR = { from: -1.9, to: 1.9, side: 0.9, square: 0.5 };
-  const LIGHT = new THREE.Vector3(0.4, -0.45, 0.8).normalize();
+  const FLOOR = { from: -1.9, to: 1.9, side: 1.4, square: 0.5 };
+  const APART = 0.92; // m between the walk and the record side by side
 
   const renderer = new THREE.WebGLRenderer({ canvas, context: gl });
   renderer.debug.checkShaderErrors = false; // to ask would wait for every shader
@@ -64,37 +74,36 @@
   orbit.maxPolarAngle = 0.5 * Math.PI;
   canvas.style.touchAction = "pan-y"; // a finger that moves up or down scrolls the page
 
-  const sideOf = (segment) => (segment.endsWith("_r") || segment.endsWith("_l") ? segment.slice(-1) : "");
-
-  /* Light is painted on, from above in the segment's own frame: lamps would cost time at every pixel. */
-  function shade(geometry, colour) {
-    const normals = geometry.getAttribute("normal");
-    const colours = new Float32Array(3 * normals.count);
-    const normal = new THREE.Vector3();
-    for (let i = 0; i < normals.count; i++) {
-      const bright = 0.8 + 0.2 * normal.fromBufferAttribute(normals, i).dot(LIGHT);
-      colours.set([bright * colour.r, bright * colour.g, bright * colour.b], 3 * i);
-    }
-    geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
-  }
-
-  function solid({ kind, position, size }) {
-    const made = {
-      box: () => new THREE.BoxGeometry(...size),
-      sphere: () => new THREE.SphereGeometry(size[0], 12, 7),
-      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 12, 1, true).rotateX(0.5 * Math.PI),
-    }[kind]();
-    return made.translate(...position);
-  }
-
-  function stick({ from, to }) {
-    const start = new THREE.Vector3(...from);
-    const along = new THREE.Vector3(...to).sub(start);
-    const length = along.length();
-    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
-    const bar = new THREE.CylinderGeometry(0.008, 0.008, length, 6).translate(0, 0.5 * length, 0);
-    const ends = [0, length].map((at) => new THREE.SphereGeometry(0.015, 8, 6).translate(0, at, 0));
-    return THREE.mergeGeometries([bar, ...ends]).applyQuaternion(turn).translate(...from);
+  /* Light comes from above and from the right in front, and edges are lit from behind; it is painted
+     here, since lamps of three.js would cost time at every pixel. A `ghost` is seen through where one
+     looks straight at it, and its outline stays. */
+  function lit({ ghost = 0, ...options } = {}) {
+    const material = new THREE.MeshBasicMaterial(options);
+    material.onBeforeCompile = (shader) => {
+      const lines = "varying vec3 litNormal;\nvarying vec3 litView;\n";
+      shader.vertexShader =
+        lines +
+        shader.vertexShader.replace(
+          "#include <project_vertex>",
+          `#include <project_vertex>
+          litNormal = mat3(modelMatrix) * normal;
+          litView = cameraPosition - (modelMatrix * vec4(transformed, 1.0)).xyz;`,
+        );
+      shader.fragmentShader =
+        lines +
+        shader.fragmentShader.replace(
+          "#include <opaque_fragment>",
+          `vec3 litTo = normalize(litNormal);
+          float litRim = pow(1.0 - clamp(abs(dot(litTo, normalize(litView))), 0.0, 1.0), 3.0);
+          float litKey = max(dot(litTo, normalize(vec3(0.5, -0.45, 0.75))), 0.0);
+          outgoingLight *= 0.42 + 0.2 * (0.5 + 0.5 * litTo.z) + 0.5 * litKey;
+          outgoingLight += 0.16 * litRim * (0.5 + 0.5 * litTo.z);
+          ${ghost ? `diffuseColor.a *= ${ghost.toFixed(2)} + 0.55 * litRim;` : ""}
+          #include <opaque_fragment>`,
+        );
+    };
+    material.customProgramCacheKey = () => `lit ${ghost}`;
+    return material;
   }
 
   /* Three great circles. */
@@ -116,56 +125,96 @@
     return object;
   };
   const see_through = { depthTest: false, depthWrite: false, transparent: true };
+  const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 }; // of what is at the same place
   const themed = {
     floor: new THREE.MeshBasicMaterial(),
     grid: new THREE.LineBasicMaterial(),
-    record: new THREE.MeshBasicMaterial({ ...see_through, opacity: 0.85 }),
     force: new THREE.MeshBasicMaterial(see_through),
+    push: new THREE.MeshBasicMaterial(see_through),
+    record: lit({ ghost: 0.3, transparent: true, ...behind }),
+    unknown: lit({ ghost: 0.1, transparent: true, ...behind }),
+    ...Object.fromEntries(["right", "left", "body", "shorts", "face", "hair", "device"].map((name) => [name, lit()])),
     spheres: new THREE.LineBasicMaterial(see_through),
   };
-  const painted = new THREE.MeshBasicMaterial({ vertexColors: true });
+  const depthOnly = new THREE.MeshBasicMaterial({ colorWrite: false, ...behind });
+  const ALIKE = { spheres: "record", unknown: "record" }; // that have another's colour
   const themeColour = (name) => new THREE.Color(getComputedStyle(root).getPropertyValue(`--replay-${name}`).trim());
 
   /* A group for every segment of a body, which `pose` moves. */
   function figureOf({ segments, origin, quaternion }) {
     const groups = segments.map(() => new THREE.Group());
-    world.add(...groups);
-    return { segments, groups, origin: unpacked(origin), quaternion: unpacked(quaternion) };
+    const whole = new THREE.Group();
+    whole.add(...groups);
+    world.add(whole);
+    return { segments, groups, whole, origin: unpacked(origin), quaternion: unpacked(quaternion) };
   }
 
   const body = figureOf(scene.body);
   const recorded = figureOf(scene.recorded);
-  const shown = { recorded: recorded.groups, forces: [], spheres: [] };
-  const limbs = []; // geometry and name of its colour
+  const shown = { recorded: [recorded.whole], forces: [], spheres: [] };
 
-  body.segments.forEach((segment, index) => {
-    const solids = scene.shapes.filter((shape) => shape.segment === segment).map(solid);
-    const mesh = new THREE.Mesh(THREE.mergeGeometries(solids), painted);
-    limbs.push([mesh.geometry, PAINTS[sideOf(segment)]]);
-    body.groups[index].add(mesh);
-    const circles = scene.spheres.filter((sphere) => sphere.segment === segment).flatMap(rings);
-    if (!circles.length) return;
+  /* A mesh of a shape {kind, size, position}; of a box the lengths, else the radius and, of a cylinder
+     along z, the length. */
+  function solid({ kind, position, size }) {
+    const made = {
+      box: () => new THREE.BoxGeometry(...size),
+      sphere: () => new THREE.SphereGeometry(size[0], 20, 12),
+      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 20).rotateX(0.5 * Math.PI),
+    }[kind]();
+    return made.translate(...position);
+  }
+
+  const group = (of, segment) => of.groups[of.segments.indexOf(segment)];
+  const SIDE_PAINTS = { r: "right", l: "left" };
+  for (const { segment, paint, geometry } of walkerBody(scene.body)) {
+    group(body, segment).add(new THREE.Mesh(geometry, themed[SIDE_PAINTS[paint] ?? paint]));
+  }
+  for (const shape of scene.devices) group(body, shape.segment).add(new THREE.Mesh(solid(shape), themed.device));
+  for (const [index, segment] of body.segments.entries()) {
+    const circles = scene.body.spheres.filter((sphere) => sphere.segment === segment).flatMap(rings);
+    if (!circles.length) continue;
     const lines = new THREE.BufferGeometry();
     lines.setAttribute("position", new THREE.Float32BufferAttribute(circles, 3));
     const sphere = overAll(new THREE.LineSegments(lines, themed.spheres), 3);
     body.groups[index].add(sphere);
     shown.spheres.push(sphere);
-  });
-  recorded.segments.forEach((segment, index) => {
-    const bars = scene.sticks.filter((each) => each.segment === segment).map(stick);
-    recorded.groups[index].add(overAll(new THREE.Mesh(THREE.mergeGeometries(bars), themed.record), 2));
-  });
+  }
+  // The nearest skin of the record hides the skins behind it, so that no joint shows through.
+  for (const { segment, geometry } of walkerBody(scene.recorded)) {
+    const known = scene.recorded.known.includes(segment);
+    group(recorded, segment).add(
+      overAll(new THREE.Mesh(geometry, depthOnly), 1),
+      overAll(new THREE.Mesh(geometry, known ? themed.record : themed.unknown), 2),
+    );
+  }
 
   const HEAD = 0.07; // m, tip of an arrow
-  const arrows = SIDES.map(() => {
-    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.011, 0.011, 1, 8).rotateX(0.5 * Math.PI).translate(0, 0, 0.5), themed.force);
-    const tip = new THREE.Mesh(new THREE.ConeGeometry(0.03, HEAD, 10).rotateX(0.5 * Math.PI).translate(0, 0, 0.5 * HEAD), themed.force);
+  function arrowOf(paint, thick) {
+    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(thick, thick, 1, 12).rotateX(0.5 * Math.PI).translate(0, 0, 0.5), paint);
+    const tip = new THREE.Mesh(new THREE.ConeGeometry(2.7 * thick, HEAD, 16).rotateX(0.5 * Math.PI).translate(0, 0, 0.5 * HEAD), paint);
     const group = new THREE.Group();
-    const centre = new THREE.Mesh(new THREE.CircleGeometry(0.022, 16), themed.force);
+    const centre = new THREE.Mesh(new THREE.CircleGeometry(0.022, 16), paint);
     group.add(overAll(shaft, 4), overAll(tip, 4));
-    world.add(group, overAll(centre, 4));
-    shown.forces.push(group, centre);
+    body.whole.add(group, overAll(centre, 4));
     return { group, shaft, tip, centre };
+  }
+  const arrows = SIDES.map(() => arrowOf(themed.force, 0.011));
+  const pushArrow = arrowOf(themed.push, 0.018);
+  for (const { group, centre } of arrows) shown.forces.push(group, centre);
+  pushArrow.centre.visible = false;
+
+  /* Soft shadows on the floor, which the figures stand in. */
+  const shade = new THREE.MeshBasicMaterial({ transparent: true, depthWrite: false, color: 0x000000 });
+  shade.onBeforeCompile = (shader) => {
+    shader.vertexShader = "varying vec2 spot;\n" + shader.vertexShader.replace("#include <begin_vertex>", "spot = uv;\n#include <begin_vertex>");
+    shader.fragmentShader =
+      "varying vec2 spot;\n" +
+      shader.fragmentShader.replace("#include <opaque_fragment>", "diffuseColor.a *= 0.3 * pow(max(1.0 - 2.0 * length(spot - 0.5), 0.0), 1.5);\n#include <opaque_fragment>");
+  };
+  const shadows = [body, recorded].map(({ whole }) => {
+    const shadow = new THREE.Mesh(new THREE.CircleGeometry(0.55, 32), shade);
+    whole.add(shadow);
+    return shadow;
   });
 
   const floor = new THREE.Mesh(new THREE.PlaneGeometry(FLOOR.to - FLOOR.from, 2 * FLOOR.side), themed.floor);
@@ -189,9 +238,7 @@
 
   function paint() {
     renderer.setClearColor(themeColour("sky"));
-    for (const name of ["floor", "grid", "record", "force"]) themed[name].color = themeColour(name);
-    themed.spheres.color = themeColour("record");
-    for (const [geometry, name] of limbs) shade(geometry, themeColour(name));
+    for (const [name, material] of Object.entries(themed)) material.color = themeColour(ALIKE[name] ?? name);
     draw();
   }
 
@@ -216,18 +263,44 @@
 
   const UP = new THREE.Vector3(0, 0, 1);
 
+  function pointAlong({ group, shaft, tip }, vector) {
+    const length = scene.arrow * vector.length();
+    group.visible = length > HEAD;
+    if (!group.visible) return;
+    group.quaternion.setFromUnitVectors(UP, vector.normalize());
+    shaft.scale.z = length - HEAD;
+    tip.position.z = length - HEAD;
+  }
+
   function placeArrow(arrow, column, low, high, share) {
-    const push = new THREE.Vector3(...[0, 1, 2].map((axis) => between(force, 6, 3 * column + axis, low, high, share)));
     const at = [0, 1].map((axis) => between(pressure, 4, 2 * column + axis, low, high, share));
-    const length = scene.arrow * push.length();
-    const loaded = length > HEAD && at.every(Number.isFinite) && shows("forces");
-    arrow.group.visible = arrow.centre.visible = loaded;
-    if (!loaded) return;
+    pointAlong(arrow, new THREE.Vector3(...[0, 1, 2].map((axis) => between(force, 6, 3 * column + axis, low, high, share))));
+    arrow.group.visible = arrow.centre.visible = arrow.group.visible && at.every(Number.isFinite) && shows("forces");
+    if (!arrow.group.visible) return;
     arrow.centre.position.set(...at, 0.001);
     arrow.group.position.set(...at, 0);
-    arrow.group.quaternion.setFromUnitVectors(UP, push.normalize());
-    arrow.shaft.scale.z = length - HEAD;
-    arrow.tip.position.z = length - HEAD;
+  }
+
+  /* The arrow of a push ends at the pelvis, which it acts on. */
+  function placePush(frame) {
+    const vector = new THREE.Vector3(...[0, 1, 2].map((axis) => push[3 * frame + axis]));
+    pointAlong(pushArrow, vector.clone());
+    const pelvis = group(body, "pelvis").position;
+    if (pushArrow.group.visible) pushArrow.group.position.copy(pelvis).addScaledVector(vector, -scene.arrow).add(new THREE.Vector3(0, 0, 0.08));
+  }
+
+  /* Side by side: half the distance to the right and to the left, as the picture is seen from. */
+  const across = new THREE.Vector3();
+  function placeApart() {
+    const apart = shows("beside") && shows("recorded") ? 0.5 * APART : 0;
+    across.setFromMatrixColumn(camera.matrixWorld, 0).setZ(0).normalize().multiplyScalar(apart);
+    body.whole.position.copy(across);
+    recorded.whole.position.copy(across).negate();
+    [body, recorded].forEach((figure, i) => {
+      const { x, y } = group(figure, "pelvis").position;
+      shadows[i].position.set(x, y, 0.0005);
+    });
+    shadows[1].visible = apart > 0;
   }
 
   const shows = (name) => find(`[data-shows="${name}"]`).checked;
@@ -244,6 +317,8 @@
     place(body, start + low, start + high, share);
     place(recorded, low, high, share);
     arrows.forEach((arrow, column) => placeArrow(arrow, column, start + low, start + high, share));
+    placePush(start + low);
+    placeApart();
     moveGrid(...[0, 1].map((axis) => between(travel, 2, axis, start + low, start + high, share)));
   }
 
@@ -258,17 +333,26 @@
     return right ? says.right : left ? says.left : says.none;
   }
 
+  const filled = (text, values) => text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
+
+  /* The number of a stride, and the push on it. */
+  function strideName(index) {
+    const pushed = scene.pushes.find(({ first, end }) => index >= first && index < end);
+    if (!pushed) return index + 1;
+    return filled(says.push, { force: figure(pushed.force), degrees: pushed.degrees, stride: index - pushed.first + 1 });
+  }
+
   function words() {
     const left = cycle[2 * nearest() + 1];
     const values = {
       right: state.percent.toFixed(0),
       left: left.toFixed(0),
       seconds: figure((state.percent / LAST) * scene.seconds[state.stride]),
-      stride: state.stride + 1,
+      stride: strideName(state.stride),
       phase: phaseName(),
     };
     const text = Number.isFinite(left) ? says.with_left : says.right_alone;
-    return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
+    return filled(text, values);
   }
 
   let told = "";
@@ -427,7 +511,17 @@
     state.percent += (LAST * seconds * speed) / scene.seconds[state.stride];
     while (state.percent >= LAST) {
       state.percent -= LAST;
-      if (find(".replay-stride").value === "all") state.stride = (state.stride + 1) % scene.seconds.length;
+      next();
+    }
+  }
+
+  /* The next stride: of the walk, or of the push that is played; a chosen stride stays. */
+  function next() {
+    if (find(".replay-stride").value === "all") state.stride = (state.stride + 1) % scene.walked;
+    else if (state.stride >= scene.walked) {
+      const { first, end } = scene.pushes.find((push) => state.stride < push.end);
+      state.stride = state.stride + 1 < end ? state.stride + 1 : first;
+      find(".replay-stride").value = state.stride;
     }
   }
 
@@ -436,7 +530,7 @@
     before = null;
     find(".replay-play").textContent = on ? says.pause : says.play;
     if (!on) slider.setAttribute("aria-valuetext", words());
-    if (pace.fine < 1) resize();
+    resize();
     announce();
     draw();
   }
@@ -453,12 +547,12 @@
   }
 
   /* The whole walker is in the picture from every side, in wide pictures and in narrow ones. */
-  const head = scene.shapes.find(({ segment, kind }) => segment === "torso" && kind === "sphere");
   const torso = scene.body.segments.indexOf("torso");
-  const height = body.origin[3 * torso + 2] + head.position[2] + head.size[0];
+  const height = body.origin[3 * torso + 2] + 2.1 * scene.body.joints.upper_arm_r[2];
   function aim() {
     const half = 0.5 * height + 0.12;
-    const distance = (state.far * half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / Math.min(1, camera.aspect);
+    const wide = shows("beside") ? 1.12 : 1;
+    const distance = (wide * state.far * half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / Math.min(1, camera.aspect);
     orbit.target.set(0, 0, 0.5 * height);
     camera.position.copy(orbit.target).addScaledVector(new THREE.Vector3(...VIEWS[state.view]).normalize(), distance);
     orbit.update();
@@ -485,6 +579,65 @@
     draw();
   }
 
+  // ---- files --------------------------------------------------------------------------------
+
+  function save(blob, name) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+  }
+
+  function savePicture() {
+    pose();
+    renderer.render(world, camera); // in the same task, or the picture would be empty
+    canvas.toBlob((blob) => save(blob, "walk.png"), "image/png");
+  }
+
+  const VIDEO = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((type) => window.MediaRecorder?.isTypeSupported(type));
+  const EVERY = 30; // frames a second of a video
+
+  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+
+  /* One stride, as it is seen, at the chosen speed: every picture is drawn, then asked for. */
+  async function saveVideo({ target }) {
+    const stream = canvas.captureStream(0);
+    const [track] = stream.getVideoTracks();
+    const recorder = new MediaRecorder(stream, { mimeType: VIDEO, videoBitsPerSecond: 6e6 });
+    const parts = [];
+    recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
+    const stopped = new Promise((done) => recorder.addEventListener("stop", done));
+    target.disabled = true;
+    play(false);
+    const count = Math.ceil((EVERY * scene.seconds[state.stride]) / Number(find(".replay-speed").value));
+    recorder.start();
+    for (let picture = 0; picture <= count; picture++) {
+      state.percent = (LAST * picture) / count;
+      pose();
+      tell();
+      renderer.render(world, camera);
+      track.requestFrame();
+      await Promise.all([wait(1000 / EVERY), new Promise(requestAnimationFrame)]);
+    }
+    await wait(100); // for the last picture
+    recorder.stop();
+    await stopped;
+    stream.getTracks().forEach((each) => each.stop());
+    target.disabled = false;
+    save(new Blob(parts, { type: VIDEO }), `walk.${VIDEO.slice(6).split(";")[0]}`);
+  }
+
+  /* The replay alone, for <iframe src="walk.html">: the same scripts, so the same policy lets them run. */
+  function savePage() {
+    const made = document.implementation.createHTMLDocument(document.title);
+    made.documentElement.lang = document.documentElement.lang;
+    for (const each of document.head.querySelectorAll("meta, style")) made.head.append(each.cloneNode(true));
+    made.body.className = "replay-alone";
+    made.body.append(original.cloneNode(true), source.cloneNode(true), ...scripts.map((each) => each.cloneNode(true)));
+    save(new Blob(["<!doctype html>\n", made.documentElement.outerHTML], { type: "text/html" }), "walk.html");
+  }
+
   // ---- controls -----------------------------------------------------------------------------
 
   function resize() {
@@ -492,14 +645,15 @@
     if (!width || !height) return;
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2) * (state.playing ? pace.fine : 1));
+    // a still picture is drawn with more points than there are pixels, which smooths its edges
+    renderer.setPixelRatio(state.playing ? Math.min(window.devicePixelRatio, 2) * pace.fine : 2);
     renderer.setSize(width, height, false);
     draw();
   }
 
   const STEP = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 };
   const TURN = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowDown: [0, -0.1], ArrowUp: [0, 0.1] };
-  const LOOK = { 0: "oblique", 1: "front", 2: "side", 3: "top" };
+  const LOOK = { 0: "oblique", 1: "front", 2: "side", 3: "top", 4: "left", 5: "back" };
 
   function onKey(event) {
     const { key, target } = event;
@@ -527,10 +681,14 @@
     root.addEventListener("click", ({ target }) => {
       if (target.dataset.view) look(target.dataset.view);
       if (target.dataset.zoom) zoom(Number(target.dataset.zoom));
+      if (target.dataset.saves === "picture") savePicture();
+      if (target.dataset.saves === "page") savePage();
+      if (target.dataset.saves === "video") saveVideo({ target });
     });
     root.addEventListener("change", ({ target }) => {
       const name = target.dataset.shows;
-      if (name && name !== "cursor") shown[name].forEach((object) => (object.visible = target.checked));
+      shown[name]?.forEach((object) => (object.visible = target.checked));
+      if (name === "beside") aim();
       draw();
     });
     orbit.addEventListener("change", draw);
@@ -548,9 +706,12 @@
   }
 
   scene.seconds.forEach((seconds, index) => {
-    find(".replay-stride").add(new Option(`${index + 1} (${figure(seconds)} s)`, index));
+    const seen = index < scene.walked ? ` (${figure(seconds)} s)` : "";
+    find(".replay-stride").add(new Option(strideName(index) + seen, index));
   });
   player.hidden = false;
+  find('[data-saves="video"]').hidden = !VIDEO || !canvas.captureStream;
+  find(".replay-key.device").hidden = find(".replay-device").hidden = !scene.devices.length;
   shown.spheres.forEach((object) => (object.visible = shows("spheres")));
   resize();
   look("oblique");

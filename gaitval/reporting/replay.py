@@ -5,7 +5,8 @@ script (`replay.js`) only looks frames up. World axes are REP-103: x forward, y 
 """
 
 import base64
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from gaitval import wings
 from gaitval.arrays import Array, Index, runs
 from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
 from gaitval.gait.filters import low_pass_simulated
@@ -25,7 +27,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
-from gaitval.model.urdf import drawn_shapes, read_urdf
+from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting.stick_figures import RECORDED_POINTS, pose_strip, stick_figure
 from gaitval.simulation.rollout import Rollout
@@ -65,8 +67,10 @@ class Strides:
     stance: Array
 
 
-def find_strides(rollout: Rollout, method: Method) -> Strides | None:
-    """The first strides of `rollout` compared by `method`; None without a whole one."""
+def find_strides(rollout: Rollout, method: Method, *, earlier: int = 0) -> Strides | None:
+    """The first strides of `rollout` compared by `method`, and as many `earlier`; None without a
+    whole one.
+    """
     step = step_of(rollout)
     events: dict[Side, FootEvents] = {
         side: foot_events(
@@ -77,7 +81,7 @@ def find_strides(rollout: Rollout, method: Method) -> Strides | None:
         for column, side in enumerate(SIDES)
     }
     count = min(STRIDES, method.cycles)
-    strikes = events["right"].heel_strikes[method.settling_cycles :][: count + 1]
+    strikes = events["right"].heel_strikes[max(method.settling_cycles - earlier, 0) :][: count + 1]
     if len(strikes) < 2:
         return None
     starts, lengths = strikes[:-1, None], np.diff(strikes)[:, None]
@@ -117,7 +121,7 @@ def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
 
     The path of the pelvis was not recorded. It is that of the `reference` (arrays of
     `reference.npz`), which follows from the recorded forces: without steady travel, and forward and
-    sideways with mean zero. Trunk, arms and toes are at zero.
+    sideways with mean zero. Trunk, arms and toes were not recorded either, and are the reference's.
     """
     angles = metrics.record.curves.angles
     percent = np.linspace(0.0, 100.0, FRAMES)
@@ -128,7 +132,13 @@ def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
             np.deg2rad(np.interp(own[side], percent, array(angles[f"{name}_{side}"])))
         )
 
-    positions = np.zeros((FRAMES, len(COORDINATES)))
+    positions = np.stack(
+        [
+            np.interp(percent / 100.0, reference["phase"], values, period=1.0)
+            for values in reference["positions"].T
+        ],
+        axis=-1,
+    )
     for side in own:
         for name in RECORDED_ANGLES:
             positions[:, COORDINATES.index(f"{name}_{side}")] = recorded(name, side)
@@ -164,6 +174,7 @@ class Walk:
     force : (S, 101, 2, 3) body weights, of the ground on the right and the left foot, filtered as
         the curves on the page are; zero in swing.
     pressure : (S, 101, 2, 2) m, its centre, without the travel; NaN in swing.
+    push : (S, 101, 3) body weights, of a push on the pelvis.
     """
 
     body: BodyModel
@@ -174,6 +185,7 @@ class Walk:
     recorded: Array
     force: Array
     pressure: Array
+    push: Array
 
 
 def shown_walk(
@@ -183,7 +195,9 @@ def shown_walk(
     `recorded_motion`); None without a whole stride. `model` is the body before the rollout's mu.
     """
     method = metrics.method
-    strides = find_strides(rollout, method)
+    # a push comes in the first stride after those that settle, and what it changes is seen beside
+    # the stride before
+    strides = find_strides(rollout, method, earlier=2 if rollout.root_force.any() else 0)
     if strides is None:
         return None
     positions = rollout.positions[strides.rows]
@@ -209,6 +223,7 @@ def shown_walk(
         recorded=recorded,
         force=np.where(swing[..., None], 0.0, force / method.body_weight_n),
         pressure=np.where(swing[..., None], np.nan, pressure),
+        push=rollout.root_force[strides.rows][..., 3:] / method.body_weight_n,
     )
 
 
@@ -237,67 +252,68 @@ def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dic
     }
 
 
-def _sticks(model: BodyModel) -> list[dict[str, object]]:
-    """Lines from joint to joint of the recorded segments, in the frame of their segment."""
-    ends: dict[str, list[Array]] = {"pelvis": [np.zeros(3), np.zeros(3)]}
-    for side in "rl":
-        heel = min(
-            (s for s in model.spheres if s.segment == f"foot_{side}"), key=lambda s: s.position[0]
-        )
-        under_heel = heel.position - np.array([0.0, heel.position[1], 0.0])
-        ends["pelvis"][side == "l"] = model[f"thigh_{side}"].joint_position
-        ends[f"thigh_{side}"] = [np.zeros(3), model[f"shank_{side}"].joint_position]
-        ends[f"shank_{side}"] = [np.zeros(3), model[f"foot_{side}"].joint_position]
-        toes = model[f"toes_{side}"].joint_position
-        ends[f"foot_{side}"] = [np.zeros(3), under_heel, under_heel, toes, toes, np.zeros(3)]
-    return [
-        {"segment": name, "from": points[i].tolist(), "to": points[i + 1].tolist()}
-        for name, points in ends.items()
-        for i in range(0, len(points), 2)
-    ]
-
-
-def scene(walk: Walk, folder: Path) -> dict[str, object]:
-    """What `replay.js` reads of `walk`, as JSON values: shapes, poses, forces and the place in the
-    cycle.
-
-    Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in `Strides`
-    and `Walk`. Temporary files are made in `folder`.
-    """
-    shapes = [
-        {
-            "segment": shape.segment,
-            "kind": shape.kind,
-            "position": shape.position.tolist(),
-            "size": list(shape.size),
-        }
-        for shape in drawn_shapes(walk.body, folder)
-    ]
+def _body(model: BodyModel, positions: Array) -> dict[str, object]:
+    """What is drawn of `model`: mass, joints in the segment before, contact spheres, poses."""
     spheres = [
         {"segment": sphere.segment, "position": sphere.position.tolist(), "radius": sphere.radius}
-        for sphere in walk.body.spheres
+        for sphere in model.spheres
     ]
+    joints = {each.name: each.joint_position.tolist() for each in model.segments}
+    about = {"mass": model.mass, "joints": joints, "spheres": spheres}
+    return about | _poses(model, positions, SEGMENTS)
+
+
+_NUMBERS: Final = ("travel", "force", "pressure", "push", "cycle", "stance")
+
+
+def _push_of(walk: Walk) -> dict[str, float]:
+    """Force in body weights, and degrees from straight ahead to the left, of the push on `walk`."""
+    across = walk.push[..., :2].reshape(-1, 2)
+    ahead, left = across[np.argmax(np.linalg.norm(across, axis=1))].tolist()
+    degrees = round(math.degrees(math.atan2(left, ahead)))
+    return {"force": math.hypot(ahead, left), "degrees": degrees}
+
+
+def scene(walk: Walk, folder: Path, pushed: Sequence[Walk] = ()) -> dict[str, object]:
+    """What `replay.js` reads of `walk` and of the walks that were `pushed`, as JSON values: poses,
+    forces and the place in the cycle. `replay_body.js` draws the body from its joints.
+
+    Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in `Strides`
+    and `Walk`, with the strides of the pushed walks behind those of the walk. What wings draw on
+    the body (`wings.DRAWN`) they find in the run `folder`.
+    """
+    walks = [walk, *pushed]
+    ends = np.cumsum([len(each.strides.seconds) for each in walks]).tolist()
+
+    def joined(name: str) -> Array:
+        """Of the walks or of their strides."""
+        owners = [each if hasattr(each, name) else each.strides for each in walks]
+        return np.concatenate([getattr(each, name) for each in owners])
+
     return {
         "frames": FRAMES,
-        "seconds": walk.strides.seconds.tolist(),
+        "seconds": joined("seconds").tolist(),
+        "walked": ends[0],
+        "pushes": [
+            {"first": first, "end": end, **_push_of(each)}
+            for first, end, each in zip(ends, ends[1:], pushed, strict=False)
+        ],
         "arrow": ARROW,
-        "shapes": shapes,
-        "spheres": spheres,
-        "sticks": _sticks(walk.recorded_body),
-        "body": _poses(walk.body, walk.positions, SEGMENTS),
-        "recorded": _poses(walk.recorded_body, walk.recorded, RECORDED_SEGMENTS),
-        "travel": _packed(walk.travel, "float32"),
-        "force": _packed(walk.force, "float32"),
-        "pressure": _packed(walk.pressure, "float32"),
-        "cycle": _packed(walk.strides.cycle, "float32"),
-        "stance": _packed(walk.strides.stance, "float32"),
+        "devices": [
+            shape
+            for name in wings.names(wings.DRAWN)
+            for shape in wings.load(wings.DRAWN, name)(folder)
+        ],
+        "body": _body(walk.body, joined("positions")),
+        "recorded": {"known": RECORDED_SEGMENTS, **_body(walk.recorded_body, walk.recorded)},
+        **{name: _packed(joined(name), "float32") for name in _NUMBERS},
     }
 
 
 STRIP: Final = (0, 20, 40, 60, 80, 100)
 """% of the right gait cycle of the six poses that stand for the replay on paper."""
 
-SCRIPTS: Final = ("vendor/three.min.js", "replay.js")
+SCRIPTS: Final = ("vendor/three.min.js", "replay_body.js", "replay.js")
 """Scripts of the page, in the order in which they run."""
 
 
@@ -313,9 +329,13 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     names = ("phase", "positions", "stride_time", "speed")
     reference = {name: np.asarray(getattr(motion, name)) for name in names}
     path = folder / "rollouts" / f"{metrics.final}.npz"
-    walk = None
-    if path.exists():
-        walk = shown_walk(model, Rollout.load(path), metrics, reference)
+    walks = [
+        shown_walk(model, Rollout.load(each), metrics, reference)
+        for each in (path, *sorted(path.parent.glob("pushed_*.npz")))
+        if each.exists()
+    ]
+    walk, *pushed = walks or [None]
+    shown = [each for each in pushed if each is not None]
     poses = list(STRIP)
     recorded = recorded_motion(metrics, reference) if walk is None else walk.recorded
     legs = stick_figure(model, recorded[poses])
@@ -327,5 +347,5 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
         sticks["simulation"] = stick_figure(walk.body, walk.positions[0, poses])
     return {
         "strip": pose_strip(sticks, np.array(STRIP)),
-        "scene": None if walk is None else scene(walk, folder),
+        "scene": None if walk is None else scene(walk, folder, shown),
     }

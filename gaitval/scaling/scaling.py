@@ -12,13 +12,16 @@ it. In standing that plane tilts forward by `pelvic_tilt` and de Leva's trunk is
 hips, so in the neutral pose the lumbar joint lies behind the hips.
 """
 
+import csv
+import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import pandas as pd
 
+from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.display import Displayed
 from gaitval.errors import ScalingError
@@ -36,6 +39,8 @@ from gaitval.scaling.measurements import LENGTH_FIELDS, Measurements
 from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from gaitval.scaling.person import Individual, MeasuredPerson, Person
 
 SCALED: Final = "de Leva, scaled to stature"
@@ -80,8 +85,20 @@ class ScaledBody(Displayed):
     model: BodyModel
     table: tuple[ScaledSegment, ...]
 
-    def frame(self) -> pd.DataFrame:
+    def write_table(self, path: Path) -> None:
+        """Write the table as CSV: a row per segment, with the fields of `ScaledSegment`."""
+        text = io.StringIO()
+        writer = csv.DictWriter(
+            text, [each.name for each in fields(ScaledSegment)], lineterminator="\n"
+        )
+        writer.writeheader()
+        writer.writerows(map(asdict, self.table))
+        write_text(path, text.getvalue())
+
+    def frame(self) -> "pd.DataFrame":
         """The table with a row per segment and the fields of `ScaledSegment` as columns."""
+        import pandas as pd
+
         return pd.DataFrame([asdict(row) for row in self.table])
 
 

@@ -64,8 +64,8 @@ def unknown(
             + ", ".join(f"{like.name} for {like.marker} ({like.ratio:.0%})" for like in likely)
         )
     lines += [
-        "Describe your own set in a TOML file and give it with --marker-set FILE, with a line "
-        "for each marker, such as",
+        "Let `gaitval markers WALK --standing STAND` draft the set. Or describe it yourself in a "
+        "TOML file and give it with --marker-set FILE, with a line for each marker, such as",
         *(f"  {line}" for line in EXAMPLE.splitlines()),
         f"Landmarks are {', '.join(LANDMARK_NAMES)}.",
         f"Segments are {', '.join(SEGMENTS)}.",

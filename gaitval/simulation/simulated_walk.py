@@ -2,15 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-import pandas as pd
 
 from gaitval.artefacts import check_arrays
 from gaitval.display import Saved
-from gaitval.frames import angle_curves, curve_frame, moment_curves
 from gaitval.simulation.rollout import SHAPES, Rollout
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,7 +43,9 @@ class SimulatedWalk(Saved, Rollout):
         distance = self.centre_of_mass[-1, 0] - self.centre_of_mass[0, 0]
         return f"Walk of {self.walker}: {self.time[-1]:.2f} s, {distance:.2f} m, {ended}"
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> "pd.DataFrame":
         """Joint angles (deg) and joint moments (Nm) by time (s)."""
+        from gaitval.frames import angle_curves, curve_frame, moment_curves
+
         curves = [*angle_curves(self.positions), *moment_curves(self.moments)]
         return curve_frame(curves, axis="time", at=self.time)

@@ -36,6 +36,8 @@ ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identifie
 """The compared rollout with each mu, as far as it is compared."""
 IDENTIFIED = "identified.npz"
 """The reference motion of the identified body."""
+PUSHED = "rollouts/pushed_ahead.npz", "rollouts/pushed_left.npz"
+"""Walks with a push on the pelvis, for the replay."""
 WITNESS = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
 GAIN = "gain.json"

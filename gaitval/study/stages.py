@@ -22,6 +22,7 @@ from gaitval.study.inputs import (
     METRICS,
     NEED,
     POLICY_FILES,
+    PUSHED,
     REPEATS,
     ROLLOUTS,
     STANDING,
@@ -72,8 +73,7 @@ def scale_stage(run: Run) -> Stage:
             run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
         write_urdf(body.model, run.folder / "model.urdf")
-        with replacing(run.folder / "scaling.csv") as temporary:
-            body.frame().to_csv(temporary, index=False)
+        body.write_table(run.folder / "scaling.csv")
 
     return Stage(
         "scale",
@@ -742,19 +742,22 @@ def push_stage(run: Run) -> Stage:
     validation = run.configuration.validation
 
     def push() -> None:
-        from gaitval.metrics.push_recovery import push_recovery
+        from gaitval.metrics.push_recovery import push_recovery, pushed_walks
         from gaitval.metrics.walk_results import StoredPushes
 
         task, mu = validated_task(run)
+        policy = stored_policy(run, run.folder / "policy")
         recovery, traces = push_recovery(
             task,
-            stored_policy(run, run.folder / "policy"),
+            policy,
             mu,
             journal=Journal(run.folder / UNFINISHED["push"] / "pushes.jsonl"),
             on_progress=run.observer.progress,
         )
         found = StoredPushes(recovery=recovery, traces=[each.stored() for each in traces])
         write_json(run.folder / "push.json", found.as_dict())
+        for name, walk in zip(PUSHED, pushed_walks(task, policy, mu), strict=True):
+            walk.save(run.folder / name)
 
     return Stage(
         "push",
@@ -767,7 +770,7 @@ def push_stage(run: Run) -> Stage:
             "correction.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
-        outputs=("push.json",),
+        outputs=("push.json", *PUSHED),
         values={
             **run.sections(*SIMULATION_SECTIONS, "pushes"),
             "settling_cycles": validation.settling_cycles,
@@ -878,6 +881,7 @@ def report_stage(run: Run) -> Stage:
             "identification.json",
             "metrics.json",
             "push.json",
+            *PUSHED,
             *ROLLOUTS.values(),
         ),
         outputs=("report.html", "report.pdf", "evidence.toml"),

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-import pandas as pd
 
 from gaitval.arrays import Array
 from gaitval.artefacts import copy_files, read_json
@@ -15,7 +14,6 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
-from gaitval.frames import value_frame
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
@@ -25,6 +23,9 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import STORED_FILES, body_parameters
 from gaitval.study.run import general_policy
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,12 +74,14 @@ class StoredPolicy(Displayed):
         """Whose policy, from where."""
         return f"Policy of {self.subject.identifier}, {self.network.hidden_units} hidden units"
 
-    def overview(self) -> pd.DataFrame:
+    def overview(self) -> "pd.DataFrame":
         """The identified body parameters."""
         return self.to_frame()[["quantity", "value", "unit"]]
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> "pd.DataFrame":
         """Identified body parameters mu, one row each."""
+        from gaitval.frames import value_frame
+
         units = {"damping": "Nms/rad", "friction": "1"}
         return value_frame(
             ("", name, float(value), units.get(name, "1" if name.endswith("_length") else "m"))

@@ -136,6 +136,7 @@ def test_a_foot_that_is_not_said_is_the_right_one_and_said_to_be(tmp_path) -> No
         (lambda f: f.iloc[:-1], "149 points"),
         (lambda f: f.assign(task="run"), "there are run"),
         (lambda f: f.assign(phase_ipsi=f["phase_ipsi"] / 100.0), "does not go evenly"),
+        (lambda f: f.assign(grf_vertical_ipsi_BW=1e200), "up to 1e+200"),
         (lambda f: f.assign(pelvis_sagittal_angle_rad=[np.nan, *[0.1] * 149] * 2), "without gaps"),
     ],
 )

@@ -68,6 +68,13 @@ def test_a_trajectory_that_is_cut_off():
     assert 0.2 < doubt.value < 0.4
 
 
+def test_a_coordinate_that_never_changes():
+    recording = walked(0.0003)
+    recording.markers[:, 2, 1] = 0.05
+    (doubt,) = trajectory_doubts(recording)
+    assert (doubt.check, doubt.where) == ("stuck coordinate", "R.MT1")
+
+
 def test_a_file_in_whole_millimetres_is_not_cut_off():
     recording = walked(step=0.001)
     sideways = recording.markers[:, 0, 1]

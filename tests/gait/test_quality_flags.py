@@ -80,6 +80,18 @@ def test_a_channel_that_repeats_itself_for_a_while(channel):
     assert doubt.value == pytest.approx(14 / 300.0)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_centre_of_pressure_that_is_cut_off(axis):
+    """A file without moments has it as a channel of its own."""
+    plate = replace(waves(rate=300.0), moment=None)
+    point = plate.centre_of_pressure
+    point[:, :2] = 0.05 * np.sin(np.linspace(0.0, 20.0, len(point)))[:, None]
+    assert not list(channel_doubts(plate, 300.0))
+    point[:, axis] = point[:, axis].clip(-0.03, 0.03)
+    (doubt,) = channel_doubts(plate, 300.0)
+    assert (doubt.check, doubt.plate) == ("stuck channel", plate.name)
+
+
 @pytest.mark.parametrize("step", [2.0, 5.0])
 def test_a_plate_that_stores_steps_is_not_stuck(step):
     plate = waves(rate=1000.0)

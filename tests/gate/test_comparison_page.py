@@ -59,7 +59,7 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     assert beside == {"comparison.csv", "comparison_curves.csv"}
     assert all((folder / name).is_file() for name in beside)
     assert len(page.identifiers) == len(set(page.identifiers))
-    assert page.tags.count("svg") == 1 + 9
+    assert page.tags.count("svg") == 1 + 9 + 2 * 3  # and the grids of two people
     assert (folder / "comparison.pdf").read_bytes().startswith(b"%PDF")
 
 

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import RecordSettings
+from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import rms
 from gaitval.prediction.known import told
+from gaitval.prediction.normal_form import normal_form, symmetric
+from gaitval.prediction.population import expected, other_people
 from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, at_speed, trials_told
 
 SUBJECTS = builtin_subjects()
@@ -121,3 +124,36 @@ def test_the_exponent_of_stride_time_is_that_of_the_published_people(gait_data):
     assert len(slopes) == 43
     assert np.mean(slopes) == pytest.approx(STRIDE_TIME_EXPONENT, abs=0.005)
     assert np.std(slopes, ddof=1) == pytest.approx(0.08, abs=0.005)
+
+
+@pytest.mark.parametrize("name", ["S01", "S05", "S06"])
+def test_far_slower_the_steps_do_not_become_ever_longer(name):
+    """A power of speed would have given S01 a stride of 2.7 s at 0.3 m/s; others take 1.5."""
+    person = load_subject(name)
+    records = [trial.record() for trial in trials_told(person)]
+    slowest = min(record.speed for record in records)
+    speeds = np.linspace(0.95 * slowest, 0.3, 12)
+    times = [
+        at_speed(person, records, speed, SUBJECTS, forced=True).stride_time for speed in speeds
+    ]
+    assert max(times) < 2.0
+    assert max(np.abs(np.diff(times))) < 0.25  # it passes from one to the other
+
+
+def test_far_slower_a_person_differs_from_others_as_before():
+    person = load_subject("S04")
+    records = [trial.record() for trial in trials_told(person)]
+    slowest = min(records, key=lambda record: record.speed)
+    people = other_people(person, SUBJECTS)
+    legs = person.leg_length_m
+    speed = 0.4 * slowest.speed
+    found = normal_form(at_speed(person, records, speed, SUBJECTS, forced=True), legs)
+    now, before = (
+        symmetric(expected(people, each / np.sqrt(GRAVITY * legs)))
+        for each in (speed, slowest.speed)
+    )
+    own = normal_form(slowest, legs)
+    np.testing.assert_allclose(found.angles - now.angles, own.angles - before.angles, atol=5e-3)
+    assert found.stride_time / now.stride_time == pytest.approx(
+        own.stride_time / before.stride_time
+    )

@@ -19,7 +19,6 @@ from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.model.urdf import drawn_shapes
 from gaitval.reporting import replay
 from gaitval.reporting.report import write_report
 from gaitval.simulation.rollout import Rollout
@@ -188,19 +187,58 @@ def test_the_walker_stays_on_the_spot(walk, rollout):
     np.testing.assert_allclose(back, rollout.positions[walk.strides.rows], atol=1e-9)
 
 
-def test_shapes_are_of_the_body_that_was_simulated(scene, rollout, tmp_path):
+def test_the_drawn_bodies_have_the_joints_of_the_models(scene, rollout):
     body = apply_parameters(MODEL, rollout.mu)
-    (shaft,) = (
-        each
-        for each in scene["shapes"]
-        if each["segment"] == "thigh_l" and each["kind"] == "cylinder"
+    for drawn, model in ((scene["body"], body), (scene["recorded"], MODEL)):  # as scaled
+        assert drawn["segments"] == list(SEGMENTS)
+        for name in SEGMENTS:
+            np.testing.assert_allclose(drawn["joints"][name], model[name].joint_position)
+        assert drawn["mass"] == pytest.approx(model.mass)
+        assert len(drawn["spheres"]) == 12
+    assert not np.allclose(body["shank_l"].joint_position, MODEL["shank_l"].joint_position)
+
+
+def test_what_was_not_recorded_is_the_references(folder, walk):
+    reference = read_arrays(folder / "reference.npz", REFERENCE)
+    for name in ("lumbar_bending", "elbow_flex_l", "mtp_angle_r"):
+        column = COORDINATES.index(name)
+        at = np.linspace(0.0, 1.0, 101)
+        phase, values = reference["phase"], reference["positions"][:, column]
+        expected = np.interp(at, phase, values, period=1.0)
+        np.testing.assert_allclose(walk.recorded[:, column], expected, atol=1e-12)
+
+
+def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollout, metrics):
+    """A force at the pelvis in the second stride that is shown."""
+    method = read_metrics(folder).method
+    reference = read_arrays(folder / "reference.npz", REFERENCE)
+    whole = replay.shown_walk(MODEL, rollout, read_metrics(folder), reference)
+    force = np.zeros_like(rollout.root_force)
+    begun = whole.strides.rows[0, 40]
+    force[begun : begun + 50, 4] = 120.0
+    pushed = replay.shown_walk(
+        MODEL, replace(rollout, root_force=force), read_metrics(folder), reference
     )
-    assert shaft["size"][1] == pytest.approx(-body["shank_l"].joint_position[2], abs=2e-3)
-    assert shaft["size"][1] > 0.015 - MODEL["shank_l"].joint_position[2]
-    assert {shape.segment for shape in drawn_shapes(MODEL, tmp_path)} == set(SEGMENTS)
-    assert len(scene["spheres"]) == 12
-    knee = next(each for each in scene["sticks"] if each["segment"] == "thigh_l")["to"]
-    np.testing.assert_allclose(knee, MODEL["shank_l"].joint_position)  # as scaled
+    earlier = len(pushed.strides.seconds) - len(whole.strides.seconds)
+    assert earlier >= 0
+    found = replay.scene(whole, folder, [pushed])
+    count = len(whole.strides.seconds)
+    (push,) = found["pushes"]
+    assert (push["first"], push["end"]) == (count, count + len(pushed.strides.seconds))
+    assert push["force"] == pytest.approx(120.0 / method.body_weight_n)
+    assert push["degrees"] == 90  # to the left
+    arrows = unpacked(found["push"])
+    assert not arrows[:count].any()
+    assert arrows[count:, :, 1].max() == pytest.approx(push["force"])
+    assert found["walked"] == count
+    assert unpacked(found["body"]["origin"]).shape[0] == push["end"]
+
+
+def test_a_wing_draws_beside_the_body(folder, walk, monkeypatch):
+    shape = {"segment": "shank_r", "kind": "box", "position": [0, 0, -0.2], "size": [0.1] * 3}
+    monkeypatch.setattr(replay.wings, "names", lambda group: ["made"])
+    monkeypatch.setattr(replay.wings, "load", lambda group, name: lambda run: [shape])
+    assert replay.scene(walk, folder)["devices"] == [shape]
 
 
 def test_without_a_whole_stride_there_is_nothing_to_replay(folder):
@@ -225,7 +263,7 @@ def test_only_the_scripts_of_the_page_may_run(html):
     scripts = re.findall(r"<script>(.*?)</script>", html, re.DOTALL)
     found = {base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts}
     assert found == allowed
-    assert len(scripts) == 3
+    assert len(scripts) == 4
     assert "default-src &#39;none&#39;" in policy
     assert "unsafe-inline" not in policy.partition("script-src")[2].partition(";")[0]
 

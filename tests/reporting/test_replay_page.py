@@ -176,6 +176,56 @@ def test_joints_are_drawn_where_the_model_has_them(still, folder):
                 np.testing.assert_allclose(shown, joint, atol=1e-3)
 
 
+def test_side_by_side_the_record_stands_apart(still):
+    still.go(0, 30)
+    together = still.pixels()
+    walker = np.abs(together - together[2, -2]).max(axis=-1) > 40
+    switch = still.page.get_by_label("side by side")
+    switch.check()
+    still.settle()
+    apart = still.pixels()
+    columns = np.flatnonzero(like(apart, BLUE).any(axis=0))
+    assert columns.min() > 0.5 * apart.shape[1]  # the walk is on the viewer's right
+    left = apart[:, : apart.shape[1] // 2]
+    assert (np.abs(left - apart[2, -2]).max(axis=-1) > 25).mean() > 0.5 * walker.mean()
+    switch.uncheck()
+    still.settle()
+    assert (still.pixels() == together).all()
+
+
+def test_a_picture_a_video_and_a_page_are_saved(chromium, still, tmp_path):
+    """The page is the replay alone, and runs where another page embeds it."""
+
+    def saved(name):
+        with still.page.expect_download() as waiting:
+            still.page.get_by_role("button", name=name, exact=True).click()
+        path = tmp_path / waiting.value.suggested_filename
+        waiting.value.save_as(path)
+        return path
+
+    still.go(0, 30)
+    picture = np.array(Image.open(saved("Picture")).convert("RGB"), dtype=int)
+    assert min(like(picture, BLUE).sum(), like(picture, ORANGE).sum()) > 500
+    still.page.locator(".replay-speed").select_option("1")
+    video = saved("Video")
+    still.page.locator(".replay-speed").select_option("0.25")
+    assert video.suffix == ".webm"
+    assert video.read_bytes()[:4] == b"\x1a\x45\xdf\xa3"  # EBML, of WebM
+    assert video.stat().st_size > 10_000
+    alone = saved("Page")
+    assert alone.stat().st_size < 6e6
+    outside = tmp_path / "outside.html"
+    outside.write_text(f'<iframe src="{alone.name}" width="360" height="700"></iframe>')
+    opened = Opened(chromium, outside, width=400)
+    frame = opened.page.frame_locator("iframe")
+    frame.locator(".replay-player").wait_for(state="visible")
+    data = frame.locator(".replay-canvas").screenshot()
+    pixels = np.array(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)
+    assert min(like(pixels, BLUE).sum(), like(pixels, ORANGE).sum()) > 200
+    assert opened.complaints == []
+    opened.context.close()
+
+
 def test_the_slider_and_the_keys_move_the_walk(still):
     still.go(0, 20)
     still.page.locator(".replay-canvas").focus()
@@ -196,7 +246,7 @@ def test_the_slider_and_the_keys_move_the_walk(still):
     assert "double support" in still.page.locator(".replay-live").inner_text()
     before = still.pixels()
     still.page.locator(".replay-canvas").focus()
-    for key in ("1", "2", "3", "0"):
+    for key in ("1", "2", "3", "4", "5", "0"):
         still.page.keyboard.press(key)
         still.settle()
         pressed = still.page.locator("[data-view][aria-pressed=true]")

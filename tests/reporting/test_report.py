@@ -12,13 +12,14 @@ from html_page import Page, an_hour_later, only_html, whole_pdf, without_figures
 from report_run import build_run
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
-from gaitval.artefacts import PARTIAL, read_json, write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PushTrace
+from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
 from gaitval.reporting.page import number

@@ -314,14 +314,8 @@ def kinds(folder: Path) -> dict[str, Kind]:
     shutil.copy(folder / "stand.c3d", folder / "WBDS03static1.c3d")
     shutil.copy(folder / "stand.c3d", folder / "WBDS03walkT05.c3d")
     _write_curves(folder)
-    _write_judged(folder)
-    figure = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
-    for number in range(12):
-        history.add(
-            folder / "history.db",
-            Check("check", f"{number:040x}", f"2026-11-{number + 1:02d}T10:00:00+00:00",
-                  "2026-11-20T10:00:00+00:00", "a machine", "S05", (figure,)),
-        )  # fmt: skip
+    write_judged(folder)
+    write_history(folder / "history.db")
     _write_arrays(folder)
     _write_formats(folder)
     (folder / "a").mkdir()
@@ -476,7 +470,19 @@ def _write_curves(folder: Path) -> None:
     table.to_parquet(folder / "curves.parquet")
 
 
-def _write_judged(folder: Path) -> None:
+def write_history(path: Path) -> None:
+    """A dozen checks, of which nothing changes."""
+    figure = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
+    for number in range(12):
+        history.add(
+            path,
+            Check("check", f"{number:040x}", f"2026-11-{number + 1:02d}T10:00:00+00:00",
+                  "2026-11-20T10:00:00+00:00", "a machine", "S05", (figure,)),
+        )  # fmt: skip
+
+
+def write_judged(folder: Path) -> None:
+    """A model and its results, as `gaitval judge` takes them."""
     walk = known_walk(seconds=1.5, rate=60.0)
     random = np.random.default_rng(0)
     segments = ("pelvis", *(f"{n}_{side}" for side in "rl" for n in ("thigh", "shank", "foot")))

@@ -1,17 +1,21 @@
-"""Kills an import, a study, a report and a check at random moments, and starts each again.
+"""Kills commands at random moments, and starts each again.
 
     python tests/robustness/kills.py --kills 50 --seed 0            # goes on where it was stopped
     python tests/robustness/kills.py --kills 12 --jobs import study # some of them
     python tests/robustness/kills.py twice                          # two of each in one folder
+    python tests/robustness/kills.py --kills 120 --log FILE         # every command that writes
+
+Without --log, an import, a study, a report and a check; with it, all commands of `WRITING` in turn,
+the cheap ones more often, and a line of JSON for each kill, from which it goes on.
 
 Each is killed (SIGKILL, its own process only, as when memory runs out) after a random part of the
 processor time that it takes without a kill, and started again by the same command. In every
 second case all its files are dated a day ahead before that, as if the clock had gone back. Then
 every file must be equal, byte for byte, to that without a kill, but for times (in
-`provenance.json`; `wall_seconds` in `training.csv`, and so its hash in `stages.json`) and
-TensorBoard's logs, which are named after time and process; and no process, shared memory or
-temporary file may be left beyond those that a run without a kill leaves (torch keeps an empty
-folder for its compiler).
+`provenance.json`; `wall_seconds` in `training.csv`, and so its hash in `stages.json`; of a cohort
+also where and how long its studies ran) and TensorBoard's logs, which are named after time and
+process; and no process, shared memory, temporary or partial file may be left beyond those that a
+run without a kill leaves (torch keeps an empty folder for its compiler).
 """
 
 import argparse
@@ -34,6 +38,8 @@ from typing import Any, Final
 
 import evidence
 from gaitval.artefacts import read_json, versions, write_json
+from gaitval.partial_files import PARTIAL
+from gaitval_cohort.store import FINISHED
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
@@ -52,24 +58,33 @@ TIMES: Final = ("started", "finished", "seconds")
 TRAINING: Final = "training.csv"
 CLOCK: Final = "wall_seconds"
 """Its column with times."""
-BARE: Final = (".lock", "events.out.tfevents")
+BARE: Final = (".lock", "log.txt", "events.out.tfevents")
 """How the names of files begin whose contents are nobody's."""
 ENDING_SECONDS: Final = 300.0
 """s in which what a killed process started has to end: a worker that is only just starting takes
 some seconds of a processor, which may be busy."""
 JOBS: Final = ("import", "study", "report", "check")
+WRITING: Final = {
+    **{"baseline": 8, "history": 6, "compare": 5, "judge": 5, "imports": 4, "import": 3},
+    **{"export": 3, "report": 1, "virtual": 1, "subject": 1, "predict": 1, "screen": 1},
+    "cohort": 1,
+}
+"""Commands that write, and how often each is killed in a turn: fewer times where it takes long."""
+TIMED: Final = ("cohort.html", "cohort.csv", "cohort.parquet", "studies.csv", "studies.parquet")
+"""Files of a cohort that say how long and where its studies ran."""
 Json = dict[str, Any]
 
 SEVERAL: Final = """
 import json, sys
 from gaitval.cli import main
 
+exec(sys.argv[2])
 for command in json.loads(sys.argv[1]):
     sys.argv = ["gaitval", *command]
     try:
         main()
     except SystemExit as end:
-        if end.code:
+        if end.code not in (None, 0, int(sys.argv[3])):
             raise
 """
 MEASURES = {
@@ -103,11 +118,15 @@ class Job:
     commands : of `gaitval`, one after the other in one process.
     folder : that it writes.
     before : what is in the folder before it starts; nothing if None.
+    setting : Python that is run first, to make it shorter.
+    verdict : exit code that is as good as 0: that of a model that fails a limit.
     """
 
     commands: list[list[str]]
     folder: Path
     before: Path | None = None
+    setting: str = ""
+    verdict: int = 0
 
     def prepared(self) -> None:
         """As before its first start."""
@@ -118,7 +137,14 @@ class Job:
     def start(self, temporary: Path) -> "subprocess.Popen[str]":
         """Start it, in a session of its own, in which its workers can be found."""
         return subprocess.Popen(
-            [sys.executable, "-c", SEVERAL, json.dumps(self.commands)],
+            [
+                sys.executable,
+                "-c",
+                SEVERAL,
+                json.dumps(self.commands),
+                self.setting,
+                str(self.verdict),
+            ],
             env={
                 **os.environ,
                 "TMPDIR": str(temporary),
@@ -172,6 +198,56 @@ def jobs(work: Path) -> dict[str, Job]:
     }
 
 
+def further_jobs(work: Path) -> dict[str, Job]:
+    """The other commands that write. What `baseline` stores is what `subject` has made."""
+    import fuzz_commands
+
+    made = work / "made"
+    made.mkdir()
+    fuzz_commands.write_judged(made)
+    fuzz_commands.write_history(made / "history.db")
+    (made / "people.toml").write_text(
+        f'[[people]]\nname = "P01"\nstatic = "{work}/session/stand.c3d"\n'
+        f'trials = ["{work}/session/walk.trc"]\nforces = ["{work}/session/walk_forces.mot"]\n'
+        'sex = "F"\nmass = 63.2\nheight = 1.66\n'
+    )
+    (made / "table.csv").write_text("name,subject\na,S05\nb,S08\n")
+    stored = [str(ROOT / "reports" / name / "baseline") for name in ("S05", "S08")]
+    judged = ("--ik", made / "ik.mot", "--id", made / "id.sto", "--markers", made / "judged.trc",
+              "--grf", made / "grf.mot", "--external-loads", made / "loads.xml",
+              "--mass", "60", "--height", "1.6")  # fmt: skip
+    quick = [f"--set={each}" for each in QUICK]
+    commands: dict[str, list[Any]] = {
+        "baseline": ["5", "--out", work / "finished", "--to"],
+        "history": [made / "history.db", "--out"],
+        "compare": [*stored, "--out"],
+        "judge": [made / "model.osim", *judged, "--out"],
+        "imports": [made / "people.toml", "--out"],
+        "export": ["5", "--to", "c3d", "--out"],
+        "virtual": ["--out"],
+        "subject": ["5", *quick, "--out"],
+        "predict": ["5", "--speed", "1.1", *quick, "--out"],
+        "screen": ["5", "--out"],
+        "cohort": [made / "table.csv", "--workers", "1", *quick, "--out"],
+    }
+    shorter = {
+        "predict": "import gaitval.study.predict as p; p.SPEEDS = 2",
+        "screen": "import functools, gaitval_virtual.screening as s; "
+        "s.screened = functools.partial(s.screened, trajectories=1)",
+    }
+    made_by = {}
+    for name, rest in commands.items():
+        folder = work / f"{name}-out"
+        out = folder / "table.csv" if name == "screen" else folder
+        made_by[name] = Job(
+            [[name, *map(str, rest), str(out)]],
+            folder,
+            setting=shorter.get(name, ""),
+            verdict=int(name == "judge"),
+        )
+    return made_by
+
+
 def finished_study(work: Path, temporary: Path, known: Path | None) -> None:
     """A study to report, which `report` starts from; `known` is one that is finished already."""
     if known is not None and known.exists():
@@ -185,11 +261,13 @@ def finished_study(work: Path, temporary: Path, known: Path | None) -> None:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """All files of a folder, without what differs from run to run (see the top of this file)."""
+    """All files of a folder, and what is partial, without what differs from run to run (see the top
+    of this file).
+    """
     return {
-        path.relative_to(folder).as_posix(): _without_times(path)
+        path.relative_to(folder).as_posix(): _without_times(path) if path.is_file() else b""
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and not path.name.startswith(BARE)
+        if (path.is_file() or path.name.startswith(PARTIAL)) and not path.name.startswith(BARE)
     }
 
 
@@ -198,6 +276,8 @@ def _without_times(path: Path) -> bytes:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [{**row, CLOCK: ""} for row in csv.DictReader(file)]
         return json.dumps(rows).encode()
+    if path.name in (*TIMED, FINISHED):
+        return b""
     if path.name not in ("provenance.json", "stages.json"):
         return path.read_bytes()
     values = json.loads(path.read_text(encoding="utf-8"))
@@ -304,36 +384,86 @@ def workplace() -> Iterator[tuple[Path, Path, dict[str, Job]]]:
         yield work, temporary, jobs(work)
 
 
+class Killing:
+    """Jobs that are killed one after the other.
+
+    Attributes
+    ----------
+    jobs : by name.
+    temporary : folder for their temporary files.
+    """
+
+    def __init__(self, made: Mapping[str, Job], temporary: Path) -> None:
+        self.jobs, self.temporary = made, temporary
+        self._usual: dict[str, tuple[float, dict[str, bytes], list[str]]] = {}
+
+    def usual(self, name: str) -> tuple[float, dict[str, bytes], list[str]]:
+        """Processor time, s, of a job that nobody kills, its files and temporary ones."""
+        if name not in self._usual:
+            job = self.jobs[name]
+            job.prepared()
+            seconds = job.whole(self.temporary)
+            self._usual[name] = seconds, contents(job.folder), emptied(self.temporary)
+        return self._usual[name]
+
+    def kill(self, name: str, number: int, seed: int) -> Json:
+        """What becomes of a job that is killed at a moment that follows from seed and number."""
+        seconds, wanted, always = self.usual(name)
+        job, clock_back = self.jobs[name], number % 2 == 1
+        share = random.Random(f"{seed} {number}").uniform(0.02, 1.0)
+        found, tries = None, 0
+        while found is None:  # it ended before
+            after = share * seconds * 0.9**tries
+            found = killed(job, after, self.temporary, clock_back=clock_back)
+            tries += 1
+        found["files"] = sorted({*found["files"]} - {*always})
+        now = contents(job.folder)
+        differ = sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file))
+        emptied(self.temporary)
+        about = {"job": name, "share": round(share, 3), "clock_back": clock_back, "seed": seed}
+        return found | about | {"differ": differ}
+
+
 def kills(count: int, seed: int, names: list[str], study: Path | None = None) -> None:
     """Kill each of the jobs in turn, until there are so many kills in the store."""
     with workplace() as (work, temporary, made):
         if "report" in names:
             finished_study(work, temporary, study)
             emptied(temporary)
-        usual: dict[str, tuple[float, dict[str, bytes], list[str]]] = {}
+        killing = Killing(made, temporary)
         while len(done := _stored().get("kills", [])) < count:
             number = len(done)
-            name = names[number % len(names)]
-            job = made[name]
-            if name not in usual:
-                job.prepared()
-                usual[name] = job.whole(temporary), contents(job.folder), emptied(temporary)
-            seconds, wanted, always = usual[name]
-            share = random.Random(f"{seed} {number}").uniform(0.02, 1.0)
-            found, tries = None, 0
-            while found is None:  # it ended before
-                found = killed(
-                    job, share * seconds * 0.9**tries, temporary, clock_back=number % 2 == 1
-                )
-                tries += 1
-            found["files"] = sorted({*found["files"]} - {*always})
-            now = contents(job.folder)
-            differ = sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file))
-            found |= {"job": name, "share": round(share, 3), "clock_back": number % 2 == 1}
-            found |= {"differ": differ, "seed": seed}
+            found = killing.kill(names[number % len(names)], number, seed)
             _save(kills=[*done, found])
-            emptied(temporary)
             print(json.dumps(found), flush=True)
+
+
+def turn() -> list[str]:
+    """Commands of `WRITING` as often as they are killed in a turn, the cheap ones between."""
+    places = [((2 * i + 1) / (2 * n), name) for name, n in WRITING.items() for i in range(n)]
+    return [name for _, name in sorted(places, key=lambda place: place[0])]
+
+
+def all_kills(count: int, seed: int, log: Path, study: Path | None, names: list[str]) -> None:
+    """Kill every command that writes in turn, until there are so many kills in the log."""
+    order = [name for name in turn() if name in names]
+    with workplace() as (work, temporary, made):
+        killing = Killing(made | further_jobs(work), temporary)
+        if study is None:
+            killing.usual("subject")
+            study = killing.jobs["subject"].folder
+        shutil.copytree(study, work / "finished")
+        while (number := len(logged(log))) < count:
+            found = killing.kill(order[number % len(order)], number, seed)
+            with log.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(found) + "\n")
+            print(json.dumps(found), flush=True)
+
+
+def logged(log: Path) -> list[Json]:
+    """The kills of a log."""
+    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    return [json.loads(line) for line in lines]
 
 
 def emptied(folder: Path) -> list[str]:
@@ -432,8 +562,14 @@ def main() -> None:
     parser.add_argument(
         "--study", type=Path, metavar="FOLDER", help="the study to report, for a run in parts"
     )
-    parser.add_argument("--jobs", nargs="+", choices=JOBS, default=list(JOBS))
+    parser.add_argument("--jobs", nargs="+", choices=sorted({*JOBS, *WRITING}))
+    parser.add_argument("--log", type=Path, help="kill all commands that write, and go on from it")
     arguments = parser.parse_args()
+    if arguments.log is not None:
+        names = arguments.jobs or list(WRITING)
+        all_kills(arguments.kills, arguments.seed, arguments.log, arguments.study, names)
+        return
+    arguments.jobs = arguments.jobs or list(JOBS)
     if arguments.what == "kills":
         kills(arguments.kills, arguments.seed, arguments.jobs, arguments.study)
     elif arguments.what == "twice":

@@ -66,9 +66,18 @@ def both_sides(*names):
 
 # Names as a recording of walking has them, from the source that the set's file names.
 WALKING = {
+    "bts": [
+        *("r.should", "l.should", "c7", "r.asis", "l.asis", "sacrum", "r.bar1", "l.bar1"),
+        *("r.knee1", "l.knee1", "r.bar2", "r.mall", "l.bar2", "l.mall", "r.met", "r.heel"),
+        *("l.heel", "l.met"),
+    ],
     "cast": both_sides(
         *("*IAS", "*IPS", "*TH1", "*TH2", "*TH3", "*TH4", "*SK1", "*SK2", "*SK3", "*SK4"),
         *("*FCC", "*FM1", "*FM2", "*FM5"),
+    ),
+    "cgm2": both_sides(
+        *("*ASI", "*PSI", "*THI", "*THAP", "*THAD", "*KNE", "*TIB", "*TIAP", "*TIAD", "*ANK"),
+        *("*HEE", "*TOE", "*FMH", "*VMH"),
     ),
     "gait2354": both_sides(
         *("Sternum", "*.Acromium", "Top.Head", "*.ASIS", "V.Sacral"),
@@ -87,6 +96,10 @@ WALKING = {
     ),
     "ior": both_sides(
         *("*IAS", "*IPS", "*FTC", "*FLE", "*FAX", "*TTC", "*FAL", "*FCC", "*FM1", "*FM2", "*FM5"),
+    ),
+    "ior_foot": both_sides(
+        *("*.ASIS", "*.PSIS", "*.HF", "*.TT", "*.LM", "*.MM", "*.LE", "*.CA", "*.ST", "*.PT"),
+        *("*.TN", "*.FMB", "*.SMB", "*.VMB", "*.FMH", "*.SMH", "*.VMH", "*.PM"),
     ),
     "isb": both_sides(
         *(
@@ -112,6 +125,12 @@ WALKING = {
         *("C7", "R_Shoulder", "L_Shoulder", "R_HJC", "L_HJC", "R_HJC_reg", "L_HJC_reg"),
     ],
     "plug_in_gait": LOWER,
+    "qualisys": both_sides(
+        *("HeadFront", "Head*", "*ShoulderTop", "Chest", "*ElbowIn", "*ElbowOut", "*WristOut"),
+        *("*WristIn", "Waist*Front", "*ThighFrontLow", "*KneeOut", "*ShinFrontHigh", "*AnkleOut"),
+        *("*Forefoot5", "*Forefoot2", "SpineThoracic2", "SpineThoracic12", "*Arm", "Waist*"),
+        *("WaistBack", "*Hand2", "*HeelBack"),
+    ),
     "rajagopal": both_sides(
         *("*.Shoulder", "*.Clavicle", "*.Biceps", "*.Elbow", "*.Forearm", "*.Wrist", "*.ASIS"),
         *("*.PSIS", "S2", "*.TH1", "*.TH2", "*.TH3", "L.TH4", "*.Knee", "*.SH1", "*.SH2", "*.SH3"),

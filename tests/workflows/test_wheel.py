@@ -1,5 +1,6 @@
 """The wheel holds all that the installed command needs, and the sdist all that the wheel needs."""
 
+import ast
 import hashlib
 import json
 import os
@@ -13,6 +14,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+import sbom
 from lock import canonical, locked
 from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
@@ -82,6 +84,20 @@ def test_the_wheel_of_the_sdist_is_that_of_the_checkout(wheel, tmp_path):
         assert theirs.namelist() == ours.namelist()
         for name in ours.namelist():
             assert theirs.read(name) == ours.read(name), name
+    assert other.read_bytes() == wheel.read_bytes(), "times, modes or order of the members"
+
+
+@pytest.mark.slow
+def test_an_sdist_is_the_same_bytes_each_time(wheel, tmp_path):
+    """In another folder, with files of another day."""
+    first = built("sdist", ROOT, tmp_path / "first")
+    safely = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
+    with tarfile.open(first) as archive:
+        archive.extractall(tmp_path, **safely)
+    (source,) = tmp_path.glob("gaitval-*")
+    for path in source.rglob("*"):
+        os.utime(path, (1e9, 1e9))
+    assert built("sdist", source, tmp_path / "second").read_bytes() == first.read_bytes()
 
 
 def needed_by_the_wheel(wheel: Path) -> set[str]:
@@ -107,14 +123,54 @@ def test_the_bill_of_materials_names_every_package_that_runs(wheel, tmp_path):
     (three,) = (each for each in bill["components"] if each["name"] == "three")
     assert three["hashes"][0]["content"] == hashlib.sha256(bundle).hexdigest()
     needed = needed_by_the_wheel(wheel)
-    assert {"numpy", "dartpy", "yourdfpy"} <= needed <= versions.keys()
-    assert "trimesh" in versions  # what only a dependency needs
+    assert {"numpy", "dartpy"} <= needed <= versions.keys()
+    assert {"torch", "weasyprint"} <= versions.keys() - needed  # of the extra `study`
+    assert "kiwisolver" in versions  # what only a dependency needs
     assert "pytest" not in versions
     for name, version in versions.items():
         assert version == metadata.version(name)
     references = {each["bom-ref"] for each in [bill["metadata"]["component"], *bill["components"]]}
     for each in bill["dependencies"]:
         assert {each["ref"], *each["dependsOn"]} <= references
+
+
+@pytest.fixture(scope="module")
+def bill():
+    """The bill of materials of what is installed here."""
+    return sbom.bill()
+
+
+def test_what_runs_with_gaitval_asks_nobody_for_sources(bill):
+    """spm1d, which is GPL, is only in tests and in a script of evidence."""
+    for each in bill["components"]:
+        licences = [
+            one.get("expression") or one["license"].get("id") or one["license"]["name"]
+            for one in each.get("licenses", ())
+        ]
+        assert licences, f"{each['name']}: nobody knows its licence"
+        choices = [text for one in licences for text in one.split(" OR ")]
+        copyleft = [text for text in choices if re.search(r"A?GPL|Affero|General Public", text)]
+        assert len(copyleft) < len(choices), f"{each['name']}: {licences}"
+    imported = re.compile(r"^\s*(?:import|from) spm1d\b", re.MULTILINE)
+    for folder in ("gaitval", "extras"):
+        for path in (ROOT / folder).rglob("*.py"):
+            assert not imported.search(path.read_text(encoding="utf-8")), path
+
+
+def test_every_library_that_the_core_imports_is_in_the_bill(bill):
+    """What is not asked for in pyproject.toml, but happens to be installed, is found here."""
+    known = {each["name"] for each in bill["components"]} | {"gaitval"}
+    owners = metadata.packages_distributions()
+    for path in (ROOT / "gaitval").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module or ""]
+            for name in {each.partition(".")[0] for each in names} - sys.stdlib_module_names:
+                if found := {canonical(each) for each in owners.get(name, ())}:
+                    assert found & known, f"{path}: {name}"
 
 
 def test_locks_have_a_hash_of_everything_in_the_versions_of_the_constraints(wheel):

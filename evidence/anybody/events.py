@@ -1,7 +1,7 @@
 """Whether anybody who walks is seen to land: events of markers against force plates.
 
-`evidence/anybody.toml` lists the recordings: two of the project's data, the others public. FOLDER
-has a clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`.
+`evidence/anybody/events.toml` lists the recordings: two of the project's data, the others public.
+FOLDER has a clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`.
 
 A plate, zeroed as in an import, shows an event where its force crosses 20 N, one foot is wholly on
 it (its heel and heads within 1 cm) and the other one, its swing included, is not near the floor
@@ -38,7 +38,7 @@ from gaitval.mocap.recording import Event, EventKind, Recording
 from gaitval.scaling.marker_sets import recognise
 from gaitval.session.read import named, prepared
 
-LIST = ROOT / "evidence" / "anybody.toml"
+LIST = ROOT / "evidence" / "anybody" / "events.toml"
 CLONES = option("--from", dest="clones", type=Path, required=True, help="folder of the clones")
 THRESHOLD_N = 20.0
 HEIGHT_M = 0.03
@@ -47,13 +47,13 @@ MISSED_S = 0.2
 MEASURES = {
     "*": {
         "code": (
-            "evidence/anybody.py",
+            "evidence/anybody/events.py",
             "gaitval/gait/events.py",
             "gaitval/gait/filters.py",
             "gaitval/gait/plate_offset.py",
             "gaitval/mocap/foot_markers.py",
         ),
-        "data": ("evidence/anybody.toml",),
+        "data": ("evidence/anybody/events.toml",),
     }
 }
 """What the rows depend on; see evidence/stale.py."""

@@ -1,0 +1,23 @@
+# gaitval in a container. The context is a checkout; nothing but its packages is fetched.
+#
+#   docker build --tag gaitval .                                        checks and judges (docs/how-to/systems.md: how large)
+#   docker build --tag gaitval --build-arg EXTRAS=[study] .             all that a subject's study needs
+#   docker run --rm --volume "$PWD:/work" gaitval check --quick --baseline S05
+FROM python:3.13-slim
+ARG EXTRAS=""
+# dartpy loads libGL; the PDF needs Pango
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends \
+        libgl1 libpango-1.0-0 libpangoft2-1.0-0 libpangocairo-1.0-0 \
+    && rm -rf /var/lib/apt/lists/*
+COPY . /gaitval
+RUN python -m pip install --no-cache-dir --constraint /gaitval/constraints.txt "/gaitval${EXTRAS}" \
+    && rm -rf /gaitval
+# Not as root: what it writes into /work belongs to this user, or to that of `docker run --user`.
+RUN useradd --create-home walker
+USER walker
+# What is compiled once is kept here; any user may write.
+ENV NUMBA_CACHE_DIR=/tmp/gaitval-compiled
+WORKDIR /work
+ENTRYPOINT ["gaitval"]
+CMD ["--help"]

@@ -1,0 +1,1 @@
+"""Measurements that write `reports/evidence/anybody.csv`."""

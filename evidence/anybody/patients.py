@@ -1,0 +1,236 @@
+"""People of whom a stride a side is known: they are walked from angles alone, and judged.
+
+`walks` runs the product's own path, `gaitval patients --walk`, for the 104 records of `gps/` in the
+data (42 healthy people, 22 with Parkinson's disease off and on medication, 18 above-knee amputees)
+into FOLDER; who is walked there already with the same code is not walked again. Amputees' ankle
+moments, which no run is given, are those of `amputee/ankle.csv` (Hood et al. 2020) at the speed of
+the strides.
+"""
+
+import csv
+import dataclasses
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import evidence
+from evidence import DATA, option
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES
+
+FOLDER = option("--walks", type=Path, required=True, help="folder of the walks, which may be empty")
+FINISHED = option("--finished", action="store_true", help="only who is walked there already")
+SPEEDS = ("transfemoral_amputee=0.8", "TF02=0.7")
+"""m/s on the treadmill (Hood et al. 2020); TF02's fastest trial, which his stride is of, by his
+ankle's angle."""
+HEALTHY = "control"
+MEASURES = {
+    "speed of a stride*": {
+        "code": (
+            "extras/gaitval_patients/estimates.py",
+            "extras/gaitval_patients/one_stride.py",
+            "extras/gaitval_patients/records.py",
+            "extras/gaitval_patients/rolling_foot.py",
+        ),
+    },
+    "*": {
+        "code": (
+            "extras/gaitval_patients/estimates.py",
+            "extras/gaitval_patients/gentle_fit.py",
+            "extras/gaitval_patients/one_stride.py",
+            "extras/gaitval_patients/prosthesis.py",
+            "extras/gaitval_patients/records.py",
+            "extras/gaitval_patients/rolling_foot.py",
+            "extras/gaitval_patients/told.py",
+            "extras/gaitval_patients/walk.py:walk",
+            "@walk",
+        ),
+    },
+}
+"""What the rows depend on; see evidence/stale.py."""
+
+
+def tables(data: Path) -> tuple[Path, list[Path]]:
+    """The strides, and the tables of people."""
+    people = ["gps/amputee_subjects.csv", "gps/parkinson_subjects.csv"]
+    return data / "gps" / "strides.csv", [
+        *(data / each for each in people),
+        data / "wbds" / "WBDS_subjects_merged.csv",
+    ]
+
+
+def true_moments(data: Path) -> dict[tuple[str, str], Array]:
+    """Ankle moment (101,) Nm/kg, dorsiflexion positive, at the speed of the strides, by person and
+    side ("prosthetic", "intact").
+
+    A person's speeds are 0.4, 0.5, … m/s or 0.6, 0.8, … (by the ratio of the slowest two), of which
+    the file has the dimensionless ones.
+    """
+    found: dict[tuple[str, str], dict[float, Array]] = {}
+    with (data / "amputee" / "ankle.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            if row["quantity"] == "ankle_moment_nm_kg":
+                curve = np.array([float(row[f"p{each}"]) for each in range(101)])
+                known = found.setdefault((row["subject"], row["side"]), {})
+                known[float(row["dimensionless_speed"])] = curve
+    chosen = {}
+    for (subject, side), curves in found.items():
+        slowest, second = sorted(curves)[:2]
+        first, step = (0.4, 0.1) if second / slowest < 1.29 else (0.6, 0.2)
+        wanted = 0.7 if subject == "TF02" else 0.8
+        number = round((wanted - first) / step)
+        chosen[subject, side] = curves[sorted(curves)[number]]
+    return chosen
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def ankle_errors(walks: Sequence[dict[str, Any]], data: Path) -> dict[str, Array]:
+    """By side ("intact", "prosthetic"): RMS of the walk's ankle moment and of the healthy one that
+    is expected, (people, 2) Nm/kg.
+    """
+    truth = true_moments(data)
+    found: dict[str, list[tuple[float, float]]] = {"intact": [], "prosthetic": []}
+    for each in walks:
+        for side in SIDES if each["prosthesis"] and each["moments"] else ():
+            kind = "prosthetic" if side == each["prosthesis"] else "intact"
+            true = truth.get((each["name"], kind))
+            if true is None:
+                continue
+            name = f"ankle_angle_{side[0]}"
+            found[kind].append(
+                (
+                    _rms(np.array(each["moments"][name]) - true),
+                    _rms(np.array(each["expected"][name]) - true),
+                )
+            )
+    return {kind: np.array(each) for kind, each in found.items()}
+
+
+@evidence.measurement(DATA, FOLDER, FINISHED)
+def walks(arguments: Namespace) -> list[evidence.Row]:
+    """The 104 records of `gps/` walked from angles alone: falls, angles, scores, ankle moments."""
+    from gaitval_patients.cohort import found_patients, walked
+
+    strides, people = tables(arguments.data)
+    patients = found_patients(strides, people, SPEEDS, [HEALTHY])
+    invented = sum(
+        bool(each.subject.gait.mirrored or each.subject.gait.not_recorded)
+        or any(
+            each.subject.gait.angles[f"{name[:-2]}_r"] == each.subject.gait.angles[name]
+            for name in each.strides.angles
+            if name.endswith("_l")
+        )
+        for each in patients
+    )
+    if arguments.finished:
+        there = {path.stem for path in (arguments.walks / "walks").glob("*.json")}
+        patients = [each for each in patients if each.subject.identifier in there]
+    found = walked(patients, arguments.walks, lambda text: print(text, flush=True))
+    stood = [each for each in found if each["falls"] == 0 and each["cycles"] >= 100]
+    angles = np.array([each["angle"] for each in found if each["angle"] is not None])
+    scores = np.array(
+        [
+            each["scores"]["walk"] - each["scores"]["stride"]
+            for each in found
+            if each["scores"]["walk"] is not None
+        ]
+    )
+    for group in dict.fromkeys(each["group"] for each in found):
+        own = [each["angle"] for each in found if each["group"] == group and each["angle"]]
+        print(f"{group}: {len(own)} walk, {np.mean(own):.2f}°, worst {max(own):.2f}°")
+    all_ = len(found)
+    share = 100.0 * len(stood) / all_
+    rows = [
+        evidence.Row("gps records that walk 100 cycles from every start without a fall",
+                     share, "%", ">=", 100, 95, all_),
+        evidence.Row("known angles of gps records, mean", float(angles.mean()),
+                     "deg", "<=", 1.8, 2.5, len(angles)),
+        evidence.Row("known angles of gps records, worst person", float(angles.max()),
+                     "deg", "<=", 3.5, 5, len(angles)),
+        evidence.Row("GPS of walker against the person's, mean size",
+                     float(np.abs(scores).mean()), "deg", "<=", 0.7, 1.2, len(scores)),
+        evidence.Row("GPS of walker against the person's, largest",
+                     float(np.abs(scores).max()), "deg", "<=", 0.7, 1.2, len(scores)),
+        evidence.none_may("sides of gps records that are invented", invented, "sides", 104),
+    ]  # fmt: skip
+    for kind, errors in ankle_errors(found, arguments.data).items():
+        if not len(errors):
+            continue
+        print(kind, errors.round(3).tolist())
+        walk, usual = errors.mean(axis=0)
+        what = f"amputees' ankle moment, {kind} side"
+        rows += [
+            evidence.Row(f"{what}, RMS", float(walk), "Nm/kg", "<=", 0.12, 0.18, len(errors)),
+            evidence.Row(f"{what}, skill against healthy people's", float(1.0 - walk / usual),
+                         "1", ">=", 0.4, 0.2, len(errors)),
+        ]  # fmt: skip
+    return rows
+
+
+@evidence.measurement(DATA)
+def speed(arguments: Namespace) -> list[evidence.Row]:
+    """Speed estimated from a stride of healthy people whose speed is known, none of the ten."""
+    from gaitval.datasets.subject_file import builtin_subjects
+    from gaitval_patients.people import read_people
+    from gaitval_patients.records import patient
+    from gaitval_patients.strides import read_strides
+
+    strides, people = tables(arguments.data)
+    known = read_people(people[-1])
+    chosen_on = {each.person for each in builtin_subjects()}
+    found = []
+    for each in read_strides(strides):
+        name = each.subject.removeprefix("WBDS").lstrip("0")
+        person = known.get(name)
+        if each.group != HEALTHY or each.subject in chosen_on or person is None:
+            continue
+        if person.speed is None:
+            continue
+        without = {name: dataclasses.replace(person, speed=None)}
+        estimate = patient(each, without, healthy=True).estimates["speed"]
+        low, high = estimate.interval()
+        found.append((estimate.value / person.speed - 1.0, low <= person.speed <= high))
+    errors, held = np.array(found, dtype=float).T
+    what = "speed of a stride of healthy people"
+    return [
+        evidence.Row(f"{what}, mean size of the error", 100.0 * float(np.abs(errors).mean()),
+                     "%", "<=", 8, 15, len(errors)),
+        evidence.Row(f"{what}, bias", 100.0 * abs(float(errors.mean())),
+                     "%", "<=", 3, 8, len(errors)),
+        evidence.Row(f"{what}, in the 90 % interval", 100.0 * float(held.mean()),
+                     "%", ">=", 90, 82, len(errors)),
+    ]  # fmt: skip
+
+
+@evidence.measurement(DATA)
+def walk_ratio(arguments: Namespace) -> evidence.Row:
+    """Stride time from stride length: the line of people of odd number, on those of even number."""
+    from gaitval.constants import GRAVITY
+    from gaitval_patients.estimates import STRIDE_OF_LINE, WALK
+
+    rows = []
+    path = arguments.data / "wbds" / "h2a_allspeeds_43subs.csv"
+    with path.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            leg = float(row["LegLength"])
+            rows.append(
+                (
+                    int(row["Subject"]) % 2,
+                    np.log(2.0 * float(row["StepLength"]) / leg / STRIDE_OF_LINE),
+                    np.log(120.0 / float(row["Cadence"]) / np.sqrt(leg / GRAVITY)),
+                )
+            )
+    odd, length, time = np.array(rows).T
+    design = np.column_stack([np.ones(len(length)), length])
+    line = np.linalg.lstsq(design[odd == 1], time[odd == 1], rcond=None)[0]
+    spread = float(np.std((time - design @ line)[odd == 1]))
+    print(f"line {line.round(4)}, SD {spread:.4f}; estimates.WALK is {WALK}")
+    miss = (time - design @ np.array(WALK[:2]))[odd == 0]
+    what = "speed of a stride: stride time by stride length, held out people, RMS"
+    return evidence.Row(what, 100.0 * _rms(miss), "%", "<=", 10, 15, len(miss))

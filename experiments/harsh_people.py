@@ -1,0 +1,128 @@
+"""Identify virtual people of the harsh world, with and without shared errors, and keep what was
+found.
+
+    python -m experiments.harsh_people --people 64
+
+The seed is not chosen: it is the first eight hexadecimal digits of the SHA-256 of `RULE`, modulo
+100,000, so it was not used while anything was written. Person n is drawn around built-in subject
+1 + n // 2 % 10; every other pair is measured by markers, the others by stature alone. Every fourth
+has a left leg that is 20 to 30 mm longer or shorter; the others' legs differ as people's do. Writes
+`reports/identification/harsh.json` after every person; interrupted, the same command resumes.
+`evidence/identification.py` makes rows of it.
+"""
+
+import argparse
+import hashlib
+import time
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from experiments.real_people import fit_of
+from experiments.virtual_people import person_of
+from gaitval.artefacts import read_json, versions, write_json
+from gaitval.configuration import load_configuration
+from gaitval.errors import GaitvalError
+from gaitval.identification.verdicts import combinations, judged_combinations
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.storage import load_start
+from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.shared_errors import identified
+from gaitval_virtual.harsh import harsh_person
+
+ROOT = Path(__file__).resolve().parent.parent
+STORE = ROOT / "reports" / "identification" / "harsh.json"
+PLAIN: Final = 20
+"""People who are also identified without shared errors."""
+RULE: Final = "gaitval: harsh virtual people, issue 40"
+SEED: Final = int(hashlib.sha256(RULE.encode()).hexdigest()[:8], 16) % 100_000
+
+
+def planted(number: int, seed: int) -> float | None:
+    """m, by which the left leg of this person is longer; None: as people's are."""
+    if number % 4 != 3:
+        return None
+    random = np.random.default_rng([seed, number, 3])
+    return float(random.choice([-1.0, 1.0]) * random.uniform(0.020, 0.030))
+
+
+def leg(posterior: Any, model: Any, truth: Any) -> dict[str, float]:
+    """Thigh + shank, m about the scaled one: truth, mean, SD, and the prior's SD."""
+    found = judged_combinations(posterior, model)[0]
+    true = float(combinations(model)[0].weights @ (truth - posterior.prior_mean))
+    return {"truth": true, "mean": found.mean, "sd": found.sd, "prior_sd": found.prior_sd}
+
+
+def one(number: int, seed: int) -> dict[str, Any]:
+    """What was found of one person."""
+    configuration = load_configuration()
+    policy = load_start(ROOT / "reports" / "general", configuration.environment)
+    around, left = person_of(number), planted(number, seed)
+    about: dict[str, Any] = {
+        "number": number,
+        "seed": seed,
+        "around": around.identifier,
+        "by": "markers" if around.markers else "stature",
+        "planted_left_leg": left,
+    }
+    try:
+        person = harsh_person(number, seed, around, policy, configuration, left_leg=left)
+    except GaitvalError as error:
+        return about | {"refused": str(error)}
+    began = time.process_time()
+    fit, model = fit_of(person.subject), scale_subject(person.subject).model
+    held = fit.solve(fixed=nominal_parameters())
+    found = identified(fit, held)
+    seconds = time.process_time() - began
+    if number < PLAIN:
+        # The same record without shared errors among the unknowns, for comparison.
+        plain = fit.posterior(fit.mode(held))
+        about["plain"] = {
+            "mean": plain.mean.tolist(),
+            "sd": plain.sd.tolist(),
+            "leg": leg(plain, model, person.truth),
+        }
+    posterior, faults = found.posterior, person.faults
+    return about | {
+        "faults": person.about(),
+        "truth": person.truth.tolist(),
+        "prior_mean": posterior.prior_mean.tolist(),
+        "prior_sd": posterior.prior_sd.tolist(),
+        "mean": posterior.mean.tolist(),
+        "sd": posterior.sd.tolist(),
+        "shared": found.values.tolist(),
+        "shared_sd": found.sd.tolist(),
+        "leg": leg(posterior, model, person.truth),
+        # A longer leg and a lower hip centre are one to the ground.
+        "leg_difference": {
+            "truth": faults.left_leg - faults.left_hip[1],
+            "mean": found.leg_difference[0],
+            "sd": found.leg_difference[1],
+            "differs": found.legs_differ,
+        },
+        "deviance": [held.cost, found.cost],
+        "left": found.left,
+        "processor_seconds": seconds,
+    }
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--people", type=int, default=64)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--store", type=Path, default=STORE)
+    arguments = parser.parse_args()
+    stored = read_json(arguments.store)["people"] if arguments.store.exists() else []
+    stored = [each for each in stored if each["seed"] == arguments.seed]
+    done = {each["number"] for each in stored}
+    for number in range(arguments.people):
+        if number not in done:
+            stored.append(one(number, arguments.seed))
+            write_json(arguments.store, {"versions": versions(), "people": stored})
+            print(f"{len(stored)} of {arguments.people}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

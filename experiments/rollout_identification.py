@@ -1,0 +1,78 @@
+"""The paper's identification by rollouts beside the posterior of the body.
+
+    python -m experiments.rollout_identification --seeds 2 --generations 30
+
+For three people and several seeds of the search: mu* and epsilon by rollouts of the general policy,
+and epsilon of its walk with the posterior mean of `gaitval_bodies.shared_errors`. Writes
+`reports/identification/rollouts.json` after every search; interrupted, the same command resumes.
+"""
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+from experiments.real_people import fit_of
+from gaitval.artefacts import read_json, versions, write_json
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.identification.prior import prior_sd
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.storage import load_start
+from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.rollouts import Walks, identified_by_rollouts
+from gaitval_bodies.shared_errors import identified
+
+ROOT = Path(__file__).resolve().parent.parent
+STORE = ROOT / "reports" / "identification" / "rollouts.json"
+PEOPLE = ("S02", "S05", "S08")
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=6)
+    parser.add_argument("--generations", type=int, default=60)
+    arguments = parser.parse_args()
+    stored: list[dict[str, Any]] = read_json(STORE)["searches"] if STORE.exists() else []
+    done = {(each["name"], each["seed"]) for each in stored}
+    configuration = load_configuration()
+    settings = configuration.identification.model_copy(
+        update={"generations": arguments.generations}
+    )
+    policy = load_start(ROOT / "reports" / "general", configuration.environment)
+    for name in PEOPLE:
+        subject, wanted = load_subject(name), range(arguments.seeds)
+        if all((name, seed) in done for seed in wanted):
+            continue
+        fit = fit_of(subject)
+        posterior = identified(fit, fit.solve(fixed=nominal_parameters())).posterior
+        model = scale_subject(subject).model
+        walks = Walks(subject.record(), model, policy, configuration)
+        (by_posterior,) = walks([posterior.mean])
+        for seed in wanted:
+            if (name, seed) in done:
+                continue
+            began, before = time.process_time(), walks.count
+            found = identified_by_rollouts(walks, prior_sd(subject), settings, seed=seed)
+            about = {
+                "name": name,
+                "seed": seed,
+                "generations": len(found.searched.history),
+                "converged": found.searched.converged,
+                "mu": found.mu.tolist(),
+                "posterior_mean": posterior.mean.tolist(),
+                "prior_sd": posterior.prior_sd.tolist(),
+                "epsilon": {
+                    "scaled": found.before, "rollouts": found.epsilon, "posterior": by_posterior,
+                },
+                "walks": found.walks - before,
+                "processor_seconds": time.process_time() - began,
+            }  # fmt: skip
+            stored.append(about)
+            write_json(STORE, {"versions": versions(), "searches": stored})
+            print(name, seed, about["epsilon"], flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""Other ways to identify a body than the posterior with independent errors, for a study's run:
+`identification.method` names one of them.
+
+Bounds are `WIDE` SDs of the prior, so that none decides what is found, and the verdict is that of
+the posterior whatever the bound. The walker takes the posterior mean, which is shrunk towards the
+scaled body by as much as the record leaves open; nothing jumps at a threshold.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration
+from gaitval.gait.record import GaitRecord
+from gaitval.identification.body_fit import BodyFit
+from gaitval.identification.unidentified import unidentified
+from gaitval.identification.verdicts import correlation, judged, judged_combinations
+from gaitval.metrics.results import FoundParameters, ParameterSum
+from gaitval.metrics.typed import number
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import nominal_parameters
+from gaitval.reference.dynamic_fit import Solution
+from gaitval_bodies.shared_errors import STUCK, identified
+
+WIDE: Final = 2.5
+
+
+def _bounded(mu: Array, prior_sd: Array, configuration: Configuration) -> FoundParameters:
+    """A result that walks with `mu`, within the wide bounds, with no posterior yet."""
+    empty = unidentified(configuration, prior_sd)
+    nominal = nominal_parameters()
+    lower, upper = nominal - WIDE * prior_sd, nominal + WIDE * prior_sd
+    # Neither is looked for.
+    lower[:2], upper[:2] = empty.lower[:2], empty.upper[:2]
+    return empty.model_copy(
+        update={
+            "identified": np.clip(mu, lower, upper).tolist(),
+            "lower": lower.tolist(),
+            "upper": upper.tolist(),
+            "on_bound": [bool(each) for each in (mu < lower) | (mu > upper)],
+        }
+    )
+
+
+def shared_identification(
+    fit: BodyFit,
+    held: Solution,
+    record: GaitRecord,
+    model: BodyModel,
+    configuration: Configuration,
+    on_generation: Callable[[int, float], None],
+) -> FoundParameters:
+    """`identification.method=shared`: the posterior with errors that angles and belt share.
+
+    Parameters
+    ----------
+    fit, held : of `record`, and its solution with the body as scaled.
+    record, model : the record and the body as scaled.
+    configuration : its bounds of damping and friction are used.
+    on_generation : called once, with the sum of squares.
+    """
+    shared = identified(fit, held)
+    posterior = shared.posterior
+    on_generation(1, shared.cost)
+    return _bounded(posterior.mean, posterior.prior_sd, configuration).model_copy(
+        update={
+            "posterior_mean": posterior.mean.tolist(),
+            "standard_deviation": posterior.sd.tolist(),
+            "verdicts": [each.verdict for each in judged(posterior)],
+            "correlation": correlation(posterior).tolist(),
+            "combinations": [
+                ParameterSum(
+                    name=each.name, prior_standard_deviation=each.prior_sd, mean=each.mean,
+                    standard_deviation=each.sd, verdict=each.verdict,
+                )
+                for each in judged_combinations(posterior, model)
+            ],
+            "plates": posterior.plates.tolist(),
+            "deviance_nominal": number(held.cost),
+            "deviance_identified": number(shared.cost),
+            "converged": shared.left <= STUCK,
+        }
+    )  # fmt: skip
+
+
+def rollouts_identification(
+    fit: BodyFit,
+    held: Solution,
+    record: GaitRecord,
+    model: BodyModel,
+    configuration: Configuration,
+    on_generation: Callable[[int, float], None],
+) -> FoundParameters:
+    """`identification.method=rollouts`: the paper's own, with the general policy. It has no
+    posterior, so no parameter is identified by it; the walker takes its body all the same.
+
+    Parameters
+    ----------
+    fit, held : of `record`; only the prior of `fit` is used.
+    record, model : the record and the body as scaled.
+    configuration : settings of the search and of walking.
+    on_generation : called after each generation with its number and best epsilon.
+    """
+    from gaitval.study.stored_policy import general_walker
+    from gaitval_bodies.rollouts import Walks, identified_by_rollouts
+
+    found = identified_by_rollouts(
+        Walks(record, model, general_walker(configuration.environment), configuration),
+        fit.prior_sd, configuration.identification,
+        seed=configuration.seed, on_generation=on_generation,
+    )  # fmt: skip
+    return _bounded(found.mu, fit.prior_sd, configuration).model_copy(
+        update={
+            "posterior_mean": found.mu.tolist(),
+            "converged": found.searched.converged,
+            "history": list(found.searched.history),
+        }
+    )

@@ -1,0 +1,85 @@
+"""Whether mass, speed and lengths of a subject can be one person's, before hours are spent."""
+
+from typing import Final
+
+import numpy as np
+
+from gaitval.configuration import ContactSettings
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.tree import segment_frames
+from gaitval.reference.motion import build_reference
+from gaitval.scaling.scaling import scale_subject
+
+FORCE: Final = 0.05
+"""Share by which the mean vertical force may miss one body weight: plates and filters err by 1 to
+3 % in the built-in subjects."""
+TRAVEL: Final = 0.15
+"""Share by which the foot may travel otherwise under the pelvis than the belt: about three SDs of
+soft tissue (6 %), legs (2.5 %) and belt (1.25 %) together."""
+LEGS: Final = 0.12
+"""Share by which legs may be longer or shorter than stature has them: three SDs of `prior`'s for
+thigh and shank together."""
+_STANCE: Final = (0.08, 0.58)
+"""Part of the cycle, half of it, in which the ball of the foot is taken to lie on the ground."""
+
+
+def travel(subject: Subject, model: BodyModel, contact: ContactSettings) -> float:
+    """How fast the ball of the foot travels back under the pelvis at the recorded angles, over the
+    speed that the record states; mean of both sides.
+
+    Parameters
+    ----------
+    subject : whose record it is.
+    model : the body as scaled.
+    contact : the contact law, for the height of the feet.
+    """
+    record = subject.record()
+    reference = build_reference(record, model, contact)
+    frames = segment_frames(model, reference.positions)
+    found = []
+    for side in SIDES:
+        ball = frames[:, SEGMENTS.index(f"toes_{side[0]}"), 0, 3] - frames[:, 0, 0, 3]
+        begin = 0.0 if side == "right" else record.left_phase
+        at = [np.interp((begin + each) % 1.0, reference.phase, ball) for each in _STANCE]
+        found.append(at[0] - at[1])
+    seconds = (_STANCE[1] - _STANCE[0]) * record.stride_time
+    return float(np.mean(found)) / seconds / record.speed
+
+
+def implausible(subject: Subject, contact: ContactSettings) -> list[str]:
+    """What cannot be right about a subject, each in a sentence with what to do; empty if nothing.
+
+    Parameters
+    ----------
+    subject : with their record.
+    contact : the contact law.
+    """
+    found = []
+    model = scale_subject(subject).model
+    force = subject.mean_vertical_force
+    if force is not None and subject.aid is None and abs(force - 1.0) > FORCE:
+        found.append(
+            f"mass_kg = {subject.mass_kg:g}, but both feet together carry {force:.2f} body weights "
+            f"in the mean of a cycle, which is 1 for everybody who walks on: either the mass is "
+            f"{subject.mass_kg * force:.1f} kg or the plates' calibration is off. Weigh again, or "
+            "check the plates with a known weight."
+        )
+    share = travel(subject, model, contact)
+    if abs(share - 1.0) > TRAVEL:
+        found.append(
+            f"walking_speed_m_s = {subject.walking_speed_m_s:g}, but at the recorded angles a foot "
+            f"travels back under the pelvis at {share * subject.walking_speed_m_s:.2f} m/s during "
+            f"stance: speed, stride time ({subject.stride_time_s:g} s) or the legs are wrong by "
+            f"{100 * abs(share - 1.0):.0f} %. Check the unit (km/h is 3.6 times m/s) and the "
+            "belt's speed."
+        )
+    usual = scale_subject(subject.by_stature()).model.leg_length
+    if abs(model.leg_length / usual - 1.0) > LEGS:
+        found.append(
+            f"thigh and shank are {100 * model.leg_length:.1f} cm long, but {100 * usual:.1f} cm "
+            f"are usual at height_m = {subject.height_m:g}: the stature, a marker or the unit of "
+            "the markers is wrong. Compare with the leg's length by tape."
+        )
+    return found

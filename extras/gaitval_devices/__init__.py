@@ -1,0 +1,1 @@
+"""Devices on a person: exoskeletons, prostheses, orthoses, loads."""

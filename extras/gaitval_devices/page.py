@@ -1,0 +1,171 @@
+"""The report of devices on a person: without and with, side by side."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval import __version__
+from gaitval.arrays import Array
+from gaitval.artefacts import write_text
+from gaitval.coordinates import SIDES, Side
+from gaitval.policy.storage import Policy, save_policy
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.page import write_page
+from gaitval_devices.curves import JOINTS, WalkCurves
+from gaitval_devices.device import Device
+from gaitval_devices.study import PUSHES, Outcome, Wearer
+
+TEMPLATE: Final = "gaitval_devices:device.html.j2"
+COLOURS: Final = {
+    "without": "#1a1a1a",
+    "kinematics kept": "#009e73",
+    "moments kept": "#d55e00",
+    "learned": "#0072b2",
+}
+TITLES: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
+ROWS: Final = {
+    "angles": ("Angle (°)", 180.0 / np.pi),
+    "own": ("Moment of the muscles (Nm/kg)", 1.0),
+    "device": ("Torque of the device (Nm/kg)", 1.0),
+    "own_power": ("Power of the muscles (W/kg)", 1.0),
+    "device_power": ("Power of the device (W/kg)", 1.0),
+}
+
+
+def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
+    """Every curve of a side, a line for each assumption."""
+    phase = np.linspace(0.0, 100.0, 101)
+    with new_figure(9.0) as figure:
+        panels = figure.subplots(len(ROWS), len(JOINTS), sharex=True)
+        for row, (kind, (label, factor)) in zip(panels, ROWS.items(), strict=True):
+            for axes, joint in zip(row, JOINTS, strict=True):
+                for assumption, each in curves.items():
+                    curve = factor * getattr(each, kind)[joint, side]
+                    axes.plot(phase, curve, color=COLOURS[assumption], label=assumption)
+                axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
+            row[0].set_ylabel(label, fontsize=7)
+        for axes, joint in zip(panels[0], JOINTS, strict=True):
+            axes.set_title(TITLES[joint])
+        for axes in panels[-1]:
+            axes.set_xlabel("Gait cycle (%)")
+        lines, labels = panels[0][0].get_legend_handles_labels()
+        figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
+        return svg(figure, name)
+
+
+def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
+    phase = np.linspace(0.0, 100.0, 101)
+    with new_figure(2.4) as figure:
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, side in zip(panels, SIDES, strict=True):
+            for assumption, each in curves.items():
+                axes.plot(phase, each.forces[side], color=COLOURS[assumption], label=assumption)
+            axes.set_title(f"{side} foot")
+            axes.set_xlabel("Gait cycle (%)")
+        panels[0].set_ylabel("Vertical force (BW)")
+        return svg(figure, "forces")
+
+
+def figures_of(outcome: Outcome, side: Side) -> dict[str, float]:
+    """Figures of an outcome on a side, by name with unit; empty without a complete gait cycle."""
+    curves = outcome.curves
+    if curves is None:
+        return {}
+    found = {
+        "speed (m/s)": curves.speed,
+        "stride time (s)": curves.stride_time[side],
+        "stance (% of the cycle)": 100.0 * curves.stance[side],
+        "largest vertical force (BW)": float(curves.forces[side].max()),
+    }
+    for joint in JOINTS:
+        name = TITLES[joint]
+        found[f"{name}: largest moment of the muscles (Nm/kg)"] = _largest(curves.own[joint, side])
+        found[f"{name}: largest torque of the device (Nm/kg)"] = _largest(
+            curves.device[joint, side]
+        )
+        found[f"{name}: positive work of the muscles (J/kg a stride)"] = curves.work[joint, side]
+        found[f"{name}: largest power of the device (W/kg)"] = _largest(
+            curves.device_power[joint, side]
+        )
+    return found
+
+
+def _largest(curve: Array) -> float:
+    """The value of a curve that is farthest from 0, with its sign."""
+    return float(curve[np.abs(curve).argmax()])
+
+
+def strap_loads(outcome: Outcome) -> list[dict[str, Any]]:
+    """What the straps of each hinge carry: largest and root mean square torque, Nm, and the largest
+    angle by which the device and the joint differ, degrees.
+    """
+    from gaitval.model.tree import ROOT_DOFS
+
+    walk, rows = outcome.walk, []
+    for h, (name, joint) in enumerate(zip(walk.hinges, walk.joints, strict=True)):
+        apart = walk.angle[:, h] - walk.rollout.positions[:, ROOT_DOFS + joint]
+        rows.append(
+            {
+                "hinge": name.replace("_", " "),
+                "largest": float(np.abs(walk.limb[:, h]).max()),
+                "rms": float(np.sqrt(np.mean(walk.limb[:, h] ** 2))),
+                "apart": float(np.degrees(np.abs(apart).max())),
+            }
+        )
+    return rows
+
+
+def _table(outcomes: Sequence[Outcome]) -> str:
+    """All figures as CSV: assumption, side, quantity, value."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["assumption", "side", "quantity", "value"])
+    for outcome in outcomes:
+        for side in SIDES:
+            for name, value in figures_of(outcome, side).items():
+                writer.writerow([outcome.assumption, side, name, f"{value:.6g}"])
+    return text.getvalue()
+
+
+def write_report(
+    folder: Path,
+    person: Wearer,
+    devices: Sequence[Device],
+    outcomes: Sequence[Outcome],
+    policy: Policy | None,
+) -> None:
+    """Write device.html, device.pdf, device.csv and the learned policy into `folder`."""
+    curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
+    sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
+    tables = {
+        side: [
+            (name, [each.get(name) for each in found])
+            for name in next((each for each in found if each), {})
+        ]
+        for side, found in sides.items()
+    }
+    context = {
+        "version": __version__,
+        "person": person.name,
+        "devices": devices,
+        "mass": sum(device.mass for device in devices),
+        "outcomes": outcomes,
+        "tables": tables,
+        "pushes": len(PUSHES),
+        "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],
+        "drawings": {
+            "right": partial(_figure, curves, "right", "right"),
+            "left": partial(_figure, curves, "left", "left"),
+            "forces": partial(_force_figure, curves),
+        },
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    write_page(folder, "device", TEMPLATE, context)
+    write_text(folder / "device.csv", _table(outcomes))
+    if policy is not None:
+        save_policy(policy, folder / "policy")

@@ -1,0 +1,184 @@
+"""A person without and with devices, by each assumption on how the person adapts."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import gaitval
+from gaitval.arrays import Array
+from gaitval.artefacts import read_toml
+from gaitval.configuration import Configuration
+from gaitval.datasets.identity import with_identity
+from gaitval.datasets.subject import make_subject
+from gaitval.errors import ConfigurationError, RecordError, SubjectError
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import score_rollout
+from gaitval.policy.storage import Policy
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.stored_policy import general_walker
+from gaitval_devices.adaptation import kinematics_kept, walk_without
+from gaitval_devices.curves import WalkCurves, walk_curves
+from gaitval_devices.device import Device, devices_of
+from gaitval_devices.learning import adapt
+from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
+
+CYCLES: Final = 20.0
+"""Gait cycles of each walk."""
+PUSHES: Final = tuple(
+    (2.0 + 0.25 * (k % 4), force, 2.0 * math.pi * k / 8) for force in (100.0, 200.0, 300.0)
+    for k in range(8)
+)  # fmt: skip
+"""Phase, force N and direction rad of the pushes that are tried."""
+AFTER: Final = 5.0
+"""Gait cycles that a push must be survived for."""
+
+
+@dataclass(frozen=True)
+class Wearer:
+    """A person who walks.
+
+    Attributes
+    ----------
+    name : identifier of the subject.
+    policy : stored for this person, or the general one.
+    mu : (14,) body parameters.
+    own : devices that are part of the subject: of `[[devices]]` in its file.
+    """
+
+    name: str
+    task: WalkingTask
+    policy: Policy
+    mu: Array
+    own: tuple[Device, ...] = ()
+
+
+def wearer(name_or_path: str) -> Wearer:
+    """The person of a built-in subject, a run folder, or a subject file, which walks with the
+    general policy and may have `[[devices]]`. Raises SubjectError, PolicyError, ConfigurationError.
+    """
+    if not name_or_path.lower().endswith(".toml"):
+        stored = gaitval.load_policy(name_or_path)
+        return Wearer(
+            stored.subject.identifier, stored.corrected_task, stored.network, stored.identified
+        )
+    path = Path(name_or_path)
+    values = read_toml(path, SubjectError, "Check the path of the subject file")
+    own = devices_of(values, str(path)) if "devices" in values else ()
+    values.pop("devices", None)
+    subject = make_subject(with_identity(values), str(path))
+    configuration = Configuration()
+    model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
+    task = WalkingTask.of(model, subject.record(), configuration)
+    policy = general_walker(configuration.environment)
+    return Wearer(subject.identifier, task, policy, nominal_parameters(), own)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What becomes of a person by one assumption.
+
+    Attributes
+    ----------
+    assumption : `without` devices, or how the person adapts.
+    walk, curves : None if there is no complete gait cycle.
+    cycles : gait cycles walked of those that were asked for.
+    fell : whether the walk ended in a fall.
+    survived : of `PUSHES`; None where nothing can fall.
+    """
+
+    assumption: str
+    walk: DeviceWalk
+    curves: WalkCurves | None
+    cycles: float
+    fell: bool
+    survived: int | None
+
+
+ASSUMPTIONS: Final = ("without", "kinematics kept", "moments kept", "learned")
+Say = Callable[[str], None]
+"""Called with a line on what is being done."""
+
+
+def pushes_survived(environment: WalkingEnvironment, policy: Policy, mu: Array) -> int:
+    """How many of `PUSHES` a walker survives."""
+    stride = environment.task.reference.stride_time
+    return sum(
+        not score_rollout(
+            environment,
+            policy,
+            mu=mu,
+            start_phase=0.0,
+            seconds=(push[0] + AFTER) * stride,
+            push=push,
+        ).fell
+        for push in PUSHES
+    )
+
+
+def outcomes(
+    person: Wearer,
+    devices: Sequence[Device],
+    *,
+    samples: int,
+    own: Maker | None = None,
+    cycles: float = CYCLES,
+    say: Say = lambda _: None,
+) -> tuple[list[Outcome], Policy | None]:
+    """The person without and with `devices`, and the policy that has learned them.
+
+    Parameters
+    ----------
+    samples : of the learned adaptation; none is made for 0.
+    own : makes the controllers of the motors, instead of those of the devices' tables.
+    cycles : of each walk.
+    """
+    if not devices:
+        raise ConfigurationError(
+            f"{person.name}: no device. Name one, such as hip_exo, or write [[devices]] into the "
+            "subject's file."
+        )
+    task = with_devices(person.task, devices, own)
+    environment = DeviceEnvironment(task)
+    say("walking without a device")
+    plain = walk_without(task, person.policy, person.mu, cycles)
+    person_mass = person.task.model.mass
+
+    def found(
+        assumption: str, walk: DeviceWalk, survived: int | None, moments: Array | None = None
+    ) -> Outcome:
+        try:
+            curves = walk_curves(walk, task.configuration, person_mass, moments)
+        except RecordError:
+            curves = None
+        rollout = walk.rollout
+        walked = float(rollout.phase[-1] - rollout.start_phase[0])
+        return Outcome(assumption, walk, curves, walked, bool(rollout.fell[0]), survived)
+
+    def walked(assumption: str, policy: Policy) -> Outcome:
+        walk = walk_with(environment, policy, mu=person.mu, cycles=cycles)
+        return found(assumption, walk, pushes_survived(environment, policy, person.mu))
+
+    bare = WalkingEnvironment(person.task)
+    results = [found("without", plain, pushes_survived(bare, person.policy, person.mu))]
+    say("what is left for the muscles if the motion is kept")
+    kept = kinematics_kept(environment, plain.rollout)
+    results.append(found("kinematics kept", kept.walk, None, kept.own))
+    say("walking with the device, the person's control kept")
+    results.append(walked("moments kept", person.policy))
+    if not samples:
+        return results, None
+    say("learning to walk with the device")
+    learned = adapt(
+        task,
+        person.policy,
+        samples=samples,
+        on_progress=lambda done, total, length: say(
+            f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
+        ),
+    )
+    results.append(walked("learned", learned))
+    return results, learned

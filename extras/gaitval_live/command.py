@@ -1,0 +1,127 @@
+"""The command that lets a person walk now, in a local page."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitval.cli import display
+from gaitval.cli.app import added_command
+from gaitval.errors import ConfigurationError, ToleranceError
+
+if TYPE_CHECKING:
+    from gaitval_live.log import Log
+    from gaitval_live.walk import LiveWalk
+
+
+@added_command(
+    "gaitval live 5                                       # opens a page",
+    "gaitval live my_patient.toml --no-browser            # prints its address only",
+    "gaitval live --replay reports/S05-live/walks/LOG.jsonl          # looks at it again",
+    "gaitval live --replay reports/S05-live/walks/LOG.jsonl --check  # walks it without a page",
+    after="predict",
+)
+def live(
+    subject: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[SUBJECT]", help="1 to 10, S05, or a subject file.", show_default=False
+        ),
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            "--replay",
+            metavar="LOG",
+            help="Walk what is in a log again, bit for bit.",
+            show_default=False,
+        ),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="With --replay: no page; fails if the walk differs.")
+    ] = False,
+    policy: Annotated[
+        Path | None,
+        typer.Option(
+            "--policy",
+            metavar="FOLDER",
+            help="A policy of this person, such as reports/S05-range/policy; by default the "
+            "general one walks.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FOLDER",
+            help="Folder of the references and the logs; by default reports/S05-live.",
+            show_default=False,
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option("--port", min=0, max=65535, help="Of the page; 0: one that is free.")
+    ] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Open no browser; only say where the page is.")
+    ] = False,
+) -> None:
+    """Let a person walk now, in a page of this machine, pushed by the mouse.
+
+    Walking speed, the 14 body parameters and slow motion have sliders.
+
+    For teaching and first looks, never for verdicts: speeds are predicted, and nothing is compared
+    with a record. The first start takes half a minute, for references at six speeds. What is done
+    is logged, and can be walked again. Ctrl-C ends it.
+    """
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval_live.log import check_person, read_log
+    from gaitval_live.person import folder_of, prepared
+
+    if (subject is None) == (replay is None):
+        raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
+    if check and replay is None:
+        raise ConfigurationError("--check: walks a log again. Give it, with --replay.")
+    log = None if replay is None else read_log(replay)
+    person = load_subject(str(subject)) if log is None else log.subject
+    folder = out or folder_of(person)
+    with (
+        display.live_view() as view,
+        prepared(person, folder, view, policy=policy) as found,
+    ):
+        from gaitval_live.page import show
+        from gaitval_live.walk import LiveWalk
+
+        if log is not None and replay is not None:
+            check_person(log, found, replay)
+            walk = LiveWalk(found, log.speed)
+            if check:
+                _check(log, walk, replay)
+                return
+        else:
+            walk = LiveWalk(found)
+        written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
+    if written is not None:
+        display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")
+
+
+def _say(text: str) -> None:
+    """Print a line at once, also where a program reads it: the walk goes on until Ctrl-C."""
+    display.plain(text)
+    display.output.file.flush()
+
+
+def _check(log: "Log", walk: "LiveWalk", path: Path) -> None:
+    """Walk a log without a page, and say whether it was equal."""
+    from gaitval_live.log import walk_again
+
+    found = walk_again(log, walk)
+    if found.differs is not None:
+        raise ToleranceError(
+            f"{path}: the walk is not that of the log, at the latest from action {found.differs} "
+            "on. It was walked on another machine, or with other libraries."
+        )
+    display.plain(
+        f"{path}: {walk.step} actions walked again, equal bit for bit ({found.checked} hashes)."
+    )

@@ -1,0 +1,105 @@
+"""What can be done to the walk, as values; and from the JSON of the page and of a log."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+from gaitval.errors import GaitvalError, RecordError
+from gaitval.model.parameters import PARAMETERS
+
+LARGEST_PUSH: Final = 1200.0
+"""N, of a push: `pushes.largest` of the configuration, beyond which nothing is tested."""
+SLOWEST, FULL = 0.05, 1.0
+"""Of real time."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """A push on the pelvis, for 50 ms: N forward and to the left."""
+
+    forward: float
+    left: float
+
+
+@dataclass(frozen=True)
+class SetSpeed:
+    """Walk at a speed, m/s, as soon as a person would."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Body:
+    """Give a body parameter another value; units as in `model.parameters.PARAMETERS`."""
+
+    name: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Stand on the reference again."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Go on at a rate of real time, 0 to stand still. It changes when one sees the walk, not the
+    walk.
+    """
+
+    rate: float
+
+
+Doing = Push | SetSpeed | Body | Restart | Clock
+KINDS: Final[dict[str, type[Doing]]] = {
+    "push": Push,
+    "speed": SetSpeed,
+    "body": Body,
+    "restart": Restart,
+    "clock": Clock,
+}
+
+
+def doing_of(values: Any, where: str, refusal: type[GaitvalError] = RecordError) -> Doing:
+    """The doing that JSON values say, `{"do": "push", "forward": 200, "left": 0}`.
+
+    Parameters
+    ----------
+    values : of a message or a line, not trusted.
+    where : for the message of an error.
+
+    Raises
+    ------
+    GaitvalError : of type `refusal`: unknown, incomplete, or out of range.
+    """
+    kind = KINDS.get(str(values.get("do"))) if isinstance(values, Mapping) else None
+    if kind is None:
+        raise refusal(f"{where}: does nothing that is known. Give do: {', '.join(KINDS)}.")
+    given = {name: value for name, value in values.items() if name != "do"}
+    fields = kind.__dataclass_fields__
+    if given.keys() != fields.keys():
+        wanted = ", ".join(fields) or "nothing"
+        raise refusal(f"{where}: {values['do']} takes {wanted}, but got {', '.join(given)}.")
+    for name, value in given.items():
+        if name == "name":
+            if value not in PARAMETERS:
+                raise refusal(f"{where}: {value!r} is no body parameter ({', '.join(PARAMETERS)}).")
+        elif isinstance(value, bool) or not isinstance(value, int | float):
+            raise refusal(f"{where}: {name} is {value!r}, which is no number.")
+        elif not math.isfinite(value):
+            raise refusal(f"{where}: {name} is {value!r}; give a finite number.")
+        else:
+            given[name] = float(value)
+    doing: Doing = kind(**given)
+    if isinstance(doing, Push) and math.hypot(doing.forward, doing.left) > LARGEST_PUSH:
+        raise refusal(f"{where}: a push of more than {LARGEST_PUSH:g} N. Push less.")
+    if isinstance(doing, Clock) and doing.rate != 0.0 and not SLOWEST <= doing.rate <= FULL:
+        raise refusal(f"{where}: rate is {doing.rate:g}. Give 0, or {SLOWEST:g} to {FULL:g}.")
+    return doing
+
+
+def values_of(doing: Doing) -> dict[str, Any]:
+    """As `doing_of` reads it."""
+    (name,) = (name for name, kind in KINDS.items() if isinstance(doing, kind))
+    return {"do": name, **asdict(doing)}

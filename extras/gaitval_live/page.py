@@ -1,0 +1,101 @@
+"""A live walk from its first picture to Ctrl-C: session, server, browser and log together."""
+
+import tempfile
+import threading
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+
+from gaitval.errors import ConfigurationError
+from gaitval_live.log import Log, Replay, Writer
+from gaitval_live.person import Person
+from gaitval_live.pictures import scene_of
+from gaitval_live.server import LiveServer, serving
+from gaitval_live.session import Session
+from gaitval_live.walk import LiveWalk
+
+
+@contextmanager
+def served(
+    person: Person, walk: LiveWalk, log: Log | None = None, *, port: int = 0
+) -> Iterator[LiveServer]:
+    """The page within the block; it walks while somebody looks.
+
+    Parameters
+    ----------
+    person, walk : who walks; nothing was walked yet.
+    log : to walk again; None for a new walk, whose log is in `walks/` of the person's folder.
+    port : 0 for one that is free.
+
+    Raises
+    ------
+    ConfigurationError : the port is taken.
+    """
+    LiveWalk(person, walk.speed).act()  # compiles what was not used before
+    scene = scene_of(person, walk, replay=log is not None)
+    replay, writer = None, None
+    if log is not None:
+        replay = Replay(log, walk)
+    else:
+        path = person.folder / "walks" / f"{datetime.now():%Y-%m-%d_%H-%M-%S_%f}.jsonl"
+        writer = Writer(path, person, walk)
+    session = Session(walk, writer=writer, replay=replay)
+    try:
+        server = LiveServer(session, scene, port=port)
+    except OSError as error:
+        raise ConfigurationError(
+            f"--port {port}: cannot be listened on ({error.strerror}). Give another, or 0 for one "
+            "that is free."
+        ) from None
+    end = serving(server)
+    session.start()
+    try:
+        yield server
+    finally:
+        session.end()
+        end()
+
+
+def show(
+    person: Person,
+    walk: LiveWalk,
+    log: Log | None,
+    *,
+    port: int,
+    browser: bool,
+    say: Callable[[str], None],
+) -> Path | None:
+    """Serve the page until Ctrl-C; the log that was written, None for a replay.
+
+    Parameters
+    ----------
+    person, walk, log, port : as in `served`.
+    browser : whether to open one.
+    say : prints a line for the user.
+    """
+    with (
+        tempfile.TemporaryDirectory(prefix="gaitval-live-") as private,
+        served(person, walk, log, port=port) as server,
+    ):
+        say(f"{person.subject.identifier} walks at {server.address} (this machine only).")
+        say("For teaching and first looks, never for verdicts. Ctrl-C ends it.")
+        if browser:
+            webbrowser.open(_leading(Path(private), server.address).as_uri())
+        with suppress(KeyboardInterrupt):
+            threading.Event().wait()
+        return server.session.written
+
+
+def _leading(folder: Path, address: str) -> Path:
+    """A file in a folder of this user alone that leads a browser to an address: as an argument of a
+    program every user of the machine could read it.
+    """
+    path = folder / "open.html"
+    path.write_text(
+        '<!doctype html><meta charset="utf-8"><title>gaitval live</title>'
+        f'<meta http-equiv="refresh" content="0; url={address}"><a href="{address}">The walk</a>',
+        encoding="utf-8",
+    )
+    return path

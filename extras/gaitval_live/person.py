@@ -1,0 +1,99 @@
+"""Who walks: a body, a policy, and reference motions at the speeds that can be predicted.
+
+They are made in a run folder by the stages of `gaitval predict`, so a second start finds them
+there.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from gaitval.artefacts import file_hash
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject import Subject
+from gaitval.model.body import BodyModel
+from gaitval.policy.storage import Policy
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.inputs import stored_policy
+from gaitval.study.predict import range_stage
+from gaitval.study.predicted_tasks import range_task
+from gaitval.study.stage import Observer, Run, open_run, run_stage
+from gaitval.study.stages import scale_stage
+from gaitval.study.stored_policy import general_walker
+
+GENERAL: Final = "general"
+"""What the general policy is called in a log."""
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person who can walk at several speeds.
+
+    Attributes
+    ----------
+    subject : who it is.
+    tasks : of one body, from the slowest reference to the fastest.
+    policy : that walks them all.
+    folder : run folder, with the references in it.
+    references : hash of each task's reference, as its file has it.
+    """
+
+    subject: Subject
+    tasks: tuple[WalkingTask, ...]
+    policy: Policy
+    folder: Path
+    references: tuple[str, ...]
+
+    @property
+    def body(self) -> BodyModel:
+        """The body as scaled."""
+        return self.tasks[0].model
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Of the references, m/s, ascending."""
+        return tuple(task.reference.speed for task in self.tasks)
+
+
+def folder_of(subject: Subject) -> Path:
+    """The run folder of a person who walks live, by default."""
+    return Path("reports") / f"{subject.identifier}-live"
+
+
+@contextmanager
+def prepared(
+    subject: Subject, folder: Path, observer: Observer, *, policy: Path | None = None
+) -> Iterator[Person]:
+    """The person with references at all speeds; the run folder is this process' meanwhile.
+
+    Parameters
+    ----------
+    subject : with at least one recorded trial.
+    folder : run folder. What is up to date there is not computed again.
+    observer : sees the stages.
+    policy : folder with a policy of this person; None for the general one.
+
+    Raises
+    ------
+    PolicyError : `policy` is not for this body.
+    ConfigurationError : there is no general policy.
+    SubjectError : no speed can be predicted for the person.
+    """
+    with open_run(subject, Configuration(), folder, observer) as run:
+        stages = scale_stage(run), range_stage(run)
+        for stage in stages:
+            run_stage(stage, folder, observer=observer)
+        yield _person(run, stages[1].outputs, policy)
+
+
+def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> Person:
+    environment = run.configuration.environment
+    return Person(
+        subject=run.subject,
+        tasks=tuple(range_task(run, name) for name in references),
+        policy=general_walker(environment) if policy is None else stored_policy(run, policy),
+        folder=run.folder,
+        references=tuple(file_hash(run.folder / name) for name in references),
+    )

@@ -1,0 +1,89 @@
+"""The command that drafts a marker set."""
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitval.cli import display
+from gaitval.cli.app import added_command
+
+
+@added_command(
+    "gaitval markers walk.c3d --standing stand.c3d     # walk_markers.toml and .svg",
+    "gaitval markers walk.trc --out my_laboratory.toml",
+    after="import",
+)
+def markers(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="Walking trial, or any other.", show_default=False),
+    ],
+    standing: Annotated[
+        Path | None,
+        typer.Option(
+            "--standing", metavar="FILE", help="Standing trial of the person.", show_default=False
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE.toml",
+            help="Marker set to write; the picture goes beside it.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Draft a marker set: which marker lies where on the body.
+
+    Guesses from the names (several languages and systems), from where the markers are on the
+    standing person, and from which of them keep their distances in walking. Writes the set, a
+    picture of the labelled body with each guess's certainty, and prints the command that goes on.
+    A guess below 95 %, or one that its name contradicts, is written as a comment for you to judge.
+    """
+    from gaitval.errors import RecordError
+    from gaitval.mocap.reading import read_recording
+    from gaitval_markers.draft import CERTAIN, draft_markers
+    from gaitval_markers.files import as_toml, said_of
+    from gaitval_markers.picture import draw
+
+    target = out or Path(f"{file.stem}_markers.toml")
+    if target.suffix != ".toml":
+        raise RecordError(f"--out {target}: the name of a marker set ends in .toml.")
+    if target.exists():
+        raise RecordError(
+            f"{target} is there, and may have been corrected by hand. Give another --out, or "
+            "remove it."
+        )
+    walking = read_recording(file, plates=False)
+    still = None if standing is None else read_recording(standing, plates=False)
+    draft = draft_markers(walking, still)
+    title = f"Markers of {(standing or file).name}"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(as_toml(draft, title, "drafted by gaitval markers"), encoding="utf-8")
+    picture = target.with_suffix(".svg")
+    draw(draft, picture, title)
+
+    used = [guess for guess in draft.guesses if guess.used]
+    left = [guess for guess in draft.guesses if not guess.used]
+    if not draft.names_count and draft.names_agree == draft.names_agree:
+        display.plain(
+            f"Names: only {draft.names_agree:.0%} of those that say a place agree with where their "
+            "markers are, so names were not used: labels may be exchanged."
+        )
+    display.plain(
+        f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, used."
+    )
+    for guess in left:
+        display.plain(f"  not used: {guess.name}: {said_of(guess)}")
+    display.plain(f"Picture: {picture}")
+    given = ["gaitval", "import", "--trial", str(file), "--marker-set", str(target)]
+    if standing is not None:
+        given[2:2] = ["--static", str(standing)]
+    display.plain(
+        f"Look at it, correct {target}, and go on with: {shlex.join(given)} --mass KG --height M "
+        "--sex F|M --out FOLDER"
+    )

@@ -1,0 +1,87 @@
+"""The drafted set as a TOML file, which `gaitval import --marker-set` reads."""
+
+import json
+from collections.abc import Iterator
+from typing import Final
+
+from gaitval_markers.draft import CERTAIN, Draft, Guess
+
+WEIGHTS: Final = {"ASIS": 5, "PSIS": 5, "Sacrum": 5, "Ankle": 2, "Heel": 2, "MT2": 2}
+"""Of the landmarks in inverse kinematics, as in the sets that come with gaitval; others have 1."""
+
+SOFT: Final = {"thigh": 0.5, "torso": 0.5}
+"""Of markers that only track these segments."""
+
+
+def as_toml(draft: Draft, title: str, source: str) -> str:
+    """The text of the file: guesses that are certain enough as lines, the others as comments."""
+    sure = [guess for guess in draft.guesses if guess.used and guess.site and guess.site.use]
+    unsure = [guess for guess in draft.guesses if not guess.used]
+    left_out = [guess.name for guess in draft.guesses if guess.used and guess not in sure]
+    lines = [
+        "# Drafted by `gaitval markers`. Look at the picture beside this file; correct errors.",
+        "# Keys: segment; landmark (without one a marker only tracks its segment); weight in",
+        "# inverse kinematics; static_only: taken off after standing; optional: may be missing.",
+        "",
+        f"title = {json.dumps(title)}",
+        f"source = {json.dumps(source)}",
+        "",
+        "[markers]",
+        *(_line(guess, draft) for guess in _in_order(sure)),
+    ]
+    if unsure:
+        lines += [
+            "",
+            f"# Below {CERTAIN:.0%}, or the name says another place: not used. Take the # "
+            "away from those that are right.",
+            *(f"# {_line(guess, draft)}" for guess in _in_order(unsure)),
+        ]
+    if left_out or draft.computed:
+        lines += [
+            "",
+            "# Left out, because gaitval's body has no such segment, or no marker is there:",
+        ]
+        lines += [f"# {', '.join([*left_out, *draft.computed])}"]
+    return "\n".join(lines) + "\n"
+
+
+def _line(guess: Guess, draft: Draft) -> str:
+    site = guess.site
+    if site is None:
+        why = "only the walk has it" if guess.walking_only else "on no known place"
+        return f'{json.dumps(guess.name)} = {{ segment = "?" }}  # {why}'
+    keys = [f"segment = {json.dumps(site.segment)}"] if site.use else ['segment = "?"']
+    if site.landmark:
+        keys.append(f"landmark = {json.dumps(site.landmark)}")
+    weight = WEIGHTS.get(site.name, 1) if site.landmark else SOFT.get(site.part, 1)
+    if weight != 1:
+        keys.append(f"weight = {weight}")
+    if guess.static_only:
+        keys.append("static_only = true")
+    if site.part in ("torso", "upper_arm", "forearm"):
+        keys.append("optional = true")
+    name = json.dumps(guess.name, ensure_ascii=False)
+    return f"{name} = {{ {', '.join(keys)} }}  # {said_of(guess)}"
+
+
+def said_of(guess: Guess) -> str:
+    """The place and its certainty in words."""
+    site = "on no known place" if guess.site is None else guess.site.label
+    words = f"{site}, {guess.certainty:.0%}"
+    if guess.second is not None and not guess.used:
+        words += f"; or {guess.second.label}"
+    return words + ("; its name says another place" if guess.named is False else "")
+
+
+def _in_order(guesses: list[Guess]) -> Iterator[Guess]:
+    """From the pelvis down and then up, the right side first."""
+    parts = ["pelvis", "thigh", "shank", "ankle", "foot", "torso", "upper_arm", "forearm"]
+
+    def key(guess: Guess) -> tuple[int, int]:
+        site = guess.site
+        if site is None:
+            return (9, 0)
+        trunk = site.part in ("pelvis", "torso")
+        return (parts.index(site.part), 0 if trunk else "RL".find(site.side))
+
+    yield from sorted(guesses, key=key)

@@ -1,0 +1,116 @@
+"""Which way is up, which way a person faces, and where they stand, from points without names."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.mocap.recording import Recording
+
+HEADINGS: Final = 72
+"""Directions of the plane of symmetry that are tried, over half a turn."""
+
+STILL_M: Final = 0.015
+"""m. Median movement of the markers about their middle, below which a person stands."""
+
+FRAMES: Final = 400
+"""Frames from which the distances of markers are taken."""
+
+STANDS_FOR: Final = 35.0
+"""Percentile of a marker's height that stands for its height in standing, where a person walks: a
+foot is on the ground for two thirds of the time."""
+
+
+def stood(recording: Recording) -> Array:
+    """Where each marker of a recording is while its person stands, (N, 3) m in the laboratory's
+    axes; NaN for a marker that is never seen. Of a walk: its mean place among all markers.
+    """
+    markers = np.asarray(recording.markers, dtype=np.float64)
+    about = _about_their_middle(markers)
+    if stands(recording):
+        return np.asarray(np.nanmedian(markers, axis=0))
+    mean = np.nanmean(about, axis=0)
+    # A body is taller than it is wide, and its feet move most.
+    up = int(np.argmax(np.nanmax(mean, axis=0) - np.nanmin(mean, axis=0)))
+    order = np.argsort(mean[:, up])
+    ends = max(len(order) // 5, 2)
+    moves = np.linalg.norm(np.nanstd(about, axis=0), axis=1)
+    feet_low = np.nanmean(moves[order[:ends]]) > np.nanmean(moves[order[-ends:]])
+    share = STANDS_FOR if feet_low else 100.0 - STANDS_FOR
+    mean[:, up] = np.nanpercentile(about[:, :, up], share, axis=0)
+    return np.asarray(mean)
+
+
+def stands(recording: Recording) -> bool:
+    """Whether the person of a recording stands still."""
+    about = _about_their_middle(np.asarray(recording.markers, dtype=np.float64))
+    return bool(np.nanmedian(np.nanstd(about, axis=0)) < STILL_M)
+
+
+def apart(recording: Recording) -> Array | None:
+    """Standard deviation of the distance of each pair of markers over a walk, (N, N) m; NaN where
+    the two were hardly seen together. None where nobody moves: distances then say nothing.
+    """
+    markers = np.asarray(recording.markers, dtype=np.float64)
+    step = max(len(markers) // FRAMES, 1)
+    markers = markers[::step]
+    if np.nanmedian(np.nanstd(_about_their_middle(markers), axis=0)) < STILL_M:
+        return None
+    count = markers.shape[1]
+    found = np.full((count, count), np.nan)
+    for marker in range(count):
+        distance = np.linalg.norm(markers - markers[:, marker : marker + 1], axis=2)
+        often = np.isfinite(distance).sum(axis=0) > 20
+        found[marker, often] = np.nanstd(distance[:, often], axis=0)
+    return found
+
+
+def _about_their_middle(markers: Array) -> Array:
+    """(T, N, 3) from the middle of the markers that are nearly always seen, NaN without them."""
+    share = np.isfinite(markers).all(axis=2).mean(axis=0)
+    often = share > 0.9 * share.max()
+    return np.asarray(markers - markers[:, often].mean(axis=1, keepdims=True))
+
+
+def frames_of(points: Array) -> Iterator[tuple[Array, float]]:
+    """Rotations (3, 3) to axes forward, left, up that a body of these `points` (N, 3) may have,
+    each with how badly its left and right mirror each other, m. Both ways to face are among them.
+    """
+    seen = points[np.isfinite(points).all(axis=1)]
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            up = np.zeros(3)
+            up[axis] = sign
+            first = np.zeros(3)
+            first[(axis + 1) % 3] = 1.0
+            second = np.cross(up, first)
+            level = np.column_stack([seen @ first, seen @ second])
+            angle, misfit = _symmetry(level, seen @ up)
+            forward = np.cos(angle) * first + np.sin(angle) * second
+            for facing in (forward, -forward):
+                yield np.stack([facing, np.cross(up, facing), up]), misfit
+
+
+def middle_of(level: Array) -> float:
+    """Where the plane of symmetry is, from places across it (N,): the middle of opposite ones."""
+    return float((np.percentile(level, 10) + np.percentile(level, 90)) / 2)
+
+
+def _symmetry(level: Array, height: Array) -> tuple[float, float]:
+    """Direction of the vertical plane that mirrors the points best, and the median distance of a
+    mirrored point to its nearest.
+    """
+    best = (np.inf, 0.0)
+    centre = level - level.mean(axis=0)
+    for angle in np.linspace(0.0, np.pi, HEADINGS, endpoint=False):
+        across = -np.sin(angle) * centre[:, 0] + np.cos(angle) * centre[:, 1]
+        along = np.cos(angle) * centre[:, 0] + np.sin(angle) * centre[:, 1]
+        here = np.column_stack([along, height])
+        for offset in (middle_of(across), float(np.mean(across))):
+            apart = ((here[:, None] - here[None]) ** 2).sum(axis=2) + (
+                2 * offset - across[:, None] - across[None]
+            ) ** 2
+            found = float(np.sqrt(np.sort(apart.min(axis=1))[: max(3 * len(apart) // 4, 1)].mean()))
+            best = min(best, (found, angle))
+    return best[1], best[0]

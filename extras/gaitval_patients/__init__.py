@@ -1,0 +1,1 @@
+"""Patients of whom only joint angles are known: a stride a side, walked without training."""

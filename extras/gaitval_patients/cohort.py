@@ -1,0 +1,108 @@
+"""All people of a table of strides: subjects, table for `gaitval cohort`, walks."""
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from gaitval.artefacts import write_json, write_text
+from gaitval.configuration import load_configuration
+from gaitval.errors import ConfigurationError
+from gaitval_patients.people import Person, read_people
+from gaitval_patients.records import Patient, patient
+from gaitval_patients.strides import read_strides
+
+
+def found_patients(
+    strides: Path,
+    people: Sequence[Path],
+    speeds: Sequence[str] = (),
+    healthy: Sequence[str] = (),
+    only: Sequence[str] = (),
+    **about: Any,
+) -> list[Patient]:
+    """The patients of a table of `strides`, by tables of `people`.
+
+    Parameters
+    ----------
+    speeds : texts "WHO=M/S" of groups or people; a person's comes before the group's.
+    healthy : groups whose walk ratio is that of healthy adults.
+    only : groups or people; all if there are none.
+    about : citation, licence and laboratory, as `records.patient` takes them.
+
+    Raises
+    ------
+    RecordError, SubjectError, ConfigurationError : a table or an option cannot be used.
+    """
+    known: dict[str, Person] = {}
+    for table in people:
+        known |= read_people(table)
+    everybody = read_strides(strides)
+    groups = {each.group for each in everybody}
+    names = groups | {each.subject for each in everybody}
+    given = dict(_speed(text, names) for text in speeds)
+    for who in (*healthy, *only):
+        if who not in names:
+            raise ConfigurationError(
+                f"{who}: no such group or person in {strides}. Groups: {', '.join(sorted(groups))}."
+            )
+    return [
+        patient(
+            each,
+            known,
+            speed=given.get(each.subject, given.get(each.group)),
+            healthy=each.group in healthy,
+            **about,
+        )
+        for each in everybody
+        if not only or {each.group, each.subject} & set(only)
+    ]
+
+
+def written(found: Sequence[Patient], out: Path) -> Path:
+    """Write subjects, what was estimated of them, and the table of the cohort; returns its path."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["name", "subject", "record.use", "scaling.symmetric"])
+    for each in found:
+        name = each.subject.identifier
+        write_text(out / "subjects" / f"{name}.toml", each.subject.to_toml())
+        write_json(out / "subjects" / f"{name}.json", each.told_of())
+        two = each.person.amputation is not None or each.person.legs is not None
+        writer.writerow([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
+    write_text(out / "table.csv", text.getvalue())
+    return out / "table.csv"
+
+
+def walked(
+    found: Sequence[Patient], out: Path, tell: Callable[[str], None]
+) -> list[dict[str, Any]]:
+    """Walk all of them (`walk.walk_all`); results are also in `out`/walks."""
+    from gaitval.study.sources import PACKAGE, code_of
+    from gaitval.study.stored_policy import general_walker
+    from gaitval_patients.walk import walk, walk_all
+
+    configuration = load_configuration()
+    return walk_all(
+        {each.subject.identifier: each for each in found},
+        out / "walks",
+        general_walker(configuration.environment),
+        configuration,
+        str(sorted(code_of(walk, PACKAGE, Path(__file__).parent).items())),
+        tell,
+    )
+
+
+def _speed(text: str, names: set[str]) -> tuple[str, float]:
+    who, _, value = text.partition("=")
+    try:
+        speed = float(value)
+    except ValueError:
+        speed = 0.0
+    if who not in names or not 0.0 < speed < 3.0:
+        raise ConfigurationError(
+            f"--speed {text}: give WHO=M/S, with a group or a person of the table and a speed in "
+            "m/s."
+        )
+    return who, speed

@@ -1,0 +1,125 @@
+"""The command that makes subjects of patients' strides, and walks them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitval.cli import display
+from gaitval.cli.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval_patients.records import Patient
+
+StridesArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="STRIDES",
+        help="CSV: group, subject, trial, side, angle, p0 to p100 in degrees.",
+        show_default=False,
+    ),
+]
+OutOption = Annotated[
+    Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write.", show_default=False)
+]
+PeopleOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--people",
+        metavar="TABLE",
+        help="CSV of sex, age, mass, stature and what else is known. May be repeated.",
+        show_default=False,
+    ),
+]
+SpeedOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--speed",
+        metavar="WHO=M/S",
+        help="Walking speed of a group or a person, if the tables do not have it.",
+        show_default=False,
+    ),
+]
+HealthyOption = Annotated[
+    list[str] | None,
+    typer.Option("--healthy", metavar="GROUP", help="Group of healthy people.", show_default=False),
+]
+OnlyOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only", metavar="WHO", help="This group or person. May be repeated.", show_default=False
+    ),
+]
+WalkOption = Annotated[
+    bool, typer.Option("--walk", help="Walk them by the general policy, without training.")
+]
+
+
+@added_command(
+    "gaitval patients strides.csv --people people.csv --out runs/patients",
+    "gaitval patients strides.csv --people people.csv --speed amputee=0.8 --out runs/patients "
+    "--walk",
+    "gaitval cohort runs/patients/table.csv --out runs/cohort   # then, the main job of each",
+    after="subjects",
+)
+def patients(
+    strides: StridesArgument,
+    out: OutOption,
+    people: PeopleOption = None,
+    speed: SpeedOption = None,
+    healthy: HealthyOption = None,
+    only: OnlyOption = None,
+    walk: WalkOption = False,
+    citation: Annotated[str, typer.Option("--citation", help="Of the strides.")] = "not given",
+    licence: Annotated[str, typer.Option("--licence", help="Of the strides.")] = "not given",
+) -> None:
+    """Make subjects of one stride a side, of people of whom nothing else was recorded.
+
+    Speed, stride time, stance and leg length that are not known are estimated, with intervals.
+    Nothing is mirrored: a side that lacks an angle is refused. Writes OUT/subjects/NAME.toml,
+    OUT/table.csv for `gaitval cohort`, and OUT/pages/NAME.html with norms and asymmetry; with
+    --walk also OUT/walks/NAME.json. The same command continues where it was interrupted.
+    """
+    from gaitval_patients.cohort import found_patients, written
+
+    found = found_patients(
+        strides,
+        people or [],
+        speed or [],
+        healthy or [],
+        only or [],
+        citation=citation,
+        licence=licence,
+    )
+    table = written(found, out)
+    _say(found)
+    walks = None
+    if walk:
+        from gaitval_patients.cohort import walked
+
+        walks = walked(found, out, lambda text: display.messages.print(text, highlight=False))
+        fallen = [each["name"] for each in walks if each["falls"]]
+        display.plain(
+            f"{len(walks) - len(fallen)} of {len(walks)} walk from every start without a fall"
+            + (f"; {', '.join(fallen)} not" if fallen else "")
+        )
+    from gaitval_patients.page import write_pages
+
+    pages = write_pages(found, walks, out)
+    display.plain(f"{len(found)} subjects: {table}; pages: {pages}")
+
+
+def _say(found: "Sequence[Patient]") -> None:
+    """What was estimated, in a line for all."""
+    names = dict.fromkeys(
+        name.replace("_", " ")
+        for each in found
+        for name, estimate in each.estimates.items()
+        if estimate.sd > 0.0
+    )
+    display.messages.print(
+        f"Estimated of some or all, with intervals in OUT/subjects/NAME.json: {', '.join(names)}.",
+        highlight=False,
+        soft_wrap=True,
+    )

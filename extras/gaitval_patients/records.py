@@ -1,0 +1,260 @@
+"""Subjects from one stride a side.
+
+What the stride shows is its record: pelvis, hips, knees, ankles, and where the feet point. The rest
+is what other people have (subtalar angle), or an estimate with an interval (`Patient.estimates`):
+leg length, speed, stride time, stance, the time of the left heel strike. Both sides are the
+person's own; nothing is mirrored.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.identity import identity
+from gaitval.datasets.stored_gait import Gait, StanceFraction
+from gaitval.datasets.subject import Subject, make_subject
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
+from gaitval.gait.sampling import SAMPLES
+from gaitval.scaling.anthropometry import mass_fractions
+from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.tape import measure_by_tape
+from gaitval_patients import estimates
+from gaitval_patients.estimates import Estimate
+from gaitval_patients.one_stride import Smoothed, left_strike, smoothed
+from gaitval_patients.people import Person, person_of
+from gaitval_patients.prosthesis import with_prosthesis
+from gaitval_patients.rolling_foot import STANCE_BIAS, feet
+from gaitval_patients.strides import Strides
+
+EXPECTED: Final = ("subtalar_angle",)
+"""Angles that the model has and a stride has not: the mean of the built-in people."""
+
+STRIKE_PRIOR: Final = (0.5, 0.05)
+"""Phase of left heel strike before the pelvis is looked at: steps may be as unequal as 40 to 60
+without being unlikely."""
+
+_STATURE: Final[Mapping[str | None, tuple[float, float]]] = {
+    "M": (1.757, 0.068),
+    "F": (1.630, 0.064),
+    None: (1.694, 0.092),
+}
+"""m, mean and SD of stature in ANSUR II (Gordon et al. 2014), where none is recorded; of both sexes
+where that is not known either."""
+_BMI: Final = (26.0, 4.0)
+"""kg/m², where no mass is recorded."""
+
+
+@dataclass(frozen=True)
+class Patient:
+    """A person of whom a stride a side is known, as a subject.
+
+    Attributes
+    ----------
+    subject : for every run of gaitval.
+    strides : as recorded.
+    person : row of the table of people.
+    state : such as "off", from the name; may be empty.
+    estimates : by name, what was not recorded and what it may be off by; those that were recorded
+        say so.
+    smoothing : by angle with its side, what became of the stride, rad.
+    mismatch : rad, RMS by which the two sides' strides disagree about the one pelvis.
+    affected : side that the table, or the amputation, names; None if nothing does.
+    """
+
+    subject: Subject
+    strides: Strides
+    person: Person
+    state: str
+    estimates: Mapping[str, Estimate]
+    smoothing: Mapping[str, Smoothed]
+    mismatch: float
+    affected: Side | None
+
+    def told_of(self) -> dict[str, Any]:
+        """For JSON: what is estimated, how far the record is from the strides, who it is."""
+        return {
+            "group": self.strides.group,
+            "state": self.state,
+            "trials": dict(self.strides.trials),
+            "affected": self.affected,
+            "estimates": {name: each.as_dict() for name, each in self.estimates.items()},
+            "expected": [f"{name}_{side[0]}" for name in EXPECTED for side in SIDES],
+            "smoothing_deg": {
+                name: {
+                    "harmonics": len(each.curve.cosine),
+                    "rms": float(np.degrees(each.rms)),
+                    "largest": float(np.degrees(each.curve.residual)),
+                    "ends_differ": float(np.degrees(each.closure)),
+                }
+                for name, each in self.smoothing.items()
+            },
+            "pelvis_mismatch_deg": float(np.degrees(self.mismatch)),
+        }
+
+
+def patient(
+    strides: Strides,
+    people: Mapping[str, Person],
+    *,
+    speed: float | None = None,
+    healthy: bool = False,
+    citation: str = "not given",
+    licence: str = "not given",
+    laboratory: str | None = None,
+) -> Patient:
+    """The subject of a person's strides.
+
+    Parameters
+    ----------
+    strides : a stride a side.
+    people : tables of people, by identifier.
+    speed : m/s, if it is known otherwise than from the tables.
+    healthy : the walk ratio is that of healthy adults, with their spread.
+    citation, licence : of the strides.
+    laboratory : who recorded; by default the strides' group, or WBDS.
+
+    Raises
+    ------
+    SubjectError : a value is not plausible.
+    """
+    person, state = person_of(strides.subject, people)
+    found: dict[str, Estimate] = {}
+    mean, sd = _STATURE[person.sex]
+    height = _known(person.height, mean, sd, "the mean of adults")
+    mass = _known(
+        person.mass,
+        _BMI[0] * height.value**2,
+        float(_BMI[1] * height.value**2),
+        "a body mass index of 26",
+    )
+    leg = estimates.leg_length(height.value, person.leg_length)
+    found |= {"height": height, "mass": mass, "leg_length": leg}
+    if person.legs is not None:
+        found["leg_difference"] = estimates.leg_difference(person.legs)
+    smoothing = {name: smoothed(np.radians(values)) for name, values in strides.angles.items()}
+    curves = {name: each.curve for name, each in smoothing.items()} | expected_angles()
+    angles = {name: each.periodic() for name, each in curves.items()}
+    strike = left_strike(angles, *STRIKE_PRIOR)
+    found["left_phase"] = Estimate(strike.phase, strike.sd, "both sides' views of the pelvis")
+    values: dict[str, Any] = {
+        "identifier": re.sub(r"[^A-Za-z0-9_-]+", "_", strides.subject),
+        "trial": state or "walk",
+        **_who(strides, person, laboratory),
+        "source": f"{strides.subject}, one stride a side ({', '.join(strides.trials.values())})",
+        "citation": citation,
+        "licence": licence,
+        # Without a sex, the segment tables of men, as for every body of unknown sex here.
+        "sex": person.sex or "M",
+        "age_years": person.age,
+        "prosthesis": person.amputation or ("none" if healthy else None),
+        "mass_kg": mass.value,
+        "height_m": height.value,
+        "leg_length_m": leg.value,
+        "walking_speed_m_s": 1.0,
+        "stride_time_s": 1.2,
+        "left_phase": strike.phase,
+        "stance_fraction": StanceFraction(right=0.62, left=0.62),
+        "gait": Gait(samples=SAMPLES, angles=curves),
+        "measurements": _measurements(height.value, mass.value, leg, person),
+    }
+    draft = make_subject(values, strides.subject)
+    model = scale_subject(draft, symmetric=not two_sided(person)).model
+    on_ground = feet(angles, strike.phase, model)
+    length = Estimate(
+        on_ground.stride_length,
+        float(np.hypot(on_ground.sd, on_ground.stride_length * leg.sd / leg.value)),
+        "the way of the ball of the foot under the pelvis",
+    )
+    known = person.speed if speed is None else speed
+    went = estimates.pace(length, leg, known, patient=not healthy)
+    found |= {
+        "speed": went.speed,
+        "stride_time": went.stride_time,
+        "stride_length": went.stride_length,
+        **{
+            f"stance_{side}": Estimate(
+                on_ground.stance[side], STANCE_BIAS[1], "the ball of the foot furthest back"
+            )
+            for side in SIDES
+        },
+    }
+    values |= {
+        "walking_speed_m_s": went.speed.value,
+        "stride_time_s": went.stride_time.value,
+        "stance_fraction": StanceFraction(
+            right=on_ground.stance["right"], left=on_ground.stance["left"]
+        ),
+    }
+    affected = person.amputation or (person.affected or {}).get(state)
+    return Patient(
+        make_subject(values, strides.subject),
+        strides,
+        person,
+        state,
+        found,
+        smoothing,
+        strike.mismatch,
+        affected,
+    )
+
+
+@cache
+def expected_angles() -> dict[str, Curve]:
+    """Mean curves of the built-in people for `EXPECTED`, of both sides together."""
+    phase = np.arange(100) / 100
+    found = {}
+    for name in EXPECTED:
+        known = [
+            subject.gait.angles_of_both()[f"{name}_{side[0]}"](phase)
+            for subject in builtin_subjects()
+            for side in SIDES
+        ]
+        curve: PeriodicCurve = periodic_through(np.mean(known, axis=0), 8)
+        for side in SIDES:
+            found[f"{name}_{side[0]}"] = Curve.fitted((curve, 0.0))
+    return found
+
+
+def _known(value: float | None, mean: float, sd: float, how: str) -> Estimate:
+    return Estimate(mean, sd, how) if value is None else Estimate(value, 0.0, "recorded")
+
+
+def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, Any]:
+    """Person, laboratory and what of it was assumed."""
+    of_wbds = identity(None, None, sources=[strides.subject], name=strides.subject)
+    if laboratory is None and of_wbds.laboratory == "WBDS":
+        return {"person": of_wbds.person, "laboratory": of_wbds.laboratory}
+    group = strides.group.removesuffix("_off").removesuffix("_on")
+    return {"person": person.identifier, "laboratory": laboratory or group}
+
+
+def _measurements(height: float, mass: float, leg: Estimate, person: Person) -> dict[str, Any]:
+    """Lengths of the body by leg length and stature, each leg with its own, and the masses of a
+    prosthesis.
+    """
+    measured = measure_by_tape(height_m=height, hip_height=leg.value if leg.sd == 0.0 else None)
+    if person.legs is not None:
+        by_side: dict[Side, Measurements] = {
+            side: measure_by_tape(height_m=height, hip_height=person.legs[side]) for side in SIDES
+        }
+        measured = _two_legs(by_side)
+    if person.amputation is not None:
+        fractions = mass_fractions(person.sex or "M", person.age)
+        measured = with_prosthesis(measured, person.amputation, mass, fractions)
+    return measured.to_dict()
+
+
+def _two_legs(by_side: Mapping[Side, Measurements]) -> Measurements:
+    return replace(by_side["right"], left=by_side["left"].left)
+
+
+def two_sided(person: Person) -> bool:
+    """Whether the body of a `person` has two different legs."""
+    return person.amputation is not None or person.legs is not None

@@ -1,0 +1,162 @@
+"""A patient's walk by the general policy, without training, and how near it is to the strides.
+
+This is the main job with a light validation: body, reference and policy are the same, but nothing
+is identified, corrected or pushed. From every start phase of the validation it walks as far as the
+main job asks; the first cycles of all starts are compared with the strides as recorded.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.artefacts import read_json, value_hash, write_json
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.cycle_curves import JOINT_MOMENTS
+from gaitval.metrics.comparison import curves_of
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.foot_progression import foot_progression
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.metrics.rollouts import endurance
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.rollouts import record_together
+from gaitval.policy.storage import Policy
+from gaitval.policy.travel import travel_together
+from gaitval.policy.walking_group import WalkingGroup
+from gaitval.prediction.known import KINEMATIC_ACCURACY
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval_patients.gentle_fit import gentle_reference
+from gaitval_patients.records import Patient, two_sided
+from gaitval_patients.told import expected_record, told_record
+
+COMPARED: Final = 4
+"""Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
+TOLD: Final = tuple(name for name in PROFILE_ANGLES if name != "foot_progression")
+"""Angles that the model is told, and has a coordinate for."""
+_PHASE: Final = np.linspace(0.0, 1.0, 101)
+
+Json = dict[str, Any]
+
+
+def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json:
+    """The results of a patient's walk, for JSON.
+
+    Returns
+    -------
+    dict
+        `falls` of `starts`; `cycles`, the fewest of a start and side that did not fall; `angles`,
+        RMS from the stride by name, deg, and `angle`, their mean; `scores`, Gait Profile Score of
+        the stride and of the walk over nine angles, deg; `moments` of the walk and `expected` of
+        healthy people, (101,) Nm/kg by name; `speed`, m/s. Angles, walk's score and moments are
+        None if no start walked.
+    """
+    subject, others = patient.subject, builtin_subjects()
+    model = scale_subject(subject, symmetric=not two_sided(patient.person)).model
+    record = told_record(subject, others)
+    reference = gentle_reference(record, model, configuration.contact, KINEMATIC_ACCURACY)
+    task = WalkingTask(model=model, record=record, reference=reference, configuration=configuration)
+    group = WalkingGroup([task] * 8)
+    validation, mu = configuration.validation, nominal_parameters()
+    starts = validation.start_phases[:8]
+    angles: dict[str, list[Array]] = {}
+    moments: dict[str, list[Array]] = {}
+    for rollout in record_together(
+        group, policy, mu=mu, start_phases=starts, cycles=validation.settling_cycles + COMPARED
+    ):
+        cycles = find_cycles(rollout, configuration).first(COMPARED)
+        if rollout.fell[0] or not all(cycles.count(side) for side in SIDES):
+            continue
+        curves = curves_of(task, rollout, cycles)
+        for name, values in (curves.angles | foot_progression(rollout, cycles, model)).items():
+            angles.setdefault(name, []).append(np.degrees(values))
+        for name, values in curves.moments.items():
+            moments.setdefault(name, []).append(values)
+    went = [
+        endurance(travel, configuration, engine="compiled")
+        for travel in travel_together(
+            group,
+            policy,
+            mu=mu,
+            start_phases=starts,
+            cycles=validation.settling_cycles + validation.consecutive_cycles,
+        )
+    ]
+    stood = [each for each in went if not each.fell]
+    walked = {name: np.concatenate(each).mean(axis=0) for name, each in angles.items()}
+    errors = {
+        f"{name}_{side[0]}": _rms(
+            walked[f"{name}_{side[0]}"] - patient.strides.angles[f"{name}_{side[0]}"]
+        )
+        for name in (PROFILE_ANGLES if walked else ())
+        for side in SIDES
+    }
+    controls = load_controls().curves
+    usual = expected_record(subject, others)
+    names = [f"{name}_{side[0]}" for name in JOINT_MOMENTS for side in SIDES]
+    told = [value for name, value in errors.items() if name[:-2] in TOLD]
+    return {
+        "name": subject.identifier,
+        "group": patient.strides.group,
+        "affected": patient.affected,
+        "prosthesis": patient.person.amputation,
+        "starts": len(went),
+        "falls": len(went) - len(stood),
+        "cycles": min((min(each.cycles.right, each.cycles.left) for each in stood), default=0),
+        "speed": float(np.mean([each.walking_speed or 0.0 for each in stood])) if stood else None,
+        "angles": errors or None,
+        "angle": float(np.mean(told)) if told else None,
+        "scores": {
+            "stride": gait_profile(patient.strides.angles, controls).total,
+            "walk": gait_profile(walked, controls).total if walked else None,
+        },
+        "moments": {
+            name: np.concatenate(each).mean(axis=0).round(5).tolist()
+            for name, each in moments.items()
+        }
+        or None,
+        "expected": {name: usual.moments[name](_PHASE).round(5).tolist() for name in names},
+    }
+
+
+def walk_all(
+    patients: Mapping[str, Patient],
+    folder: Path,
+    policy: Policy,
+    configuration: Configuration,
+    code: str,
+    tell: Callable[[str], None],
+) -> list[Json]:
+    """`walk` of all `patients`, each in `folder`/NAME.json; one that is there, of the same subject,
+    settings and `code`, is not walked again. `tell` is called with a sentence for each.
+    """
+    found = []
+    for number, (name, patient) in enumerate(patients.items(), start=1):
+        path = folder / f"{name}.json"
+        of = value_hash(
+            {
+                "subject": patient.subject.to_toml(),
+                "settings": configuration.model_dump(mode="json"),
+                "code": code,
+                "policy": policy.key,
+            }
+        )
+        result = read_json(path) if path.is_file() else {}
+        if result.get("of") != of:
+            result = {"of": of, **walk(patient, policy, configuration)}
+            write_json(path, result)
+        found.append(result)
+        if result["angle"] is None:
+            said = f"falls from {result['falls']} of {result['starts']} starts"
+        else:
+            said = f"{result['angle']:.2f}°, {result['falls']} falls from {result['starts']} starts"
+        tell(f"{name}: {said} ({number} of {len(patients)})")
+    return found
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,67 @@
+"""What is still being written, and what killed processes have left of it."""
+
+import glob
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+PARTIAL: Final = ".partial-"
+"""First letters of the name of a file that is still being written (`artefacts.replacing`), or of a
+temporary folder (`artefacts.scratch`)."""
+
+
+@contextmanager
+def in_use(handle: int) -> Iterator[bool]:
+    """Lock what is open as `handle` until the block or the process ends, and close it; whether it
+    could be locked. It cannot while another has it, and never on Windows and some file systems.
+    """
+    locked = True
+    try:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (ImportError, OSError):
+        locked = False
+        os.close(handle)  # now, because Windows replaces no open file
+    try:
+        yield locked
+    finally:
+        if locked:
+            os.close(handle)
+
+
+def remove_abandoned(folder: Path, prefix: str, suffix: str) -> None:
+    """Remove what `tempfile` has named by `prefix` and `suffix` in `folder` and nobody has locked:
+    whoever wrote it has been killed.
+    """
+    names = f"{glob.escape(prefix)}????????{glob.escape(suffix)}"
+    for left in folder.glob(names) if os.name == "posix" else ():
+        opened = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
+        with suppress(OSError), in_use(os.open(left, opened)) as locked:
+            # what is of this second may not be locked yet
+            if locked and abs(time.time() - left.stat().st_mtime) > 1.0:
+                _remove(left)
+
+
+def remove_partial(folder: Path) -> None:
+    """Remove whatever a killed process has left half written.
+
+    Parameters
+    ----------
+    folder : of a run, with up to three levels of folders below it that are searched. Call it with
+        the folder locked, because another process may be writing.
+    """
+    for depth in ("", "*/", "*/*/", "*/*/*/"):
+        for left in folder.glob(f"{depth}{PARTIAL}*"):
+            _remove(left)
+
+
+def _remove(left: Path) -> None:
+    if left.is_dir() and not left.is_symlink():
+        shutil.rmtree(left)
+    else:
+        left.unlink(missing_ok=True)

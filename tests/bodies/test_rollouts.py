@@ -1,0 +1,50 @@
+"""The paper's identification: bodies that walk at once, and a search that lowers epsilon."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.identification.prior import prior_sd
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.policy.storage import load_start
+from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.rollouts import Walks, identified_by_rollouts
+
+GENERAL = Path(__file__).parents[2] / "reports" / "general"
+CONFIGURATION = load_configuration()
+
+
+def walks_of(name):
+    """Of the general policy, against this subject's record."""
+    subject = load_subject(name)
+    policy = load_start(GENERAL, CONFIGURATION.environment)
+    return Walks(subject.record(), scale_subject(subject).model, policy, CONFIGURATION)
+
+
+@pytest.mark.slow  # walks eight bodies twice
+def test_bodies_in_one_group_walk_as_each_does_alone():
+    walks = walks_of("S05")
+    longer = nominal_parameters()
+    longer[PARAMETERS.index("thigh_length")] = 1.03
+    together = walks([nominal_parameters(), longer])
+    assert together[0] != together[1]
+    np.testing.assert_allclose(walks([longer]), together[1:], rtol=1e-6)
+    assert walks.count == 3
+    assert all(0.05 < each < 1.0 for each in together)
+
+
+@pytest.mark.slow  # three generations of eight walks
+def test_a_search_of_a_few_generations_is_no_worse_than_its_first_body():
+    settings = CONFIGURATION.identification.model_copy(update={"generations": 3})
+    seen: list[float] = []
+    found = identified_by_rollouts(
+        walks_of("S05"), prior_sd(load_subject("S05")), settings, seed=1,
+        on_generation=lambda _, best: seen.append(best),
+    )  # fmt: skip
+    assert len(seen) == 3
+    assert found.walks == 3 * 8 + 2
+    assert not found.searched.converged
+    np.testing.assert_array_equal(found.mu[:2], nominal_parameters()[:2])

@@ -1,0 +1,97 @@
+"""Errors that angles share are found as such: their derivatives, and what remains without them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.identification.body_fit import BodyFit
+from gaitval.identification.prior import prior_sd
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.reference.dynamic_fit import weighted_laws
+from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.shared_errors import NAMES, SharedFit, identified
+
+CONFIGURATION = load_configuration()
+
+
+@pytest.fixture(scope="module")
+def fit():
+    subject = load_subject("S07").by_stature()
+    return BodyFit(
+        subject.record(), scale_subject(subject).model, CONFIGURATION.contact, CONFIGURATION.noise,
+        prior_sd=prior_sd(subject),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def held(fit):
+    return fit.solve(fixed=nominal_parameters())
+
+
+@pytest.mark.parametrize("name", ["thigh's skin by hip, both", "belt", "left leg"])
+def test_laws_change_with_an_error_as_its_derivatives_say(fit, held, name):
+    shared = SharedFit(fit)
+    common = np.concatenate([held.common, np.zeros(len(NAMES))])
+    index = len(held.common) + NAMES.index(name)
+    laws = shared._linearised(shared._at(common), held.change, common)
+    away = np.zeros_like(common)
+    away[index] = 1e-3
+    above, below = (
+        weighted_laws(shared._at(common + sign * away), held.change, common + sign * away, 1.0)[0]
+        for sign in (1, -1)
+    )
+    expected = (above - below) / 2e-3
+    scale = np.abs(expected).max()
+    assert scale > 1e-3
+    # The contact of a sole that just touches is steep; the rest agrees to rounding.
+    off = np.abs(laws.lever[:, :, index] - expected) > 0.02 * scale
+    assert off.mean() < 0.002
+
+
+def test_without_shared_errors_it_is_the_plain_posterior(fit, held):
+    none = SharedFit(fit, np.zeros(len(NAMES)))
+    found, mode = none.solve(held), fit.mode(held)
+    assert found.cost == pytest.approx(mode.cost, abs=0.3)
+    plain = fit.posterior(mode)
+    assert np.abs((found.posterior.mean - plain.mean) / plain.prior_sd).max() < 0.3
+    assert found.leg_difference == (0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def found(fit, held):
+    return identified(fit, held)
+
+
+def test_with_shared_errors_a_record_tells_less_of_the_legs(fit, held, found):
+    plain = fit.posterior(fit.mode(held))
+    thigh = PARAMETERS.index("thigh_length")
+    assert found.posterior.contraction[thigh] > plain.contraction[thigh]
+    assert (found.posterior.contraction < 1.02).all()
+    assert found.left < 0.5
+
+
+@pytest.mark.slow  # a second record of the same person is fitted
+def test_a_belt_that_runs_fast_and_a_small_hip_move_the_leg_by_less_than_one_sd(found):
+    """4 % less excursion of the hip and a belt that is 1 % off: the plain leg moves by 2 cm."""
+    subject = load_subject("S07").by_stature()
+    record = subject.record()
+    angles = dict(record.angles)
+    for side in "rl":
+        hip = angles[f"hip_flexion_{side}"]
+        angles[f"hip_flexion_{side}"] = type(hip)(
+            hip.mean,
+            tuple(0.96 * each for each in hip.cosine),
+            tuple(0.96 * each for each in hip.sine),
+        )
+    wrong = replace(record, angles=angles, speed=1.01 * record.speed)
+    model = scale_subject(subject).model
+    fit = BodyFit(
+        wrong, model, CONFIGURATION.contact, CONFIGURATION.noise, prior_sd=prior_sd(subject)
+    )
+    again = identified(fit, fit.solve(fixed=nominal_parameters()))
+    lengths = slice(3, 5)
+    moved = (again.posterior.mean - found.posterior.mean)[lengths]
+    assert np.abs(moved / found.posterior.sd[lengths]).max() < 1.0

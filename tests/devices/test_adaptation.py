@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+
+from gaitval.coordinates import ACTUATED
+from gaitval.errors import RecordError
+from gaitval_devices.adaptation import kinematics_kept, walk_without
+from gaitval_devices.curves import walk_curves
+from gaitval_devices.device import Device, load_devices
+from gaitval_devices.walking import DeviceEnvironment, with_devices
+
+CYCLES = 8.0
+
+
+@pytest.fixture(scope="module")
+def plain(person):
+    return walk_without(with_devices(person.task, []), person.policy, person.mu, CYCLES)
+
+
+def kept(person, plain, devices):
+    environment = DeviceEnvironment(with_devices(person.task, devices))
+    return kinematics_kept(environment, plain.rollout)
+
+
+def test_what_a_spring_gives_is_what_the_muscles_need_not(person, plain):
+    """A device without mass: muscles and device together give what the muscles gave alone."""
+    (device,) = load_devices("ankle_spring")
+    weightless = device.model_copy(update={"parts": ()})
+    found = kept(person, plain, [weightless])
+    ankle = ACTUATED.index("ankle_angle_r")
+    column = found.walk.hinges.index("ankle_angle_r")
+    total = found.own[:, ankle] + found.walk.limb[:, column]
+    np.testing.assert_allclose(total, plain.rollout.moments[:, ankle], atol=1e-9)
+    assert found.walk.limb[:, column].min() < -20.0
+    assert found.walk.limb[:, column].max() < 1.0  # it pulls the foot down only
+    np.testing.assert_array_equal(found.walk.rollout.positions, plain.rollout.positions)
+
+
+def test_an_added_mass_needs_its_weight_from_the_ground(person, plain):
+    found = kept(person, plain, load_devices("backpack"))
+    more = found.walk.rollout.ground_reaction - plain.rollout.ground_reaction
+    rows = slice(600, 2200)  # whole steps, without the ends
+    assert more[rows, :, 2].sum(axis=1).mean() == pytest.approx(6.0 * 9.81, rel=0.05)
+
+
+def test_an_inertia_at_the_foot_needs_more_moment_in_swing(person, plain):
+    found = kept(person, plain, load_devices("foot_4kg"))
+    hip = ACTUATED.index("hip_flexion_r")
+    off = plain.rollout.ground_reaction[600:2200, 0, 2] < 5.0
+    before = np.abs(plain.rollout.moments[600:2200, hip][off]).max()
+    assert np.abs(found.own[600:2200, hip][off]).max() > 1.2 * before
+
+
+def test_curves_are_means_of_whole_cycles(person, plain):
+    curves = walk_curves(plain, person.task.configuration, person.task.model.mass)
+    assert curves.cycles["right"] >= 2
+    stride = person.task.reference.stride_time
+    assert curves.stride_time["left"] == pytest.approx(stride, rel=0.05)
+    assert 0.5 < curves.stance["right"] < 0.75
+    assert 0.9 < curves.forces["right"].max() < 1.4
+    for side in ("right", "left"):
+        power = curves.own_power["ankle_angle", side]
+        seconds = curves.stride_time[side] / 100
+        net = curves.work["ankle_angle", side] - curves.negative_work["ankle_angle", side]
+        assert net == pytest.approx(power.sum() * seconds, abs=1e-9)
+        assert np.abs(curves.device["hip_flexion", side]).max() == 0.0
+
+
+def test_no_curves_without_a_cycle(person):
+    short = walk_without(with_devices(person.task, []), person.policy, person.mu, 0.3)
+    with pytest.raises(RecordError, match="no complete gait cycle"):
+        walk_curves(short, person.task.configuration, person.task.model.mass)
+
+
+def test_devices_add_up(person, plain):
+    """Two devices at one joint, of which one takes what the other gives."""
+
+    def spring(name, rest):
+        hinge = {"joint": "knee_angle", "spring": {"stiffness": 40.0, "rest": rest}}
+        return Device.model_validate({"name": name, "source": "a test", "hinges": [hinge]})
+
+    found = kept(person, plain, [spring("a", 0.5), spring("b", -0.5)])
+    knee = ACTUATED.index("knee_angle_l")
+    angle = plain.rollout.positions[:, 6 + knee]
+    change = found.own[1:, knee] - plain.rollout.moments[1:, knee]
+    np.testing.assert_allclose(change, 80.0 * angle[:-1], atol=1e-9)

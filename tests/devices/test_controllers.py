@@ -1,0 +1,98 @@
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gaitval_devices.controllers import (
+    GravityCompensation,
+    Impedance,
+    Measured,
+    PhaseSpline,
+    ProportionalMoment,
+    VirtualConstraint,
+)
+
+
+def measured(**given):
+    values = {
+        "time": 1.0,
+        "side": "right",
+        "phase": 0.3,
+        "stride_time": 1.0,
+        "loaded": True,
+        "angle": 0.0,
+        "speed": 0.0,
+        "torque": 0.0,
+        "moment": 0.0,
+        "inclination": 0.0,
+        "mass": 70.0,
+    }
+    return Measured(**(values | given))
+
+
+def test_a_bump_has_its_peak_its_ends_and_no_steps():
+    spline = PhaseSpline(bumps=((0.5, 0.3, 0.1, -40.0),))
+    phases = np.linspace(0.0, 1.0, 2001)
+    torque = np.array([spline.torque(measured(phase=p)) for p in phases])
+    assert torque.min() == pytest.approx(-40.0)
+    assert phases[torque.argmin()] == pytest.approx(0.5)
+    assert np.abs(torque[(phases < 0.2) | (phases > 0.6)]).max() == 0.0
+    # The steepest slope of the cubic is 1.5 times the mean one, 40 Nm in 0.1.
+    assert np.abs(np.diff(torque)).max() <= 1.5 * 40.0 / 0.1 * 0.0005 * 1.001
+    assert spline.largest == 40.0
+
+
+def test_a_bump_may_run_over_the_end_of_the_cycle():
+    spline = PhaseSpline(bumps=((0.95, 0.1, 0.2, 10.0),))
+    assert spline.torque(measured(phase=0.05)) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    "controller",
+    [
+        PhaseSpline(bumps=((0.5, 0.3, 0.1, -40.0),)),
+        VirtualConstraint(angles=(0.1, 0.2, 0.3, 0.2), stiffness=10.0, damping=0.0),
+        Impedance(stages=({"until": 1.0, "stiffness": 1.0, "damping": 0.0, "rest": 1.0},)),
+    ],
+)
+def test_no_torque_while_the_phase_is_not_known(controller):
+    assert controller.torque(measured(phase=math.nan)) == 0.0
+
+
+def test_proportional_helps_in_its_direction_only():
+    helper = ProportionalMoment(gain=0.3, direction="down")
+    assert helper.torque(measured(moment=-80.0)) == pytest.approx(-24.0)
+    assert helper.torque(measured(moment=80.0)) == 0.0
+    assert ProportionalMoment(gain=0.3).torque(measured(moment=80.0)) == pytest.approx(24.0)
+
+
+def test_gravity_compensation_lifts_what_is_inclined_forward_in_swing():
+    carrier = GravityCompensation(share=0.5, mass=10.0, arm=0.4)
+    lifting = carrier.torque(measured(loaded=False, inclination=0.5))
+    assert lifting == pytest.approx(0.5 * 10.0 * 9.80665 * 0.4 * math.sin(0.5))
+    assert carrier.torque(measured(loaded=True, inclination=0.5)) == 0.0
+
+
+def test_impedance_is_that_of_the_stage():
+    stages = (
+        {"until": 0.4, "stiffness": 30.0, "damping": 0.5, "rest": 0.1},
+        {"until": 1.0, "stiffness": 5.0, "damping": 0.0, "rest": 0.0},
+    )
+    controller = Impedance(stages=stages)
+    at = controller.torque(measured(phase=0.2, angle=0.3, speed=2.0))
+    assert at == pytest.approx(30.0 * -0.2 - 1.0)
+    assert controller.torque(measured(phase=0.9, angle=0.3)) == pytest.approx(-1.5)
+    with pytest.raises(ValidationError, match="end with 1"):
+        Impedance(stages=stages[:1])
+
+
+def test_a_virtual_constraint_is_met_without_torque():
+    angles = tuple(0.3 * np.sin(2 * np.pi * np.arange(40) / 40))
+    hold = VirtualConstraint(angles=angles, stiffness=100.0, damping=2.0)
+    for phase in (0.1, 0.77):
+        angle, rate = 0.3 * np.sin(2 * np.pi * phase), 0.3 * 2 * np.pi * np.cos(2 * np.pi * phase)
+        on_it = measured(phase=phase, angle=angle, speed=rate / 1.2, stride_time=1.2)
+        assert hold.torque(on_it) == pytest.approx(0.0, abs=0.05)
+        behind = measured(phase=phase, angle=angle - 0.1, speed=rate / 1.2, stride_time=1.2)
+        assert hold.torque(behind) == pytest.approx(10.0, abs=0.05)

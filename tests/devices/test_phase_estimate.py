@@ -1,0 +1,55 @@
+import math
+
+import numpy as np
+import pytest
+
+from gaitval_devices.phase_estimate import PhaseEstimate
+
+STEP = 0.006
+
+
+def led(estimate, strides, *, seconds=12.0, start=0.0, noise=0.0):
+    """Phases of an estimate that sees a foot with strides of `strides` s, 60 % on the ground."""
+    random = np.random.default_rng(0)
+    times = STEP * np.arange(round(seconds / STEP))
+    found = []
+    for time in times:
+        true = ((time + start) / strides) % 1.0
+        load = 600.0 if true < 0.6 else 0.0
+        estimate.see(time, load + noise * random.standard_normal())
+        found.append((true, estimate.phase))
+    return times, np.array(found)
+
+
+def test_it_finds_the_stride_time_and_the_phase():
+    estimate = PhaseEstimate(40.0, 1.0)
+    _, found = led(estimate, 1.18, seconds=20.0, start=0.8)
+    assert estimate.stride_time == pytest.approx(1.18, abs=0.01)
+    true, seen = found[1700:].T
+    away = (seen - true + 0.5) % 1.0 - 0.5
+    assert np.abs(away).max() < 0.02
+
+
+def test_the_phase_is_not_known_before_the_first_strike():
+    estimate = PhaseEstimate(40.0, 1.0)
+    estimate.start(600.0)
+    _, found = led(estimate, 1.0, start=0.3, seconds=0.6)
+    assert np.isnan(found[:, 1]).all()
+    begun = PhaseEstimate(40.0, 1.0)
+    assert not math.isnan(led(begun, 1.0, start=0.9, seconds=0.3)[1][-1, 1])
+
+
+def test_a_noisy_switch_does_not_strike_twice():
+    estimate = PhaseEstimate(40.0, 1.0)
+    led(estimate, 1.0, seconds=10.0, noise=8.0)
+    assert estimate.stride_time == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_stumble_does_not_change_the_stride_time():
+    estimate = PhaseEstimate(40.0, 1.0)
+    led(estimate, 1.0)
+    before = estimate.stride_time
+    for time, load in ((20.0, 0.0), (24.0, 600.0)):
+        estimate.see(time, load)
+    assert estimate.stride_time == before
+    assert estimate.phase == 0.0

@@ -1,0 +1,85 @@
+import pytest
+
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
+from gaitval_devices import command, study
+from gaitval_devices.device import load_devices
+from gaitval_devices.page import figures_of, strap_loads, write_report
+from gaitval_devices.study import ASSUMPTIONS, Wearer, outcomes, wearer
+
+
+@pytest.fixture(scope="module")
+def who(person):
+    return Wearer("S05", person.task, person.policy, person.mu)
+
+
+@pytest.fixture(scope="module")
+def found(who):
+    patch = pytest.MonkeyPatch()
+    patch.setattr(study, "PUSHES", study.PUSHES[:2])
+    try:
+        return outcomes(who, load_devices("ankle_spring"), samples=0, cycles=8.0)[0]
+    finally:
+        patch.undo()
+
+
+def test_a_person_is_shown_by_every_assumption(found):
+    assert [each.assumption for each in found] == list(ASSUMPTIONS[:3])
+    plain, kept, moments = (figures_of(each, "right") for each in found)
+    name = "ankle: largest moment of the muscles (Nm/kg)"
+    assert plain[name] < kept[name] < 0.0
+    assert plain[name] < moments[name] < 0.0
+    assert kept["stride time (s)"] == plain["stride time (s)"]
+    assert found[1].survived is None
+    assert found[0].survived == 2
+
+
+def test_straps_carry_what_the_device_gives(found):
+    rows = strap_loads(found[2])
+    assert [row["hinge"] for row in rows] == ["ankle angle r", "ankle angle l"]
+    assert all(row["largest"] > row["rms"] > 0.0 and row["apart"] > 0.1 for row in rows)
+
+
+def test_no_device_is_refused(who):
+    with pytest.raises(ConfigurationError, match="no device"):
+        outcomes(who, [], samples=0)
+
+
+@pytest.mark.slow
+def test_the_report_has_all(who, found, tmp_path):
+    write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
+    page = (tmp_path / "device.html").read_text(encoding="utf-8")
+    assert "nothing of metabolic cost" in page
+    assert "Nobody knows which" in page
+    assert (tmp_path / "device.pdf").stat().st_size > 10_000
+    table = (tmp_path / "device.csv").read_text(encoding="utf-8")
+    assert "moments kept,left,ankle: largest torque of the device (Nm/kg)," in table
+
+
+@pytest.mark.slow
+def test_a_subject_may_have_a_prosthesis(tmp_path):
+    path = tmp_path / "patient.toml"
+    device = "\n".join(
+        [
+            "",
+            "[[devices]]",
+            'name = "brace"',
+            'source = "a test"',
+            'sides = ["left"]',
+            "[[devices.hinges]]",
+            'joint = "knee_angle"',
+            "damping = 2.0",
+        ]
+    )
+    path.write_text(load_subject("5").to_toml() + device, encoding="utf-8")
+    found = wearer(str(path))
+    assert [each.name for each in found.own] == ["brace"]
+    path.write_text(path.read_text().replace("damping = 2.0", "damping = -2.0"))
+    with pytest.raises(ConfigurationError, match="damping"):
+        wearer(str(path))
+
+
+def test_a_wrong_device_is_refused_before_the_person_is_made(monkeypatch):
+    monkeypatch.setattr(study, "wearer", lambda _: pytest.fail("too early"))
+    with pytest.raises(ConfigurationError, match="no such device"):
+        command.device.app(["5", "jetpack"], standalone_mode=False)

@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+
+from gaitval.coordinates import ACTUATED
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
+from gaitval_devices.device import Device, load_devices
+from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
+
+MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
+
+
+def made(**hinge):
+    return Device.model_validate({"name": "d", "source": "a test", "hinges": [hinge]})
+
+
+class Constant:
+    """Four lines are a controller."""
+
+    def torque(self, measured):
+        return 3.0
+
+
+def walked(person, devices, cycles=2.0, *, engine="compiled", own=None, start=0.0):
+    environment = DeviceEnvironment(with_devices(person.task, devices, own), engine=engine)
+    return walk_with(environment, person.policy, mu=person.mu, cycles=cycles, start_phase=start)
+
+
+def test_a_device_that_does_nothing_changes_no_bit(person):
+    light = made(joint="knee_angle", motor=MOTOR)
+    with_it = walked(person, [light]).rollout
+    plain = record_rollout(
+        WalkingEnvironment(person.task), person.policy, mu=person.mu, start_phase=0.0, cycles=2.0
+    )
+    np.testing.assert_array_equal(with_it.positions, plain.positions)
+    np.testing.assert_array_equal(with_it.moments, plain.moments)
+
+
+@pytest.mark.parametrize("joint", ["hip_flexion", "knee_angle", "ankle_angle"])
+def test_a_positive_torque_raises_the_coordinate_on_both_sides(person, joint):
+    device = made(joint=joint, motor=MOTOR)
+    pushed, plain = (
+        walked(person, [device], cycles=0.08, own=own, start=0.3) for own in (Constant, None)
+    )
+    assert pushed.hinges == (f"{joint}_r", f"{joint}_l")
+    rows = min(len(pushed.limb), len(plain.limb))
+    np.testing.assert_allclose(pushed.limb[5:], 3.0, rtol=1e-3)
+    change = pushed.rollout.velocities[:rows] - plain.rollout.velocities[:rows]
+    for name in pushed.hinges:
+        assert change[2:10, 6 + ACTUATED.index(name)].min() > 0.0
+
+
+def test_power_is_torque_times_speed_and_totals_are_sums(person):
+    walk = walked(person, load_devices("hip_exo"))
+    hip = ACTUATED.index("hip_flexion_l")
+    column = walk.hinges.index("hip_flexion_l")
+    rate = walk.rollout.velocities[:, 6 + hip]
+    np.testing.assert_array_equal(walk.power[:, column], walk.limb[:, column] * rate)
+    own = walk.total_moments[:, hip] - walk.limb[:, column]
+    np.testing.assert_allclose(own, walk.rollout.moments[:, hip], atol=1e-9)
+    # Straps let the device's angle differ from the joint's.
+    apart = walk.angle[:, column] - walk.rollout.positions[:, 6 + hip]
+    assert 1e-3 < np.abs(apart).max() < 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hip_exo", "below_knee"])
+def test_dart_walks_alike(person, name):
+    devices = load_devices(name)
+    ours, theirs = (walked(person, devices, cycles=0.3, engine=e) for e in ("compiled", "dart"))
+    np.testing.assert_allclose(ours.rollout.positions, theirs.rollout.positions, atol=1e-6)
+    np.testing.assert_allclose(ours.limb, theirs.limb, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_mujoco_walks_similarly(person):
+    devices = load_devices("ankle_spring")
+    ours, theirs = (walked(person, devices, cycles=0.2, engine=e) for e in ("compiled", "mujoco"))
+    rows = min(len(ours.limb), len(theirs.limb))
+    np.testing.assert_allclose(
+        ours.rollout.positions[:rows], theirs.rollout.positions[:rows], atol=0.02
+    )
+
+
+def test_a_prosthesis_has_no_muscles(person):
+    walk = walked(person, load_devices("below_knee"), cycles=0.5)
+    for joint in ("ankle_angle", "subtalar_angle", "mtp_angle"):
+        right, left = ACTUATED.index(f"{joint}_r"), ACTUATED.index(f"{joint}_l")
+        assert np.abs(walk.rollout.moments[:, right]).max() == 0.0
+        assert np.abs(walk.rollout.moments[:, left]).max() > 0.0
+    ankle = walk.hinges.index("ankle_angle_r")
+    q = walk.rollout.positions[:, 6 + ACTUATED.index("ankle_angle_r")]
+    qd = walk.rollout.velocities[:, 6 + ACTUATED.index("ankle_angle_r")]
+    np.testing.assert_allclose(walk.limb[:, ankle], 400.0 * (0.12 - q) - 2.0 * qd, atol=1e-9)
+
+
+def test_a_controller_sees_its_own_side_and_must_give_a_number(person):
+    seen = []
+
+    class Curious:
+        def torque(self, measured):
+            seen.append((measured.side, measured.loaded, measured.phase))
+            return float("nan") if len(seen) > 200 else 0.0
+
+    with pytest.raises(ValueError, match="Return a finite number"):
+        walked(person, load_devices("ankle_exo"), own=Curious)
+    sides = {side: [s for s in seen if s[0] == side] for side in ("right", "left")}
+    assert len(sides["right"]) - len(sides["left"]) in (0, 1)
+    # The walk starts at the right heel strike: the right foot is on the ground, the left one soon
+    # is not.
+    assert sides["right"][10][1]
+    assert not sides["left"][40][1]
+    assert np.isnan(sides["left"][10][2])
+    assert not np.isnan(sides["left"][99][2])
+
+
+def test_the_same_walk_twice_is_the_same(person):
+    devices = load_devices("hip_exo")
+    environment = DeviceEnvironment(with_devices(person.task, devices))
+    first, second = (
+        walk_with(environment, person.policy, mu=person.mu, cycles=1.5) for _ in range(2)
+    )
+    np.testing.assert_array_equal(first.limb, second.limb)

@@ -1,0 +1,40 @@
+"""What can be done, from JSON that nobody vouches for."""
+
+import pytest
+
+from gaitval.errors import RecordError
+from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, doing_of, values_of
+
+
+@pytest.mark.parametrize(
+    "doing",
+    [Push(100.0, -50.0), SetSpeed(1.2), Body("friction", 0.7), Restart(), Clock(0.0), Clock(0.25)],
+)
+def test_what_is_written_is_read(doing):
+    assert doing_of(values_of(doing), "here") == doing
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (None, "does nothing"),
+        ([], "does nothing"),
+        ({"do": "fly"}, "does nothing"),
+        ({"do": ["push"]}, "does nothing"),
+        ({"do": "push", "forward": 1.0}, "takes forward, left"),
+        ({"do": "push", "forward": 1.0, "left": 0.0, "up": 1.0}, "takes forward, left"),
+        ({"do": "push", "forward": "1", "left": 0.0}, "no number"),
+        ({"do": "push", "forward": True, "left": 0.0}, "no number"),
+        ({"do": "push", "forward": float("nan"), "left": 0.0}, "finite"),
+        ({"do": "push", "forward": 1e300, "left": 1e300}, "more than 1200 N"),
+        ({"do": "speed", "value": float("inf")}, "finite"),
+        ({"do": "body", "name": "head", "value": 1.0}, "no body parameter"),
+        ({"do": "body", "name": [], "value": 1.0}, "no body parameter"),
+        ({"do": "clock", "rate": -1.0}, "rate is -1"),
+        ({"do": "clock", "rate": 2.0}, "rate is 2"),
+        ({"do": "restart", "now": 1}, "takes nothing"),
+    ],
+)
+def test_what_cannot_be_done_is_refused(values, said):
+    with pytest.raises(RecordError, match=said):
+        doing_of(values, "the page")

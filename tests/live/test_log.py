@@ -1,0 +1,121 @@
+"""What was done, from a file, walked again."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from gaitval.errors import RecordError
+from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed
+from gaitval_live.log import Writer, check_person, read_log, walk_again
+from gaitval_live.walk import LiveWalk
+
+DOINGS = (
+    (40, Push(0.0, 150.0)),
+    (40, SetSpeed(1.2)),
+    (90, Clock(0.25)),
+    (120, Body("shank_length", 1.02)),
+    (160, Push(-80.0, 20.0)),
+    (300, Push(0.0, 1200.0)),
+    (900, Restart()),
+)
+
+
+@pytest.fixture(scope="module")
+def written(person, tmp_path_factory):
+    """A log with a bit of everything, a fall too."""
+    walk = LiveWalk(person, person.speeds[1])
+    writer = Writer(tmp_path_factory.mktemp("logs") / "walks" / "one.jsonl", person, walk)
+    for step, doing in DOINGS:
+        while walk.step < step:
+            walk.act()
+        writer.did(walk.step, doing)
+        if not isinstance(doing, Clock):
+            walk.do(doing)
+        writer.at(walk)
+    for _ in range(60):
+        walk.act()
+    writer.at(walk)
+    writer.close()
+    return writer.path
+
+
+def test_a_log_is_walked_again_bit_for_bit(written, person):
+    log = read_log(written)
+    check_person(log, person, written)
+    found = walk_again(log, LiveWalk(person, log.speed))
+    assert found.differs is None
+    assert found.checked == len(DOINGS) + 1
+    assert log.steps == 960
+
+
+def test_a_push_that_was_an_action_later_is_seen(written, person, tmp_path):
+    rows = written.read_text().split("\n")
+    values = json.loads(rows[1])
+    assert values["do"] == "push"
+    rows[1] = json.dumps({**values, "step": values["step"] - 1})
+    path = tmp_path / "changed.jsonl"
+    path.write_text("\n".join(rows))
+    log = read_log(path)
+    assert walk_again(log, LiveWalk(person, log.speed)).differs == 40
+
+
+def test_a_log_that_was_cut_off_is_read_up_to_there(written, person, tmp_path):
+    """As a process leaves it that is killed while it writes."""
+    path = tmp_path / "cut.jsonl"
+    path.write_text(written.read_text()[:-20])
+    log = read_log(path)
+    assert walk_again(log, LiveWalk(person, log.speed)).differs is None
+
+
+def test_another_policy_or_reference_is_refused(written, person):
+    log = read_log(written)
+    with pytest.raises(RecordError, match="reference motions differ"):
+        check_person(log, replace(person, references=("other",)), written)
+    with pytest.raises(RecordError, match="the policy"):
+        check_person(replace(log, policy="other"), person, written)
+
+
+def test_a_log_that_is_there_is_not_overwritten(written, person, walk):
+    with pytest.raises(FileExistsError):
+        Writer(written, person, walk)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("{}", "step is None"),
+        ('{"step": -1, "do": "restart"}', "step is -1"),
+        ('{"step": true, "do": "restart"}', "step is True"),
+        ('{"step": 1e3, "do": "restart"}', "step is 1000.0"),
+        ('{"step": 1, "do": "fly"}', "does nothing"),
+        ('{"step": 1, "digest": 5}', "digest"),
+        ('{"step": 1, "digest": "a", "do": "restart"}', "digest"),
+        ("[1]", "no JSON object"),
+        ("[" * 100_000, "no JSON object"),
+        ('{"step": 5, "do": "restart"}\n{"step": 4, "do": "restart"}', "comes after"),
+    ],
+)
+def test_a_damaged_line_is_named(written, tmp_path, line, said):
+    path = tmp_path / "damaged.jsonl"
+    path.write_text(written.read_text().split("\n")[0] + f"\n{line}\n")
+    with pytest.raises(RecordError, match=f"damaged.jsonl, line [23].*{said}"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("text", ["", "\n", "hello\n", "[]\n", '{"format": "other"}\n'])
+def test_what_is_no_log_is_refused(tmp_path, text):
+    path = tmp_path / "none.jsonl"
+    path.write_text(text)
+    with pytest.raises(RecordError, match=r"none.jsonl"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("name", ["subject", "policy", "references", "speed"])
+def test_a_log_without_its_beginning_is_refused(written, tmp_path, name):
+    values = json.loads(written.read_text().split("\n")[0])
+    del values[name]
+    path = tmp_path / "headless.jsonl"
+    path.write_text(json.dumps(values) + "\n")
+    with pytest.raises(RecordError, match=name):
+        read_log(path)

@@ -1,0 +1,97 @@
+"""The page in Chromium, with graphics by software."""
+
+import re
+import time
+from contextlib import contextmanager
+
+import pytest
+from page_in_browser import chromium, overflow, violations
+
+from evidence.browser import FLAGS
+from gaitval_live.page import _leading, served
+from gaitval_live.walk import LiveWalk
+
+
+def test_the_address_is_in_a_file_and_no_argument(tmp_path):
+    address = "http://127.0.0.1:1/secret/"
+    assert address in _leading(tmp_path, address).read_text()
+
+
+def until(page, true):
+    """Wait for what the page says; its policy lets no text be run in it (`wait_for_function`)."""
+    began = time.monotonic()
+    while not page.evaluate(true):
+        assert time.monotonic() - began < 60.0, true
+        page.wait_for_timeout(50)
+
+
+@contextmanager
+def looked_at(config, address, **options):
+    """A page in a browser, and what went wrong in it."""
+    from playwright.sync_api import sync_playwright
+
+    wrong = []
+    with sync_playwright() as browsers:
+        browser = browsers.chromium.launch(executable_path=chromium(config), args=list(FLAGS))
+        page = browser.new_page(viewport={"width": 1280, "height": 800}, **options)
+        page.on("console", lambda message: wrong.append(message.text))
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("request", lambda request: wrong.append(request.url)
+                if not request.url.startswith((address, "data:")) else None)  # fmt: skip
+        page.goto(address)
+        page.set_default_timeout(60_000)
+        until(page, "+document.getElementById('live').dataset.frames > 5")
+        yield page
+        browser.close()
+    assert not wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dark", [False, True])
+def test_it_walks_is_pushed_and_is_for_everybody(person, request, dark):
+    walk = LiveWalk(person, person.speeds[1])
+    scheme = "dark" if dark else "light"
+    with (
+        served(person, walk) as server,
+        looked_at(request.config, server.address, color_scheme=scheme) as page,
+    ):
+        assert "never for verdicts" in page.locator("body").inner_text()
+        box = page.locator("canvas").bounding_box()
+        x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 40, y, steps=3)
+        assert re.fullmatch(r"100 N .+", page.locator("#force").inner_text())
+        page.mouse.up()
+        until(page, "document.getElementById('live').dataset.delays !== ''")
+        assert "Push: 100 N" in page.locator("#news").inner_text()
+        page.get_by_role("button", name="to the left").click()
+        page.locator("#speed").fill(f"{person.speeds[-1]:.2f}")
+        page.locator("#mu-friction").fill("0.7")
+        until(page, "document.getElementById('news').textContent.includes('to the left')")
+        page.locator("canvas").focus()
+        page.keyboard.press("Space")
+        until(page, "document.getElementById('pause').textContent === 'Go on'")
+        stood = walk.step
+        page.wait_for_timeout(200)
+        assert walk.step == stood
+        assert violations(page) == []
+        assert overflow(page) <= 0
+        page.set_viewport_size({"width": 400, "height": 800})
+        assert overflow(page) <= 0
+    words = server.session.written.read_text()
+    for done in ("push", "speed", "body", "clock"):
+        assert f'"do": "{done}"' in words
+
+
+@pytest.mark.slow
+def test_a_page_whose_program_has_ended_says_so(person, request):
+    walk = LiveWalk(person, person.speeds[1])
+    with (
+        served(person, walk) as server,
+        looked_at(request.config, server.address) as page,
+    ):
+        server.session.end()
+        page.wait_for_selector("#gone:not([hidden])")
+        assert "its log" in page.locator("#gone").inner_text()
+        server.session.end = lambda: None  # it has ended

@@ -1,0 +1,45 @@
+"""A person with references at all speeds, in a run folder."""
+
+import pytest
+
+from gaitval.datasets.subject_file import load_subject
+from gaitval.study.predict import range_speeds
+from gaitval.study.stage import Observer
+from gaitval_live.log import Writer, check_person, read_log, walk_again
+from gaitval_live.person import folder_of, prepared
+from gaitval_live.walk import LiveWalk
+
+
+def test_the_folder_of_a_person_is_not_that_of_a_study():
+    assert folder_of(load_subject(5)).name == "S05-live"
+
+
+@pytest.mark.slow
+def test_a_second_start_finds_the_references_and_walks_a_log_again(tmp_path):
+    subject = load_subject(8)  # one trial, at 0.57 m/s
+
+    class Said(Observer):
+        def __init__(self):
+            self.ran = []
+
+        def started(self, stage, reason):
+            self.ran.append(stage)
+
+    first, second = Said(), Said()
+    with prepared(subject, tmp_path, first) as person:
+        assert first.ran == ["scale", "range"]
+        assert person.speeds == pytest.approx(range_speeds([subject.walking_speed_m_s]))
+        walk = LiveWalk(person)
+        writer = Writer(tmp_path / "walks" / "log.jsonl", person, walk)
+        for _ in range(500):
+            walk.act()
+        writer.at(walk)
+        writer.close()
+        assert not walk.down
+    with prepared(subject, tmp_path, second) as person:
+        assert not second.ran
+        log = read_log(writer.path)
+        check_person(log, person, writer.path)
+        found = walk_again(log, LiveWalk(person, log.speed))
+        assert found.differs is None
+        assert found.checked == 1

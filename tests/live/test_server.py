@@ -1,0 +1,233 @@
+"""Who is answered, and who is not."""
+
+import http.client
+import json
+import re
+import socket
+import struct
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from gaitval_live.log import read_log, walk_again
+from gaitval_live.page import served
+from gaitval_live.server import FILES, MOST_BYTES, MOST_CONNECTIONS
+from gaitval_live.walk import LiveWalk
+
+PUSH = json.dumps({"do": "push", "forward": 90.0, "left": 0.0})
+READS = ("", "live.js", "scene", "walk")
+
+
+@pytest.fixture(scope="module")
+def server(person):
+    with served(person, LiveWalk(person, person.speeds[1])) as found:
+        yield found
+
+
+@contextmanager
+def answer(server, name="", *, method="GET", secret=None, body=None, host=None, **headers):
+    """Status and response to a request as a browser makes it, but for what is given."""
+    connection = http.client.HTTPConnection(*server.server_address[:2], timeout=10)
+    path = f"/{server.secret if secret is None else secret}/{name}"
+    sent = {"Host": host or server.host, "Sec-Fetch-Site": "same-origin"}
+    if method == "POST":
+        sent |= {"Origin": f"http://{server.host}", "Content-Type": "application/json"}
+        sent["Content-Length"] = str(len(body or ""))
+    sent |= {key.replace("_", "-"): value for key, value in headers.items()}
+    connection.putrequest(method, path, skip_host=True)
+    for key, value in sent.items():
+        if value is not None:
+            connection.putheader(key, value)
+    connection.endheaders(None if body is None else body.encode())
+    try:
+        yield connection.getresponse()
+    finally:
+        connection.close()
+
+
+def status(server, *arguments, **options):
+    with answer(server, *arguments, **options) as response:
+        return response.status
+
+
+def test_it_listens_on_this_machine_alone(server):
+    assert server.server_address[0] == "127.0.0.1"
+    assert server.socket.family == socket.AF_INET
+
+
+def test_its_own_page_is_answered(server):
+    for name in (*FILES, "scene", "walk"):
+        assert status(server, name) == 200
+    assert status(server, "do", method="POST", body=PUSH) == 204
+    assert status(server, Sec_Fetch_Site="none") == 200  # an address that was typed in
+    assert status(server, "no-such-file") == 404
+
+
+@pytest.mark.parametrize("secret", ["", "x", "a" * 43, "..", "%2e%2e"])
+def test_a_wrong_secret_is_refused(server, secret):
+    for name in READS:
+        assert status(server, name, secret=secret) == 403
+    assert status(server, "do", method="POST", body=PUSH, secret=secret) == 403
+
+
+def test_nearly_the_secret_is_refused(server):
+    for secret in (server.secret[:-1], server.secret + "A", server.secret.swapcase()):
+        assert status(server, secret=secret) == 403
+
+
+def test_a_secret_that_is_no_ascii_is_refused(server):
+    with socket.create_connection(server.server_address[:2]) as connection:
+        connection.sendall(f"GET /\xe4/ HTTP/1.1\r\nHost: {server.host}\r\n\r\n".encode("latin-1"))
+        assert b" 403 " in connection.recv(100)
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "localhost:{port}",
+                                  "127.0.0.1", "127.0.0.1:1", "[::1]:{port}"])  # fmt: skip
+def test_another_host_is_refused(server, host):
+    """A name of somebody else's that is bound to 127.0.0.1 (DNS rebinding)."""
+    host = host.format(port=server.server_address[1])
+    for name in READS:
+        assert status(server, name, host=host) == 403
+    assert status(server, "do", method="POST", body=PUSH, host=host) == 403
+
+
+def test_two_hosts_are_refused(server):
+    with socket.create_connection(server.server_address[:2]) as connection:
+        hosts = f"Host: {server.host}\r\nHost: evil.example\r\n"
+        connection.sendall(f"GET /{server.secret}/ HTTP/1.1\r\n{hosts}\r\n".encode())
+        assert b" 403 " in connection.recv(100)
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://{host}", "file://"])
+def test_another_origin_is_refused(server, origin):
+    origin = origin.format(host=server.host)
+    for name in READS:
+        assert status(server, name, Origin=origin) == 403
+    assert status(server, "do", method="POST", body=PUSH, Origin=origin) == 403
+
+
+def test_who_acts_must_say_where_from(server):
+    assert status(server, "do", method="POST", body=PUSH, Origin=None) == 403
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_a_request_that_another_site_made_is_refused(server, site):
+    for name in READS:
+        assert status(server, name, Sec_Fetch_Site=site) == 403
+    assert status(server, "do", method="POST", body=PUSH, Sec_Fetch_Site=site) == 403
+
+
+def test_a_form_cannot_act(server):
+    for kind in ("text/plain", "application/x-www-form-urlencoded"):
+        assert status(server, "do", method="POST", body=PUSH, Content_Type=kind) == 403
+
+
+def test_what_cannot_be_done_is_refused(server):
+    for body in ("", "{", "[]", "[" * 1500, '{"do": "push", "forward": NaN, "left": 0}'):
+        assert status(server, "do", method="POST", body=body) == 400
+    assert status(server, "do", method="POST", body="x" * (MOST_BYTES + 1)) == 413
+    for length in ("-1", "", "1e3", "٣"):
+        found = None
+        try:
+            found = status(server, "do", method="POST", Content_Length=length)
+        except UnicodeEncodeError:
+            continue
+        assert found == 413
+
+
+def test_other_methods_are_not_there(server):
+    for method in ("PUT", "DELETE", "OPTIONS", "HEAD"):
+        assert status(server, method=method) == 501
+
+
+def test_the_page_may_load_and_send_nothing_elsewhere(server):
+    with answer(server) as response:
+        headers, page = response.headers, response.read().decode()
+    policy = headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; ")
+    assert "unsafe" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert headers["Referrer-Policy"] == "no-referrer"
+    assert headers["Cache-Control"] == "no-store"
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["Access-Control-Allow-Origin"] is None
+    assert not re.search(r"https?:|//|\son\w+=|style=|<script>", page)
+    assert "never for verdicts" in page
+
+
+def test_a_refusal_says_nothing(server):
+    with answer(server, secret="x") as response:
+        assert response.read() == b""
+        assert "gaitval" in response.headers["Server"]
+        assert "Python" not in response.headers["Server"]
+
+
+def test_too_many_connections_are_closed(server):
+    several = [socket.create_connection(server.server_address[:2]) for _ in range(40)]
+    try:
+        time.sleep(0.3)
+        closed = 0
+        for each in several:
+            each.setblocking(False)
+            try:
+                closed += each.recv(1) == b""
+            except BlockingIOError:
+                pass
+            except ConnectionResetError:
+                closed += 1
+        assert closed >= 40 - MOST_CONNECTIONS
+    finally:
+        for each in several:
+            each.close()
+    time.sleep(0.3)
+    assert status(server) == 200
+
+
+def moments(response):
+    """The moments of a walk, as the page reads them."""
+    while True:
+        (size,) = struct.unpack("<I", response.read(4))
+        yield struct.unpack(f"<{size // 8}d", response.read(size))
+
+
+def test_a_push_acts_a_moment_after_it_came_in(person):
+    """And what was done is in the log, from which it is walked again, bit for bit."""
+    walk = LiveWalk(person, person.speeds[1])
+    with served(person, walk) as server, answer(server, "walk") as response:
+        seen = moments(response)
+        for _ in range(10):
+            next(seen)
+        began = time.monotonic()
+        assert status(server, "do", method="POST", body=PUSH) == 204
+        force = 9 + len(person.policy.tensors["observation_mean"][:14])  # behind numbers and mu
+        for moment in seen:
+            if moment[force] > 0.0:
+                break
+            assert time.monotonic() - began < 5.0
+        assert moment[force] == 90.0
+        assert time.monotonic() - began < 1.0  # a busy machine
+        path = server.session.written
+    shown = server.session.shown
+    assert 0.0 <= shown.acted - shown.received < 0.25
+    log = read_log(path)
+    assert [line.doing.forward for line in log.lines if line.doing] == [90.0]
+    found = walk_again(log, LiveWalk(person, log.speed))
+    assert found.differs is None
+    assert found.checked > 0
+
+
+def test_nobody_looks_so_nobody_walks(person):
+    walk = LiveWalk(person, person.speeds[1])
+    with served(person, walk) as server:
+        time.sleep(0.2)
+        assert walk.step == 0
+        with answer(server, "walk") as response:
+            seen = moments(response)
+            while next(seen)[0] < 5:
+                pass
+        time.sleep(0.3)
+        stood = walk.step
+        time.sleep(0.3)
+        # The page is missed with the first moment that it does not take.
+        assert walk.step - stood < 100

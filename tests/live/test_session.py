@@ -1,0 +1,107 @@
+"""Real time, by a clock of the test."""
+
+import time
+
+import pytest
+
+from gaitval_live.doing import Clock, Push
+from gaitval_live.log import Replay, Writer, read_log
+from gaitval_live.session import MOST_BEHIND, Session
+
+
+class Watched:
+    """A session that somebody looks at within the block."""
+
+    def __init__(self, walk, **options):
+        self.session = Session(walk, **options)
+
+    def __enter__(self):
+        self.session.start()
+        self.session.watch(True)
+        return self.session
+
+    def __exit__(self, *_):
+        self.session.end()
+
+
+def until(true, seconds=10.0):
+    """Wait for something that takes a moment, longer on a busy machine."""
+    began = time.monotonic()
+    while not true():
+        assert time.monotonic() - began < seconds, "it did not happen"
+        time.sleep(0.005)
+
+
+def test_it_is_never_faster_than_real_time(walk):
+    began = time.monotonic()
+    with Watched(walk) as session:
+        until(lambda: walk.step > 30)
+        steps, passed = walk.step, time.monotonic() - began
+        assert steps * walk.seconds <= passed + MOST_BEHIND
+        assert session.shown.seen.step > 0
+
+
+def test_it_stands_still_while_it_is_paused(walk):
+    with Watched(walk) as session:
+        until(lambda: walk.step > 5)
+        session.do(Clock(0.0))
+        until(lambda: session.shown.rate == 0.0)
+        stood = walk.step
+        time.sleep(0.1)
+        assert walk.step == stood
+        session.do(Clock(1.0))
+        until(lambda: walk.step > stood + 5)
+
+
+def test_a_push_while_it_is_paused_waits(walk):
+    with Watched(walk) as session:
+        session.do(Clock(0.0))
+        until(lambda: session.shown.rate == 0.0)
+        session.do(Push(50.0, 0.0))
+        until(lambda: session.shown.pushes == 1)
+        stood = walk.step
+        session.do(Clock(1.0))
+        until(lambda: session.shown.acted > 0.0)
+        assert walk.step > stood
+
+
+def test_a_visitor_of_a_replay_does_nothing_but_stop_the_clock(person, walk, tmp_path):
+    from gaitval_live.walk import LiveWalk
+
+    writer = Writer(tmp_path / "log.jsonl", person, walk)
+    for step in range(50):
+        if step == 20:
+            writer.did(walk.step, Push(0.0, 60.0))
+            walk.do(Push(0.0, 60.0))
+        walk.act()
+    writer.at(walk)
+    writer.close()
+    again = LiveWalk(person, person.speeds[1])
+    replay = Replay(read_log(writer.path), again)
+    with Watched(again, replay=replay) as session:
+        session.do(Push(0.0, 1000.0))
+        until(lambda: replay.over)
+        assert session.shown.pushes <= 1
+    assert again.step == 50
+    assert replay.differs is None
+    assert replay.checked == 1
+    assert again.digest == walk.digest
+
+
+def test_an_ended_session_answers_those_who_wait(walk):
+    with Watched(walk) as session:
+        shown = session.shown
+    assert session.ended
+    assert session.next_shown(session.shown, 5.0) is not None
+    assert shown.seen.step == 0 or shown.seen.step <= walk.step
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.5])
+def test_slow_motion_is_slow(walk, rate):
+    with Watched(walk) as session:
+        session.do(Clock(rate))
+        until(lambda: session.shown.rate == rate)
+        began, before = time.monotonic(), walk.step
+        until(lambda: walk.step > before + 5)
+        passed = time.monotonic() - began
+        assert (walk.step - before) * walk.seconds <= rate * (passed + MOST_BEHIND) + walk.seconds

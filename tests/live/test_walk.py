@@ -1,0 +1,131 @@
+"""The walk: pushes, speeds, bodies, falls."""
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import PushSettings
+from gaitval.model.parameters import PARAMETERS
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval_live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed
+from gaitval_live.walk import PUSH_SECONDS, LiveWalk
+
+
+def acted(walk, count):
+    for _ in range(count):
+        walk.act()
+    return walk.see()
+
+
+def test_it_walks_as_the_environment_does(person):
+    """With one speed, no pushes and the body as scaled, it is `WalkingEnvironment`, to rounding."""
+    walk = LiveWalk(person, person.speeds[0])
+    environment = WalkingEnvironment(person.tasks[0].with_environment(drift_tolerance=1e3))
+    nominal = walk.mu
+    environment.centre(person.policy.act, nominal)
+    options = {"phase": 0.0, "mu": nominal, "push": None, "noise": 0.0}
+    observation, _ = environment.reset(seed=0, options=options)
+    for _ in range(300):
+        observation, *_ = environment.step(person.policy.act(observation))
+    mine, theirs = acted(walk, 300).positions, environment.walker.state[0]
+    place = slice(3, 5)  # it stands where the world begins, not where the reference does
+    np.testing.assert_allclose(np.delete(mine, place), np.delete(theirs, place), rtol=0, atol=1e-9)
+
+
+def test_a_push_is_its_force_for_50_ms(walk):
+    acted(walk, 10)
+    walk.do(Push(120.0, -60.0))
+    given = np.zeros(2)
+    for _ in range(20):
+        given += walk.seconds * acted(walk, 1).push
+    np.testing.assert_allclose(given, PUSH_SECONDS * np.array([120.0, -60.0]), rtol=1e-12)
+
+
+def test_a_push_acts_in_the_next_action(walk):
+    acted(walk, 5)
+    walk.do(Push(100.0, 0.0))
+    assert acted(walk, 1).push[0] == 100.0
+
+
+def test_the_largest_push_is_the_largest_that_is_tested():
+    assert PushSettings().largest == LARGEST_PUSH
+
+
+def test_it_comes_to_another_speed_without_a_jump(walk, person):
+    before = acted(walk, 200).positions
+    walk.do(SetSpeed(person.speeds[-1]))
+    steps = []
+    for _ in range(400):
+        now = acted(walk, 1)
+        steps.append(now.positions[3] - before[3])
+        before = now.positions
+        assert not now.down
+    assert walk.speed == pytest.approx(person.speeds[-1])
+    # 3 m/s is faster than any part of a pelvis' path here: a jump would be.
+    assert min(steps) > 0.0
+    assert max(steps) < 3.0 * walk.seconds
+
+
+def test_a_speed_beyond_the_references_is_the_last_of_them(walk, person):
+    walk.do(SetSpeed(10.0))
+    acted(walk, 700)
+    assert walk.speed == person.speeds[-1]
+
+
+def test_a_body_parameter_goes_to_its_value_within_bounds(walk):
+    walk.do(Body("thigh_length", 9.0))
+    walk.do(Body("friction", 0.7))
+    acted(walk, 20)
+    index = PARAMETERS.index("thigh_length")
+    assert 1.0 < walk.mu[index] < walk.upper[index]
+    seen = acted(walk, 200)
+    assert seen.mu[index] == walk.upper[index]
+    assert seen.mu[PARAMETERS.index("friction")] == 0.7
+    assert not seen.down
+
+
+def test_a_walker_that_fell_stands_up_where_it_fell(walk):
+    acted(walk, 100)
+    walk.do(Push(0.0, LARGEST_PUSH))
+    while not walk.down:
+        walk.act()
+        assert walk.step < 1000
+    fell = walk.see()
+    walk.do(Push(0.0, LARGEST_PUSH))  # who lies on the ground is not pushed
+    while walk.down:
+        walk.act()
+    stands = acted(walk, 1)
+    assert stands.time == pytest.approx(walk.seconds)
+    assert np.hypot(*(stands.positions - fell.positions)[3:5]) < 0.05
+    assert not stands.push.any()
+    assert not acted(walk, 300).down
+
+
+def test_it_starts_again_where_it_is(walk):
+    before = acted(walk, 150)
+    walk.do(Restart())
+    after = acted(walk, 1)
+    assert after.phase < 0.05
+    assert np.hypot(*(after.positions - before.positions)[3:5]) < 0.05
+
+
+def test_the_line_follows_a_walker_that_is_pushed_aside(walk):
+    """Far from its line a walker would see what no policy learned."""
+    acted(walk, 100)
+    for _ in range(4):
+        walk.do(Push(0.0, 150.0))
+        acted(walk, 150)
+    assert not walk.down
+    assert walk.see().positions[4] > 0.0
+
+
+def test_nothing_but_what_is_done_changes_the_walk(person):
+    first, second = (LiveWalk(person, person.speeds[1]) for _ in range(2))
+    for walk in (first, second):
+        acted(walk, 30)
+        walk.do(Push(50.0, 50.0))
+        acted(walk, 30)
+        walk.see()
+    assert first.digest == second.digest
+    second.do(Push(1e-9, 0.0))
+    assert acted(first, 5).step == acted(second, 5).step
+    assert first.digest != second.digest

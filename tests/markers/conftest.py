@@ -1,0 +1,21 @@
+"""Recordings of people whose markers' places are known: drawn, not measured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn_markers import drawn_person
+
+from gaitval.mocap.recording import Recording
+
+
+@pytest.fixture
+def stander() -> Recording:
+    """A person of 1.7 m who stands in a laboratory with y up and faces between two of its axes."""
+    return drawn_person(np.random.default_rng(7))
+
+
+@pytest.fixture
+def wbds_static(gait_data: Path) -> Path:
+    """The standing trial of WBDS01."""
+    return gait_data / "wbds" / "raw" / "WBDS01static1.trc"

@@ -1,0 +1,105 @@
+"""Markers are found by their places, whatever they are called, and by names where these agree."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn_markers import LEGS, NAMES, drawn_person
+
+from gaitval.errors import RecordError
+from gaitval.mocap.recording import Recording
+from gaitval.mocap.trc import read_trc
+from gaitval.scaling.marker_sets import load_marker_set
+from gaitval_markers.draft import Guess, draft_markers
+from gaitval_markers.files import as_toml
+
+
+def guessed(recording: Recording) -> dict[str, str | None]:
+    return {
+        guess.name: None if guess.site is None else guess.site.label
+        for guess in draft_markers(recording).guesses
+    }
+
+
+def test_a_person_without_names_is_recognised_in_any_axes() -> None:
+    found = draft_markers(drawn_person(np.random.default_rng(3), named=False))
+    assert not found.names_count
+    assert np.isnan(found.names_agree)
+    assert [guess.site.label for guess in found.guesses if guess.site] == LEGS
+
+
+def test_names_are_used_where_they_agree_and_make_it_more_certain(stander: Recording) -> None:
+    unnamed = replace(stander, names=tuple(f"M{k}" for k in range(len(LEGS))))
+    alone, named = draft_markers(unnamed), draft_markers(stander)
+    assert named.names_count
+    assert sum(guess.used for guess in named.guesses) > sum(guess.used for guess in alone.guesses)
+    assert guessed(stander) == {NAMES[label]: label for label in LEGS}
+
+
+def test_exchanged_labels_are_seen_and_the_places_count(stander: Recording) -> None:
+    mixed = np.random.default_rng(1).permutation(np.array(stander.names, dtype=object))
+    found = draft_markers(replace(stander, names=tuple(mixed)))
+    assert not found.names_count
+    assert found.names_agree < 0.6
+    assert [guess.site.label for guess in found.guesses if guess.site] == LEGS
+
+
+def test_two_exchanged_labels_are_never_used_unseen(stander: Recording) -> None:
+    names = list(stander.names)
+    one, other = names.index("RKNE"), names.index("LKNE")
+    names[one], names[other] = names[other], names[one]
+    found = {
+        guess.name: guess for guess in draft_markers(replace(stander, names=tuple(names))).guesses
+    }
+    for name, place in (("RKNE", "L.Knee"), ("LKNE", "R.Knee")):
+        assert found[name].site is not None
+        assert found[name].site.label == place
+        assert found[name].named is False
+        assert not found[name].used
+    assert found["RANK"].used
+
+
+def test_a_marker_on_no_known_place_is_left_to_the_user() -> None:
+    assert not Guess("X", None, None, 1.0, None, np.zeros(3)).used
+
+
+def test_the_file_is_a_marker_set_that_the_import_reads(stander: Recording, tmp_path: Path) -> None:
+    draft = draft_markers(stander)
+    path = tmp_path / "drafted.toml"
+    path.write_text(as_toml(draft, 'A "title"', "drafted"), encoding="utf-8")
+    read = load_marker_set(path)
+    used = [guess for guess in draft.guesses if guess.used]
+    assert set(read.markers) == {guess.name for guess in used}
+    for guess in used:
+        assert guess.site is not None
+        assert read.markers[guess.name].segment == guess.site.segment
+        assert read.markers[guess.name].landmark == guess.site.landmark
+    commented = [
+        line for line in path.read_text(encoding="utf-8").splitlines() if "= { seg" in line
+    ]
+    assert len(commented) == len(draft.guesses)
+
+
+def test_too_few_markers_are_refused(stander: Recording) -> None:
+    with pytest.raises(RecordError, match="5 markers are seen, which is too few"):
+        draft_markers(stander.with_markers(stander.names[:5], stander.markers[:, :5]))
+
+
+def test_a_standing_trial_of_wbds_is_drafted_without_its_names(wbds_static: Path) -> None:
+    standing = read_trc(wbds_static)
+    known = load_marker_set("wbds")
+    names = known.renamed(standing.names)
+    kept = [i for i, name in enumerate(standing.names) if name in names]
+    markers = standing.with_markers([f"M{i}" for i in kept], standing.markers[:, kept])
+    right = 0
+    for i, guess in zip(kept, draft_markers(markers).guesses, strict=True):
+        definition = known.markers[names[standing.names[i]]]
+        site = guess.site
+        same = site is not None and (site.segment, site.landmark) == (
+            definition.segment,
+            definition.landmark,
+        )
+        right += same
+        assert same or not guess.used
+    assert right >= 0.92 * len(kept)

@@ -1,0 +1,200 @@
+"""Subjects of one stride a side: what is known stays, what is estimated has an interval."""
+
+import numpy as np
+import pytest
+
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
+from gaitval.gait.record import PeriodicCurve
+from gaitval.prediction.population import with_others_kinetics
+from gaitval.scaling.anthropometry import mass_fractions
+from gaitval.scaling.scaling import scale_subject
+from gaitval_patients.asymmetry import angle_rows, symmetry_index, worse_side
+from gaitval_patients.cohort import found_patients, written
+from gaitval_patients.estimates import Estimate, leg_difference, pace, stride_time
+from gaitval_patients.one_stride import TOLERANCE, left_strike, smoothed
+from gaitval_patients.page import page_values, write_pages
+from gaitval_patients.people import Person
+from gaitval_patients.records import two_sided
+from gaitval_patients.rolling_foot import feet
+from gaitval_patients.told import most_dorsiflexed, over_stance, told_record, warped
+
+PHASE = np.linspace(0.0, 1.0, 101)
+
+
+@pytest.fixture(scope="session")
+def patients(strides_table, people_table):
+    return found_patients(strides_table, [people_table], ["P2=1.1"], ["well"])
+
+
+def test_a_smooth_stride_is_kept_within_the_tolerance():
+    values = 0.3 * np.sin(2 * np.pi * PHASE) + 0.1 * np.cos(6 * np.pi * PHASE)
+    found = smoothed(values)
+    assert found.rms < TOLERANCE
+    assert abs(found.closure) < 1e-12
+
+
+def test_a_jump_is_smoothed_and_told_not_refused():
+    values = np.where(PHASE < 0.6, 0.2, -0.1) + 0.02 * PHASE
+    found = smoothed(values)
+    assert len(found.curve.cosine) == 12
+    assert np.isclose(found.closure, values[-1] - values[0])
+    error = np.abs(found.curve.periodic()(PHASE) - values)
+    assert np.isclose(found.curve.residual, error.max())
+    assert found.curve.residual > 0.1
+
+
+@pytest.mark.parametrize("shift", [0.38, 0.5, 0.61])
+def test_the_left_strike_is_found_where_it_is(shift):
+    random = np.random.default_rng(1)
+    curves = {}
+    for name, sign in (("tilt", 1), ("list", -1), ("rotation", -1)):
+        # A pelvis with odd harmonics, so that half a cycle is not a whole one.
+        cosine, sine = 0.05 * random.normal(size=(2, 4))
+        right = PeriodicCurve(0.1, tuple(cosine), tuple(sine))
+        curves[f"pelvis_{name}_r"] = right
+        values = sign * right(np.arange(100) / 100 + shift)
+        curves[f"pelvis_{name}_l"] = smoothed(np.append(values, values[0])).curve.periodic()
+    found = left_strike(curves, 0.5, 0.05)
+    assert abs(found.phase - shift) < 0.01
+    assert found.sd < 0.02
+
+
+def test_a_pelvis_that_hardly_moves_leaves_what_was_thought_before():
+    flat = PeriodicCurve(0.1, (0.0,), (0.0,))
+    curves = {f"pelvis_{name}_{s}": flat for name in ("tilt", "list", "rotation") for s in "rl"}
+    found = left_strike(curves, 0.47, 0.05)
+    assert np.isclose(found.phase, 0.47, atol=1e-3)
+    assert np.isclose(found.sd, 0.05, rtol=0.05)
+
+
+@pytest.mark.parametrize("name", ["1", "4", "8"])
+def test_the_rolling_foot_says_how_long_a_stride_is(name):
+    subject = load_subject(name)
+    tape = {"hip_height": subject.leg_length_m}
+    model = scale_subject(subject.by_stature().model_copy(update={"tape": tape})).model
+    found = feet(subject.gait.angles_of_both(), subject.left_phase, model)
+    true = subject.walking_speed_m_s * subject.stride_time_s
+    assert abs(found.stride_length - true) < 3.0 * found.sd
+    for side in SIDES:
+        assert abs(found.stance[side] - subject.stance_fraction.of(side)) < 0.05
+
+
+def test_pace_of_a_known_speed_is_length_over_time():
+    length, leg = Estimate(1.2, 0.04, "made"), Estimate(0.9, 0.0, "made")
+    known = pace(length, leg, 1.0, patient=True)
+    assert (known.speed.sd, known.stride_time.value) == (0.0, pytest.approx(1.2))
+    unknown = pace(length, leg, None, patient=True)
+    assert unknown.speed.value * unknown.stride_time.value == pytest.approx(1.2)
+    low, high = unknown.speed.interval()
+    assert low < unknown.speed.value < high
+    healthy = pace(length, leg, None, patient=False)
+    assert healthy.speed.sd < unknown.speed.sd * 1.5
+
+
+def test_short_strides_of_patients_keep_the_cadence():
+    short, usual = (stride_time(length, 0.9, patient=True).value for length in (0.3, 1.2))
+    assert short == usual
+    assert stride_time(0.3, 0.9, patient=False).value > 2.0 * usual
+
+
+def test_a_difference_of_legs_has_its_error():
+    found = leg_difference({"right": 0.91, "left": 0.89})
+    assert found.value == pytest.approx(0.02)
+    assert 0.005 < found.sd < 0.015
+
+
+def test_subjects_keep_both_sides_and_can_be_read_again(patients):
+    one, two = patients
+    for each in patients:
+        gait = each.subject.gait
+        assert (gait.mirrored, gait.not_recorded, gait.moments) == ({}, {}, {})
+        again = parse_subject(each.subject.to_toml(), "again")
+        assert again.identifier == each.subject.identifier
+    assert (one.subject.person, one.subject.trial, one.affected) == ("P1", "off", "left")
+    assert two.subject.prosthesis == two.affected == "right"
+    right, left = (two.subject.gait.angles[f"knee_angle_{side}"].mean for side in "rl")
+    assert left - right > np.radians(4.0)
+
+
+def test_speed_is_estimated_with_an_interval_that_holds_the_truth(patients):
+    speed = patients[0].estimates["speed"]
+    low, high = speed.interval()
+    assert low < load_subject("5").walking_speed_m_s < high
+    assert patients[1].estimates["speed"].sd == 0.0
+
+
+def test_a_prosthetic_leg_is_lighter(patients):
+    two = patients[1]
+    assert two_sided(two.person)
+    table = {row.name: row for row in scale_subject(two.subject, symmetric=False).table}
+    assert table["right shank"].mass_kg == pytest.approx(1.9)
+    assert table["left shank"].mass_kg == pytest.approx(
+        mass_fractions(two.subject.sex)["shank"] * two.subject.mass_kg, rel=0.05
+    )
+    total = scale_subject(two.subject, symmetric=False).model.mass
+    assert total == pytest.approx(two.subject.mass_kg)
+
+
+def test_two_measured_legs_make_a_body_with_two_legs(strides_table, tmp_path):
+    people = tmp_path / "people.csv"
+    people.write_text(
+        "ID,Sex,Age,Height (m),Mass (kg),Right leg length (m),Left leg length (m)\n"
+        "P2,F,30,1.65,60,0.86,0.83\n",
+        encoding="utf-8",
+    )
+    (two,) = found_patients(strides_table, [people], only=["P2"])
+    assert two.estimates["leg_difference"].value == pytest.approx(0.03)
+    table = {row.name: row for row in scale_subject(two.subject, symmetric=False).table}
+    assert table["right thigh"].length_m > table["left thigh"].length_m
+    assert Person("x").legs is None
+
+
+def test_kinetics_are_expected_over_the_own_stance(patients):
+    subject, others = patients[1].subject, builtin_subjects()
+    told = told_record(subject, others)
+    stance = subject.stance_fraction.of_both()
+    assert told.stance_fraction == stance
+    phase = np.arange(200) / 200
+    total = sum(told.ground_reaction(side, phase)[:, 2].mean() for side in SIDES)
+    assert total == pytest.approx(1.0, abs=0.01)
+    for side in SIDES:
+        name = f"ankle_angle_{side[0]}"
+        peak = phase[np.argmin(told.moments[name](phase))]
+        # the calf pulls hardest near where the ankle is turned furthest
+        assert abs(peak - most_dorsiflexed(told.angles[name], stance[side])) < 0.08
+
+
+def test_the_same_stance_changes_nothing():
+    subject, others = load_subject("5"), builtin_subjects()
+    before = with_others_kinetics(subject, others)
+    after = over_stance(before, before.stance_fraction)
+    for name, curve in before.moments.items():
+        assert np.allclose(after.moments[name](PHASE), curve(PHASE), atol=2e-3)
+    assert np.allclose(warped(PHASE, 0.6, 0.6), PHASE)
+    assert np.allclose(warped(np.array([0.0, 0.7, 1.0]), 0.7, 0.6), [0.0, 0.6, 1.0])
+
+
+def test_asymmetry_is_zero_for_equal_sides_and_has_a_sign():
+    assert symmetry_index(2.0, 2.0) == 0.0
+    assert symmetry_index(3.0, 1.0) == pytest.approx(100.0)
+    assert symmetry_index(1.0, 3.0) == pytest.approx(-100.0)
+
+
+def test_a_page_names_side_norms_and_what_cannot_be_said(patients, tmp_path):
+    one, two = patients
+    rows = {row.name: row for row in angle_rows(two)}
+    assert rows["knee_angle"].difference > 4.0
+    assert rows["knee_angle"].beyond["left"] is not None
+    assert worse_side(two)[0] in SIDES
+    values = page_values(two, None)
+    assert any("prosthesis" in each for each in values["cannot"])
+    assert any("How fast" in each for each in page_values(one, None)["cannot"])
+    written(patients, tmp_path)
+    text = (write_pages(patients, None, tmp_path) / "P2.html").read_text(encoding="utf-8")
+    for said in ("The right leg is a prosthesis", "Symmetry index of step time", "90 % interval"):
+        assert said in text
+    assert "spastic" in text
+    assert (tmp_path / "table.csv").read_text().splitlines()[2] == (
+        "P2,subjects/P2.toml,kinematics,false"
+    )

@@ -1,0 +1,90 @@
+"""Tables of strides and of people: what they say is read, what is wrong is named."""
+
+import csv
+
+import numpy as np
+import pytest
+from made_strides import stride_rows, write_strides
+
+from gaitval.errors import RecordError
+from gaitval_patients.people import person_of, read_people
+from gaitval_patients.strides import read_strides, turned
+
+
+def test_a_stride_is_read_by_the_numbers_of_axes(strides_table):
+    first, second = read_strides(strides_table)
+    assert (first.group, first.subject) == ("well", "P1_off")
+    assert len(first.angles) == 18
+    assert 50 < first.angles["knee_angle_r"].max() < 80
+    assert turned((first, second)) == []
+
+
+def test_a_side_that_lacks_an_angle_is_refused_and_not_mirrored(tmp_path):
+    rows = [row for row in stride_rows("5", "g", "P") if row[3:5] != ["L", "knee_2"]]
+    with pytest.raises(RecordError, match="P: no knee_angle_l"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+
+
+def test_a_turned_sign_of_all_people_is_found(tmp_path):
+    rows = stride_rows("5", "g", "P")
+    for row in rows:
+        if row[4] == "hip_2":
+            row[5:] = [-value for value in row[5:]]
+    with pytest.raises(RecordError, match="hip_flexion: nearer"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+
+
+def test_what_is_no_number_or_there_twice_is_named(tmp_path):
+    rows = stride_rows("5", "g", "P")
+    rows[0][20] = "x"
+    rows.append(rows[1])
+    with pytest.raises(RecordError, match=r"not a number(.|\n)*there twice"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+    other = tmp_path / "other.csv"
+    other.write_text("a,b\n1,2\n", encoding="utf-8")
+    with pytest.raises(RecordError, match="no group"):
+        read_strides(other)
+
+
+def test_people_are_read_whatever_the_columns_are_called(people_table):
+    people = read_people(people_table)
+    one, state = person_of("P1_off", people)
+    assert state == "off"
+    assert one.affected == {"off": "left"}
+    assert 1.4 < one.height < 2.1
+    assert 0.7 < one.leg_length < 1.1
+    two, state = person_of("P2", people)
+    assert (two.amputation, two.affected, two.age, state) == ("right", None, None, "")
+
+
+def test_somebody_without_a_row_is_known_by_name_only(people_table):
+    nobody, state = person_of("X9_on", read_people(people_table))
+    assert (nobody.identifier, nobody.mass, state) == ("X9", None, "on")
+
+
+def test_two_rows_of_one_person_that_differ_are_refused(tmp_path):
+    path = tmp_path / "people.csv"
+    path.write_text("Subject,Sex\nA,F\nA,M\n", encoding="utf-8")
+    with pytest.raises(RecordError, match="second time"):
+        read_people(path)
+    path.write_text("Name,Sex\nA,F\n", encoding="utf-8")
+    with pytest.raises(RecordError, match="no column says who"):
+        read_people(path)
+
+
+def test_signs_of_the_data_are_right_by_shape(gait_data):
+    people = read_strides(gait_data / "gps" / "strides.csv")
+    assert len(people) == 104
+    assert len({each.subject.partition("_")[0] for each in people}) == 82
+
+
+def test_the_datas_people_are_read(gait_data):
+    gps = gait_data / "gps"
+    amputees = read_people(gps / "amputee_subjects.csv")
+    assert len(amputees) == 18
+    assert {each.amputation for each in amputees.values()} == {"right", "left"}
+    parkinson = read_people(gps / "parkinson_subjects.csv")
+    assert parkinson["SUB03"].affected == {"on": "left", "off": "right"}
+    assert np.isclose(parkinson["SUB06"].height, 1.515)
+    with (gps / "amputee_subjects.csv").open(encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) == len(amputees)

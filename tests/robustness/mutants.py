@@ -1,0 +1,293 @@
+"""Small faults, planted one at a time in `metrics`, `gait`, `inverse` and `reference`: do the tests
+of the module itself fail?
+
+    python tests/robustness/mutants.py --mutants 400 --seed 43 --log FILE     # goes on from it
+    python tests/robustness/mutants.py --again FILE --log NEW                 # survivors, once more
+
+A mutant is one change of the syntax tree: an arithmetic sign, a comparison or its limit, `and` for
+`or`, `not` and minus left out, a number plus one, True for False. They are drawn from all that
+there are. No file is changed: the tests run in a fork of this process, in which the module is
+imported with its mutant. They are those that `tests/test_mirror.py` asks for: the file of the same
+path, else those that `tests/tested_by.toml` names. They may take `TIMES` the processor time that
+they take without a mutant; then, as when they fail, the mutant is killed.
+
+Left out are texts, annotations, functions that numba compiles, and the constants of their modules:
+its cache would take them as they were.
+"""
+
+import argparse
+import ast
+import importlib.abc
+import importlib.util
+import json
+import os
+import random
+import resource
+import signal
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from importlib.machinery import ModuleSpec
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+FOLDERS: Final = ("metrics", "gait", "inverse", "reference")
+TIMES: Final = 4.0
+LEAST_SECONDS: Final = 20.0
+LONGEST: Final = 1800.0
+"""s of the clock, for a machine that is busy with something else."""
+LOADED: Final = (
+    *("numpy", "scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "pandas"),
+    *("scipy.spatial.transform", "numba", "pydantic", "pytest", "hypothesis", "ezc3d", "cma"),
+)
+"""Libraries that are imported once, before the forks."""
+SWAPPED: Final[dict[type[ast.AST], tuple[str, str]]] = {
+    ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
+    ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "/"), ast.Mod: ("%", "//"), ast.MatMult: ("@", "*"),
+    ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">"),
+    ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Is: ("is", "is not"),
+    ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"), ast.NotIn: ("not in", "in"),
+    ast.And: ("and", "or"), ast.Or: ("or", "and"), ast.BitAnd: ("&", "|"), ast.BitOr: ("|", "&"),
+}  # fmt: skip
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of a module: `before` at an offset of its text becomes `after`."""
+
+    module: str
+    line: int
+    offset: int
+    before: str
+    after: str
+
+    def of(self, text: str) -> str:
+        """The module's text with the change."""
+        end = self.offset + len(self.before)
+        assert text[self.offset : end] == self.before
+        return text[: self.offset] + self.after + text[end:]
+
+
+def mutants_of(text: str, module: str) -> Iterator[Mutant]:
+    """All mutants of a module."""
+    tree = ast.parse(text)
+    starts = [0]
+    for line in text.encode().splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    data = text.encode()
+
+    def place(line: int, column: int) -> int:
+        return len(data[: starts[line - 1] + column].decode())
+
+    def begin(node: ast.expr) -> int:
+        return place(node.lineno, node.col_offset)
+
+    def end(node: ast.expr) -> int:
+        return place(node.end_lineno or 0, node.end_col_offset or 0)
+
+    left_out = set(_left_out(tree))
+    for node in ast.walk(tree):
+        if node in left_out:
+            continue
+        pairs: list[tuple[int, int, ast.AST]] = []
+        match node:
+            case ast.BinOp(left=left, op=op, right=right):
+                pairs = [(end(left), begin(right), op)]
+            case ast.Compare(left=left, ops=ops, comparators=several):
+                sides = [left, *several]
+                pairs = [(end(sides[i]), begin(sides[i + 1]), op) for i, op in enumerate(ops)]
+            case ast.BoolOp(op=op, values=values):
+                pairs = [(end(a), begin(b), op) for a, b in pairwise(values)]
+            case ast.UnaryOp(op=ast.USub() | ast.Not(), operand=operand):
+                before = text[begin(node) : begin(operand)]
+                if "\n" not in before and "(" not in before:
+                    yield Mutant(module, node.lineno, begin(node), before, "")
+            case ast.Constant(value=bool() | int() | float() as value):
+                other = str(not value) if isinstance(value, bool) else repr(value + 1)
+                before = text[begin(node) : end(node)]
+                yield Mutant(module, node.lineno, begin(node), before, other)
+        for first, last, op in pairs:
+            if type(op) in SWAPPED:
+                sign, other = SWAPPED[type(op)]
+                at = text.find(sign, first, last)
+                if at >= 0 and "#" not in text[first:last]:
+                    yield Mutant(module, text.count("\n", 0, at) + 1, at, sign, other)
+
+
+def _left_out(tree: ast.Module) -> Iterator[ast.AST]:
+    """Nodes that are not mutated."""
+    compiled = [node for node in tree.body if _is_compiled(node)]
+    for node in compiled:
+        yield from ast.walk(node)
+    for node in tree.body if compiled else ():
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            yield from ast.walk(node)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            arguments = [*node.args.args, *node.args.kwonlyargs, *node.args.posonlyargs]
+            for each in (node.returns, *(argument.annotation for argument in arguments)):
+                if each is not None:
+                    yield from ast.walk(each)
+        elif isinstance(node, ast.AnnAssign):
+            yield from ast.walk(node.annotation)
+        elif isinstance(node, ast.JoinedStr) or (
+            isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        ):
+            yield from ast.walk(node)
+
+
+def _is_compiled(node: ast.AST) -> bool:
+    if not isinstance(node, ast.FunctionDef):
+        return False
+    names = [ast.unparse(each) for each in node.decorator_list]
+    return any("compiled" in name or "jit" in name for name in names)
+
+
+def all_mutants() -> list[Mutant]:
+    """Those of the four folders."""
+    found = []
+    for folder in FOLDERS:
+        for path in sorted((ROOT / "gaitval" / folder).glob("*.py")):
+            module = f"gaitval.{folder}.{path.stem}"
+            if path.stem != "__init__":
+                found += mutants_of(path.read_text(encoding="utf-8"), module)
+    return found
+
+
+def tests_of(module: str) -> list[str]:
+    """Files of the tests of a module."""
+    _, folder, name = module.split(".")
+    own = ROOT / "tests" / folder / f"test_{name}.py"
+    if own.exists():
+        return [str(own)]
+    table = tomllib.loads((ROOT / "tests" / "tested_by.toml").read_text(encoding="utf-8"))
+    return [str(ROOT / each) for each in table[module]]
+
+
+class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Imports one module from another text than that of its file."""
+
+    def __init__(self, module: str, text: str) -> None:
+        self.module, self.text = module, text
+        self.path = str(ROOT.joinpath(*module.split(".")).with_suffix(".py"))
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Of this module alone."""
+        if name != self.module:
+            return None
+        return importlib.util.spec_from_file_location(name, self.path, loader=self)
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """As usual."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Run the text."""
+        exec(compile(self.text, self.path, "exec"), module.__dict__)
+
+
+def tried(mutant: Mutant | None, tests: Sequence[str], seconds: float) -> tuple[int, float]:
+    """Run tests with a mutant in a fork of this process.
+
+    Returns
+    -------
+    tuple
+        pytest's exit code, or minus the signal that ended it, and the processor time, s.
+    """
+    child = os.fork()
+    if not child:
+        os.setsid()
+        _run_tests(mutant, tests, seconds)
+    limit = time.monotonic() + LONGEST
+    while True:
+        pid, status, used = os.wait4(child, os.WNOHANG)
+        if pid:
+            break
+        if time.monotonic() > limit:
+            os.killpg(child, signal.SIGKILL)
+        time.sleep(0.05)
+    return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime
+
+
+def _run_tests(mutant: Mutant | None, tests: Sequence[str], seconds: float) -> None:
+    """In the fork: never returns."""
+    code = 3
+    try:
+        with tempfile.TemporaryFile() as said:
+            os.dup2(said.fileno(), 1)
+            os.dup2(said.fileno(), 2)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
+        if mutant is not None:
+            path = ROOT.joinpath(*mutant.module.split(".")).with_suffix(".py")
+            text = mutant.of(path.read_text(encoding="utf-8"))
+            sys.meta_path.insert(0, _Mutated(mutant.module, text))
+        import pytest
+
+        options = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:randomly")
+        code = int(pytest.main([*options, "-n", "0", *tests]))
+    except BaseException:
+        code = 3
+    finally:
+        os._exit(code)
+
+
+def drawn(count: int, seed: int) -> list[Mutant]:
+    """So many mutants of all."""
+    return random.Random(seed).sample(all_mutants(), count)
+
+
+def logged(log: Path) -> list[Json]:
+    """The mutants of a log."""
+    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    return [json.loads(line) for line in lines]
+
+
+def run(mutants: Sequence[Mutant], log: Path) -> None:
+    """Try mutants, but for those of the log, and add them to it."""
+    for name in LOADED:
+        importlib.import_module(name)
+    os.chdir(ROOT)
+    paths = (ROOT, ROOT / "extras", ROOT / "tests" / "support", ROOT / "tests")
+    sys.path[:0] = map(str, paths)
+    usual: dict[str, float] = {}
+    known = {(each["module"], each["offset"], each["after"]) for each in logged(log)}
+    for mutant in mutants:
+        if (mutant.module, mutant.offset, mutant.after) in known:
+            continue
+        tests = tests_of(mutant.module)
+        if mutant.module not in usual:
+            code, usual[mutant.module] = tried(None, tests, LONGEST)
+            if code:
+                raise SystemExit(f"{tests}: fail without a mutant (exit code {code})")
+        limit = max(LEAST_SECONDS, TIMES * usual[mutant.module])
+        code, used = tried(mutant, tests, limit)
+        found = {**asdict(mutant), "code": code, "killed": code != 0, "seconds": round(used, 2)}
+        with log.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(found) + "\n")
+        print(json.dumps(found), flush=True)
+
+
+def main() -> None:
+    """Entry point."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--mutants", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=43)
+    parser.add_argument("--log", type=Path, required=True, help="a line for each; goes on from it")
+    parser.add_argument("--again", type=Path, metavar="LOG", help="the survivors of a log instead")
+    given = parser.parse_args()
+    if given.again is None:
+        run(drawn(given.mutants, given.seed), given.log)
+        return
+    names = ("module", "line", "offset", "before", "after")
+    left = [each for each in logged(given.again) if not each["killed"]]
+    run([Mutant(**{name: each[name] for name in names}) for each in left], given.log)
+
+
+if __name__ == "__main__":
+    main()
