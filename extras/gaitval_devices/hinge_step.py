@@ -14,6 +14,9 @@ from typing import Final
 
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit_borrowing
+from gaitval.model.tree import ACTUATED_COUNT
+from gaitval.simulation.dynamics import accelerations, integrate
+from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace, enter, forces
 
 # Columns of the numbers of a hinge.
 SPRING, REST, PULLS, DAMPING, RATCHET = 0, 1, 2, 3, 4
@@ -119,3 +122,53 @@ def hinge_torques(
     for h in range(which.shape[0]):
         i = which[h]
         forces[i] += hinge_torque(step, state[0, i], state[1, i], numbers[h], hinges[h])
+
+
+@njit_borrowing
+def steps_with_devices(
+    body: WalkerBody,
+    state: Array,
+    phase: float,
+    pace: float,
+    target: Array,
+    slope: Array,
+    root_force: Array,
+    memory: Array,
+    account: Account,
+    work: Workspace,
+    which: Array,
+    numbers: Array,
+    hinges: Array,
+    log: Array,
+) -> float:
+    """`simulation.physics_steps.steps` with the hinges of devices.
+
+    Parameters
+    ----------
+    body, state, phase, pace, target, slope, root_force, memory, account, work : as there.
+    which, numbers, hinges : as `hinge_torques` takes them.
+    log : (N, H, STATE) out, the hinges after each step.
+    """
+    for row in range(account.phase.shape[0]):
+        for i in range(ACTUATED_COUNT):
+            target[i] += slope[i]
+        forces(body, state, phase, pace, target, root_force, memory, work)
+        hinge_torques(body.physics_step, state, which, numbers, hinges, work.forces)
+        accelerations(
+            body.tree,
+            work.frames,
+            state,
+            work.forces,
+            body.stiffness,
+            body.total_damping,
+            body.physics_step,
+            work.dynamics,
+            work.acceleration,
+        )
+        integrate(state, work.acceleration, body.physics_step)
+        phase += pace * body.phase_step
+        enter(body, state, phase, row, account, work)
+        for h in range(hinges.shape[0]):
+            for k in range(hinges.shape[1]):
+                log[row, h, k] = hinges[h, k]
+    return phase

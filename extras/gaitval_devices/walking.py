@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
-from gaitval.compiled import njit_borrowing
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
@@ -18,14 +17,8 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import PARAMETERS_OBSERVED
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
-from gaitval.simulation.dynamics import accelerations, integrate
 from gaitval.simulation.physics_steps import (
-    Account,
     Action,
-    WalkerBody,
-    Workspace,
-    enter,
-    forces,
     outside_steps,
 )
 from gaitval.simulation.rollout import Rollout
@@ -36,7 +29,7 @@ from gaitval_devices import hinge_step as column
 from gaitval_devices.composite import fitted
 from gaitval_devices.controllers import Controller, Measured
 from gaitval_devices.device import Device, Hinge
-from gaitval_devices.hinge_step import hinge_torques
+from gaitval_devices.hinge_step import hinge_torques, steps_with_devices
 from gaitval_devices.phase_estimate import PhaseEstimate
 
 Maker = Callable[[], Controller]
@@ -131,56 +124,6 @@ def hinge_numbers(hinge: Hinge) -> Array:
     if strap is not None:
         numbers[column.STRAPPED :] = 1.0, strap.stiffness, strap.damping, strap.inertia
     return numbers
-
-
-@njit_borrowing
-def steps_with_devices(
-    body: WalkerBody,
-    state: Array,
-    phase: float,
-    pace: float,
-    target: Array,
-    slope: Array,
-    root_force: Array,
-    memory: Array,
-    account: Account,
-    work: Workspace,
-    which: Array,
-    numbers: Array,
-    hinges: Array,
-    log: Array,
-) -> float:
-    """`simulation.physics_steps.steps` with the hinges of devices.
-
-    Parameters
-    ----------
-    body, state, phase, pace, target, slope, root_force, memory, account, work : as there.
-    which, numbers, hinges : as `hinge_step.hinge_torques` takes them.
-    log : (N, H, STATE) out, the hinges after each step.
-    """
-    for row in range(account.phase.shape[0]):
-        for i in range(ACTUATED_COUNT):
-            target[i] += slope[i]
-        forces(body, state, phase, pace, target, root_force, memory, work)
-        hinge_torques(body.physics_step, state, which, numbers, hinges, work.forces)
-        accelerations(
-            body.tree,
-            work.frames,
-            state,
-            work.forces,
-            body.stiffness,
-            body.total_damping,
-            body.physics_step,
-            work.dynamics,
-            work.acceleration,
-        )
-        integrate(state, work.acceleration, body.physics_step)
-        phase += pace * body.phase_step
-        enter(body, state, phase, row, account, work)
-        for h in range(hinges.shape[0]):
-            for k in range(hinges.shape[1]):
-                log[row, h, k] = hinges[h, k]
-    return phase
 
 
 class DeviceWalker(Walker):
