@@ -136,7 +136,7 @@ def _moved(q: Array, qd: Array, time: float) -> Array:
 def _yourdfpy(
     _: BodyModel, __: Sequence[Device], path: Path, positions: Array, rates: Array
 ) -> Whole:
-    import yourdfpy  # type: ignore[import-untyped]
+    import yourdfpy
 
     content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
     robot = yourdfpy.URDF.load(io.BytesIO(content), load_meshes=False, build_scene_graph=True)

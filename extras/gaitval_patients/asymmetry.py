@@ -22,7 +22,7 @@ class AngleRow(NamedTuple):
     score : gait variable score of each side, and the healthy people's mean and SD.
     ranges : largest less smallest value of each side.
     difference : RMS of right less left curve.
-    index : symmetry index of the ranges, %, right above left positive (Robinson et al. 1987, J
+    symmetry : symmetry index of the ranges, %, right above left positive (Robinson et al. 1987, J
         Manipulative Physiol Ther 10:172): difference over the mean of both.
     beyond : of each side, % of the cycle that is more than `BEYOND` SD from people of this speed
         and age; None where there is no norm.
@@ -33,7 +33,7 @@ class AngleRow(NamedTuple):
     healthy: tuple[float, float]
     ranges: dict[Side, float]
     difference: float
-    index: float
+    symmetry: float
     beyond: dict[Side, float | None]
 
 
