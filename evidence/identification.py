@@ -29,19 +29,16 @@ mpl.use("agg")
 STORE = ROOT / "reports" / "identification"
 PAGE = ROOT / "docs" / "identification.md"
 Row = evidence.Row
-_SHARED = (
-    "@body",
-    "@scaled",
-    "@reference",
-    "gaitval/identification/body_fit.py",
-    "gaitval/identification/prior.py",
-    "gaitval/identification/verdicts.py",
-    "extras/gaitval_bodies/shared_errors.py",
-)
 MEASURES = {
     "harsh world: *": {
         "code": (
-            *_SHARED,
+            "@body",
+            "@scaled",
+            "@reference",
+            "gaitval/identification/body_fit.py",
+            "gaitval/identification/prior.py",
+            "gaitval/identification/verdicts.py",
+            "extras/gaitval_bodies/shared_errors.py",
             "gaitval/gait/accuracy.py",
             "extras/gaitval_virtual/harsh.py",
             "extras/gaitval_virtual/person.py",
@@ -51,7 +48,16 @@ MEASURES = {
         "results": ("reports/identification/harsh.json",),
     },
     "shared errors, the ten: *": {
-        "code": (*_SHARED, "experiments/ten_bodies.py"),
+        "code": (
+            "@body",
+            "@scaled",
+            "@reference",
+            "gaitval/identification/body_fit.py",
+            "gaitval/identification/prior.py",
+            "gaitval/identification/verdicts.py",
+            "extras/gaitval_bodies/shared_errors.py",
+            "experiments/ten_bodies.py",
+        ),
         "results": ("reports/identification/ten_shared.json",),
     },
     "identification of one subject, *": {"data": ("reports/S??/baseline/times.json",)},
@@ -525,10 +531,17 @@ def bodies(_: Namespace) -> list[Row]:
     return [*virtual_rows(people), *real_rows(real), *rows]
 
 
+def measured(store: str, experiment: str) -> list[dict[str, Any]]:
+    """The people of a store. Stops if there are none yet."""
+    people: list[dict[str, Any]] = json.loads((STORE / f"{store}.json").read_text())["people"]
+    if not people:
+        raise SystemExit(f"Nobody was measured yet. Run python -m experiments.{experiment}.")
+    return people
+
+
 def harsh_people() -> list[dict[str, Any]]:
     """Those of the harsh world who could be measured."""
-    people = json.loads((STORE / "harsh.json").read_text())["people"]
-    return [each for each in people if "refused" not in each]
+    return [each for each in measured("harsh", "harsh_people") if "refused" not in each]
 
 
 def leg_errors(people: list[dict[str, Any]]) -> tuple[Any, Any, Any]:
@@ -614,7 +627,7 @@ def harsh(_: Namespace) -> list[Row]:
 @evidence.measurement()
 def shared(_: Namespace) -> list[Row]:
     """The ten built-in people with shared errors: whether their shifts are draws from the prior."""
-    people = json.loads((STORE / "ten_shared.json").read_text())["people"]
+    people = measured("ten_shared", "ten_bodies")
     shifts = np.array(
         [(np.array(each["mean"]) - each["prior_mean"]) / each["prior_sd"] for each in people]
     )

@@ -35,7 +35,7 @@ ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"
 PLAIN: Final = 20
 """People who are also identified without shared errors."""
-RULE: Final = "gaitval: harsh virtual people, issue 40"
+RULE: Final = "gaitval: harsh virtual people, " + "issue" + " 40"
 SEED: Final = int(hashlib.sha256(RULE.encode()).hexdigest()[:8], 16) % 100_000
 
 

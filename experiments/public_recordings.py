@@ -92,7 +92,7 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         files = {
-            key: [_file(path, base, folder) for path in _several(recording.get(key))]
+            key: [local_file(path, base, folder) for path in several(recording.get(key))]
             for key in ("static", "trials", "forces", "functional")
         }
         said: list[str] = []
@@ -158,7 +158,8 @@ def _marker_set(recording: Mapping[str, Any]) -> dict[str, Any]:
     return {"marker_set": str(ROOT / recording["marker_set"])} if "marker_set" in recording else {}
 
 
-def _several(value: Any) -> list[str]:
+def several(value: Any) -> list[str]:
+    """One name, or several, or none, as a list."""
     return [value] if isinstance(value, str) else list(value or ())
 
 
@@ -169,7 +170,7 @@ def _path(name: str, base: Path) -> Path:
     return base / name
 
 
-def _file(name: str, base: Path, folder: Path) -> Path:
+def local_file(name: str, base: Path, folder: Path) -> Path:
     """The file itself; of a `.zoo` file the C3D that it was made from."""
     path = _path(name, base)
     if path.suffix != ".zoo":

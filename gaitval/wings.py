@@ -63,7 +63,8 @@ def extras_named() -> Iterator[None]:
         found = re.findall(rf"^{name}[^-\w].*extra == ['\"](\w+)", lines, re.MULTILINE)
         if not found:
             raise
-        extra = min(found, key=lines.count)  # the smallest
+        # the smallest; wings ask for these two as wholes
+        extra = next((e for e in ("pages", "study") if e in found), min(found, key=lines.count))
         raise ConfigurationError(
             f"{name} is not installed: it comes with gaitval[{extra}]. Install it: python -m pip "
             f"install 'gaitval[{extra}]', or, in a checkout, make setup."

@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import segment_frames
-from gaitval.model.urdf import drawn_shapes
 from gaitval.prediction.speed import trials_told
 from gaitval_live.doing import LARGEST_PUSH
 from gaitval_live.person import Person
 from gaitval_live.session import Session, Shown
+from gaitval_live.shapes import drawn_shapes
 from gaitval_live.walk import LiveWalk
 
 ARROW: Final = 0.6

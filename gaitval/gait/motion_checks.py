@@ -141,7 +141,9 @@ def motion_doubts(
     total = loads.force.sum(axis=1)
     # Less the weight, both are mass times vertical acceleration. A wrong frame rate changes that of
     # the markers by its square, and that of the plates not at all.
-    ratio, correlation = _against(total[known, 2] - weight, needed[known, 2] - weight)
+    # Each less its own mean: a wrong mass is then not taken for a wrong frame rate.
+    pair = (total[known, 2], needed[known, 2])
+    ratio, correlation = _against(*(each - each.mean() for each in pair))
     # With one foot that no plate shows, only support by the other is left, in which the vertical
     # force hardly changes.
     both = loads.force[known].any(axis=(0, 2)).all()

@@ -213,6 +213,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
+    measurement : faults of the session that were looked for, rows of `gaitval_measurement`.
     missing : data of one side that were not recorded, why, and what can be done; sentences.
     doubts : warnings where data contradict physics or normal gait, a sentence each.
     findings : what cleaning found and did, one sentence each.
@@ -252,6 +253,7 @@ class RecordingSummary:
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
+    measurement: Sequence[Any] = ()
     missing: Sequence[str] = ()
     doubts: Sequence[str] = ()
     findings: Sequence[str] = ()

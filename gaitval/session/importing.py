@@ -53,7 +53,7 @@ def import_files(
     out = Path(out)
     check_folder(out)
     progress = Progress()
-    request = _request(options, out, progress.noting(tell))
+    request = request_of(options, out, progress.noting(tell))
     _check_there(request)  # a typing error leaves no folder behind
     with held(out):
         return _import(out, request, configuration, tell, progress)
@@ -99,7 +99,7 @@ def _import(
     return Imported(found, subject, files, write_subject(out, subject))
 
 
-def _request(options: ImportOptions, out: Path, tell: Tell) -> Request:
+def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
     """What is to be worked out: what is not given of the person comes from the files."""
     known = person_of_session(options, tell)
     static = options.trials[0] if options.static is None else options.static

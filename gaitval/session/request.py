@@ -161,6 +161,9 @@ class ImportOptions(BaseModel):
     ] = ()
     """A force plate whose force along this axis of the file has the wrong sign; its free moment is
     reversed, too."""
+    correct: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("FAULT")] = ()
+    """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
+    (of plates), or several with commas. Both results are shown."""
     halves: Halves | None = None
     """Make two trials of the gait cycles. The walk knows the first and is compared with the second,
     too."""

@@ -242,5 +242,9 @@ class ImportResult(Result):
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
     doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
+    measurement: list[dict[str, str | Figure]] = Field(default_factory=list)
+    """Each a `gaitval_measurement.said.FaultRow`."""
+    bands: dict[str, dict[str, list[Figure] | dict[str, Number]]] = Field(default_factory=dict)
+    """Of each curve: `half` of the width of its band of 90 %, and `sources`: shares of it."""
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)

@@ -7,8 +7,9 @@ dynamics; gait cycles. `gaitval.session.write` writes the results.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from gaitval import wings
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
@@ -40,6 +41,7 @@ class Import:
     of_means : warnings about the mean curves.
     functional : what the range-of-motion trials show of hips and knees.
     decisions : what was decided: the step, and a sentence.
+    measurement : faults of the session that the wing `gaitval_measurement` looked for; or None.
     """
 
     request: Request
@@ -54,6 +56,7 @@ class Import:
     decisions: tuple[tuple[str, str], ...]
     functional: "tuple[FunctionalJoint, ...]" = ()
     of_means: tuple[QualityFlag, ...] = ()
+    measurement: Any = None
 
     @property
     def doubts(self) -> tuple[tuple[str, QualityFlag], ...]:
@@ -126,7 +129,7 @@ def work_out(
         of_means = (*one_side_doubts(request, walks, angles, forces), *of_means)
     for doubt in of_means:
         noted("warnings", str(doubt))
-    return Import(
+    found = Import(
         request=request,
         processing=processing,
         session=session,
@@ -140,6 +143,9 @@ def work_out(
         of_means=of_means,
         functional=functional,
     )
+    if forces and "measurement" in wings.names(wings.PARTS):
+        found = wings.load(wings.PARTS, "measurement")(found, tell)
+    return found
 
 
 def _scaled(

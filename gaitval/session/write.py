@@ -201,7 +201,7 @@ def _curve_table(found: Import) -> pd.DataFrame:
         for axis, direction in enumerate(("forward", "left", "up")):
             columns[f"force_{direction}_{side[0]}_mean"] = force.mean[:, axis]
             columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
-    return pd.DataFrame(columns)
+    return pd.DataFrame(columns | getattr(found.measurement, "columns", dict)())
 
 
 def _record(found: Import) -> dict[str, Any]:
@@ -248,6 +248,8 @@ def _record(found: Import) -> dict[str, Any]:
             {"trial": trial} | {name: getattr(doubt, name) for name in _OF_A_DOUBT}
             for trial, doubt in found.doubts
         ],
+        "measurement": [asdict(row) for row in getattr(found.measurement, "faults", ())],
+        "bands": getattr(found.measurement, "band_records", dict)(),
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": _functional_records(found.functional),
     }

@@ -268,7 +268,10 @@ class TestWbds:
 
     def test_a_clean_recording_raises_no_doubt_and_agrees_with_its_events(self, imported):
         found = imported(lambda _: None)
-        assert [str(doubt) for _, doubt in found.doubts] == []
+        # The right plate is some 25 mm from where the file says: built-in S01 corrects it, too.
+        known = ("measurement: place", "plate 2")
+        left = [str(d) for _, d in found.doubts if (d.check, d.where) != known]
+        assert left == []
         strikes, offs = found.trials[0].stored_events
         assert strikes.matched == strikes.stored > 5
         assert abs(strikes.mean_s) < 0.01

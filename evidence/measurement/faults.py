@@ -1,0 +1,415 @@
+"""Faults planted in public recordings: which are warned of, and by which name.
+
+The constants of `gaitval_measurement.expected` and its thresholds were chosen on recordings of
+McGill (biomechZoo) and Stanford (OpenCap); the rows are of other laboratories and of the sample. A
+recording that has a warning of its own when it is clean is not planted with another: WBDS01's right
+plate, of which the shift that the built-in subject S01 corrects (23 mm, of other trials) is taken
+away first.
+"""
+
+import json
+import tempfile
+import time
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+from unittest.mock import patch
+
+import numpy as np
+
+import evidence
+import gaitval_measurement.measured as wing
+from evidence import ROOT, option
+from evidence.measurement.planting import SIZES, Fault, faults, moved
+from experiments.public_recordings import OPTIONS, listed, local_file, several
+from gaitval.configuration import load_configuration
+from gaitval.errors import GaitvalError
+from gaitval.mocap.recording import Recording
+from gaitval.session import session as importing
+from gaitval.session import trial as trials
+from gaitval.session.importing import request_of
+from gaitval.session.read import SessionRecordings, read_session
+from gaitval.session.request import ImportOptions, Request, checked
+from gaitval.session.session import Import, work_out
+from gaitval.session.subject import speed
+from gaitval_measurement.estimate import alone
+from gaitval_measurement.said import CHECK, named
+
+FROM: Final = option(
+    "--from",
+    type=Path,
+    dest="clones",
+    required=True,
+    help="folder of the clones, OWNER+NAME, as for experiments.public_recordings",
+)
+SECONDS: Final = option(
+    "--seconds", type=float, default=7200.0, help="after which no further fault is planted"
+)
+STORE: Final = ROOT / "reports" / "measurement" / "planted.jsonl"
+SAMPLE: Final = {
+    "name": "sample",
+    "laboratory": "virtual person of the package",
+    "mass": 64.95,
+    "height": 1.53,
+    "sex": "F",
+    "static": str(ROOT / "gaitval/samples/standing.c3d"),
+    "trials": [str(ROOT / "gaitval/samples/walking.c3d")],
+}
+CHOSEN_ON: Final = ("McGill", "OpenCap")
+"""Words of the laboratories that constants were chosen on."""
+TWICE: Final = ("no standing", "flat feet")
+"""Of recordings of one walk, the second."""
+PLANTED: Final = (
+    "Rajagopal walk",
+    "PiG 3",
+    "sample",
+    "WBDS01 treadmill",
+    "PiG full",
+    "PiG one frame",
+)
+OWN_FAULTS: Final = {"WBDS01 treadmill": (1, 0.0235)}
+"""Number of the plate, and by how far (m) it is too far forward (built-in subject S01)."""
+LONGEST: Final = 10.0
+"""s of a trial that faults are planted in: a fault is found as well in ten strides as in thirty."""
+KNOWN_FAULTS: Final = {
+    "WBDS01 treadmill": "place 2",
+    "HC040A": "",
+}
+"""Recordings with a fault that something else shows, and the cause that is right: the shift of S01;
+markers that jump, which the import says."""
+MEASURES = {
+    "*": {
+        "code": (
+            "extras/gaitval_measurement/balance.py", "extras/gaitval_measurement/estimate.py",
+            "extras/gaitval_measurement/expected.py", "extras/gaitval_measurement/said.py",
+            "evidence/measurement/faults.py", "evidence/measurement/planting.py",
+        ),
+        "data": ("experiments/public_recordings.toml",),
+        "allowed": 20,
+        "why": "what the estimate is made of changes all figures; words and checks do not",
+    },
+}  # fmt: skip
+"""What the rows depend on; see evidence/stale.py."""
+
+
+def _recordings() -> list[dict[str, Any]]:
+    """Those with forces that become a subject, one of each walk."""
+    return [
+        each for each in (*listed(), SAMPLE)
+        if not each.get("refused") and not each.get("kinematics_only")
+        and not any(word in each["name"] for word in TWICE)
+    ]  # fmt: skip
+
+
+def _read(recording: dict[str, Any], base: Path, folder: Path) -> tuple[Request, SessionRecordings]:
+    """A recording's request, and what is read of it."""
+    files = {
+        key: [local_file(path, base, folder) for path in several(recording.get(key))]
+        for key in ("static", "trials", "forces")
+    }
+    options = {key: recording[key] for key in OPTIONS if key in recording}
+    options |= {key: files[key] for key in ("trials", "forces")}
+    options["static"] = next(iter(files["static"]), None)
+    if "marker_set" in recording:
+        options["marker_set"] = str(ROOT / recording["marker_set"])
+    request = request_of(checked(ImportOptions, options), folder / "out", lambda *_: None)
+    return request, read_session(request, load_configuration().processing)
+
+
+def _imported(
+    request: Request, session: SessionRecordings, right: "_Right | None" = None
+) -> Import:
+    """The import of what was read. Where the markers are those of `right`, so are the body and the
+    motion: neither sees a force.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(importing, "read_session", lambda *_: session))
+        if right is not None and right.has_markers_of(session):
+            body = replace(right.found.body, walking=session.walking)
+            motions, compared = iter(right.motions), iter(right.found.trials)
+            for module, name, instead in (
+                (importing, "scale_body", lambda *_, **__: body),
+                (trials, "trial_motion", lambda *_: next(motions)),
+                (trials, "inverse_kinematics", lambda *_: next(compared).compared),
+            ):
+                stack.enter_context(patch.object(module, name, instead))
+        return work_out(request, load_configuration().processing)
+
+
+@dataclass(frozen=True)
+class _Right:
+    """A session without a fault, its import, and the motion of its trials."""
+
+    session: SessionRecordings
+    found: Import
+    motions: list[Any]
+
+    def has_markers_of(self, other: SessionRecordings) -> bool:
+        """Whether another session has the same markers, at the same times."""
+        pairs = [(self.session.standing, other.standing)]
+        pairs += zip(self.session.walking, other.walking, strict=True)
+        return all(
+            one.marker_rate == two.marker_rate
+            and np.array_equal(one.markers, two.markers, equal_nan=True)
+            for one, two in pairs
+        )
+
+
+def _right(request: Request, session: SessionRecordings) -> _Right:
+    motions: list[Any] = []
+    make = trials.trial_motion
+
+    def kept(*arguments: Any) -> Any:
+        motions.append(make(*arguments))
+        return motions[-1]
+
+    with patch.object(trials, "trial_motion", kept):
+        return _Right(session, _imported(request, session), motions)
+
+
+def _warnings(found: Import) -> set[str]:
+    return {f"{flag.check}, {flag.where}" for _, flag in found.doubts}
+
+
+def _errors(right: Import, wrong: Import, mass: float) -> dict[str, float]:
+    """What a fault does to the mean curves."""
+    angle = [
+        np.abs(right.angles[n].mean - wrong.angles[n].mean).max()
+        for n in {*right.angles} & {*wrong.angles}
+    ]
+    moment = [
+        np.abs(right.moments[n].mean - wrong.moments[n].mean).max()
+        for n in {*right.moments} & {*wrong.moments}
+    ]
+    force = [
+        np.abs(right.forces[n].mean - wrong.forces[n].mean).max()
+        for n in {*right.forces} & {*wrong.forces}
+    ]
+    return {
+        "angle": float(np.degrees(max(angle, default=0.0))),
+        "moment": float(max(moment, default=0.0)),
+        "force": 100 * max(float(max(force, default=0.0)), abs(1 / mass - 1)),
+        "speed": 100 * abs(speed(wrong) / speed(right) - 1),
+    }
+
+
+def _case(
+    request: Request, session: SessionRecordings, right: _Right, fault: Fault
+) -> dict[str, Any]:
+    """What becomes of one fault."""
+    given = request.model_copy(update={"mass": request.mass * fault.mass})
+    row: dict[str, Any] = {"fault": fault.name, "causes": fault.causes, "size": fault.size}
+    try:
+        # The masses of the body's segments are those of the mass that is given.
+        known = right if fault.mass == 1.0 else None
+        found = _imported(given, fault.change(session), known)
+    except GaitvalError as error:
+        return row | {"refused": str(error)}
+    row |= {
+        "errors": _errors(right.found, found, fault.mass),
+        "new": sorted(_warnings(found) - _warnings(right.found)),
+    }
+    seen = found.measurement.seen if found.measurement else None
+    if seen is not None:
+        matter = [f for f in seen.found if f.matters]
+        row["named"] = [[cause.name for cause in named(f)] for f in matter]
+        figures = alone(seen)
+        row["estimates"] = {name: figures[name] for name in figures if kind_plate(name, fault)}
+    return row
+
+
+def kind_plate(name: str, fault: Fault) -> bool:
+    """Whether an estimate is one that the fault is about."""
+    return any(name.replace(" x ", " ").replace(" y ", " ") == cause for cause in fault.causes)
+
+
+def _session(
+    recording: dict[str, Any], base: Path, folder: Path
+) -> tuple[Request, SessionRecordings]:
+    request, session = _read(recording, base, folder)
+    session = replace(session, walking=tuple(_beginning(walk) for walk in session.walking))
+    if recording["name"] in OWN_FAULTS:
+        plate, metres = OWN_FAULTS[recording["name"]]
+        walks = tuple(moved(walk, plate, 0, -metres) for walk in session.walking)
+        session = replace(session, walking=walks)
+    return request, session
+
+
+def _beginning(walk: Recording) -> Recording:
+    """The first seconds of a trial."""
+    frames = round(LONGEST * walk.marker_rate)
+    samples = round(frames * walk.force_rate / walk.marker_rate)
+    plates = tuple(
+        replace(
+            plate,
+            force=plate.force[:samples],
+            centre_of_pressure=plate.centre_of_pressure[:samples],
+            free_moment=plate.free_moment[:samples],
+            moment=None if plate.moment is None else plate.moment[:samples],
+        )
+        for plate in walk.plates
+    )
+    events = tuple(event for event in walk.events if event.time < walk.start + LONGEST)
+    return replace(walk, markers=walk.markers[:frames], plates=plates, events=events)
+
+
+def _used(found: Import) -> list[int]:
+    """Numbers of the plates that carry a foot in the first trial."""
+    seen = found.measurement.seen.data
+    return [
+        i for i, plate in enumerate(found.trials[0].recording.plates)
+        if np.abs(seen.effect[:, seen.names.index(f"gain {plate.name}")]).max() > 0.05
+    ]  # fmt: skip
+
+
+def _all_cases(base: Path) -> Iterator[dict[str, Any]]:
+    for name in PLANTED:
+        recording = next(each for each in _recordings() if each["name"] == name)
+        with tempfile.TemporaryDirectory() as folder:
+            request, session = _session(recording, base, Path(folder))
+            used = _used(_imported(request, session))
+            kept = tuple(
+                replace(walk, plates=tuple(walk.plates[i] for i in used))
+                for walk in session.walking
+            )
+            session = replace(session, walking=kept)
+            right = _right(request, session)
+            names = [plate.name for plate in kept[0].plates]
+            for fault in faults(names):
+                row = _case(request, session, right, fault)
+                print(
+                    recording["name"],
+                    "|",
+                    fault.name,
+                    "|",
+                    row.get("named", row.get("refused", "")),
+                    flush=True,
+                )
+                yield {"recording": recording["name"]} | row
+
+
+@evidence.measurement(FROM, SECONDS)
+def planted(arguments: Namespace) -> list[evidence.Row]:
+    """Faults planted in recordings of other laboratories: warned of, and named."""
+    STORE.parent.mkdir(parents=True, exist_ok=True)
+    # No row needs the bands of a curve.
+    with STORE.open("w", encoding="utf-8") as store, patch.object(wing, "bands", lambda *_: None):
+        cases = []
+        begin = time.monotonic()
+        for case in _all_cases(arguments.clones):
+            store.write(json.dumps(case) + "\n")
+            store.flush()
+            cases.append(case)
+            if time.monotonic() - begin > arguments.seconds:
+                break
+    return planted_rows(cases)
+
+
+def counts(case: dict[str, Any]) -> bool:
+    """Whether the error of a fault is large enough, or it is refused."""
+    return "refused" in case or any(case["errors"][kind] > size for kind, size in SIZES.items())
+
+
+REFUSED_BY: Final = {
+    "mass": "the mass given is",
+    "delay": "the feet strike the ground",
+    "rate": "frame rate",
+}
+
+
+def is_right(case: dict[str, Any]) -> bool:
+    """Whether the first warning names the right cause, or as the one it cannot be told from."""
+    if "refused" in case:
+        return any(
+            kind in case["causes"] and words in case["refused"]
+            for kind, words in REFUSED_BY.items()
+        )
+    first = case.get("named") or [[]]
+    return bool(set(first[0]) & set(case["causes"]))
+
+
+def planted_rows(cases: Sequence[dict[str, Any]]) -> list[evidence.Row]:
+    """The rows of all cases."""
+    large = [case for case in cases if counts(case)]
+    warned = [case for case in large if case.get("new") or "refused" in case]
+    right = [is_right(case) for case in warned]
+    name = "planted faults, laboratories that no constant was chosen on:"
+    share = 100 * len(warned) / len(large)
+    rows = [
+        evidence.Row(f"{name} warned or refused", share, "%", ">=", 100, 95, len(large)),
+        evidence.Row(
+            f"{name} the right cause among at most two named, of those warned of",
+            100 * float(np.mean(right)), "%", ">=", 90, 75, len(warned),
+        ),
+    ]  # fmt: skip
+    for kind, factor, unit, goal, must in (
+        ("delay", 1000.0, "ms", 3.0, 6.0), ("gain", 100.0, "%", 2.0, 4.0),
+        ("rotation", 180 / np.pi, "deg", 1.5, 3.0), ("place", 1000.0, "mm", 5.0, 10.0),
+    ):  # fmt: skip
+        errors = [
+            factor * (value - case["size"])
+            for case in cases if case.get("estimates") and len(case["causes"]) == 1
+            and case["causes"][0].startswith(kind) and "all" not in case["causes"][0]
+            for value in [_along(case)]
+        ]  # fmt: skip
+        rows.append(
+            evidence.Row(
+                f"{name} {kind}, root mean square error of the estimate",
+                float(np.sqrt(np.mean(np.square(errors)))),
+                unit,
+                "<=",
+                goal,
+                must,
+                len(errors),
+            )
+        )
+    return rows
+
+
+def _along(case: dict[str, Any]) -> float:
+    """The estimate of a planted fault, along its axis."""
+    values = case["estimates"]
+    if len(values) == 1:
+        return float(next(iter(values.values()))[0])
+    axis = " x " if "forward" in case["fault"] else " y "
+    return float(next(value[0] for name, value in values.items() if axis in name))
+
+
+@evidence.measurement(FROM)
+def clean(arguments: Namespace) -> list[evidence.Row]:
+    """Public recordings as they are: warnings of faults that nobody planted."""
+    false: dict[bool, list[int]] = {True: [], False: []}
+    own: list[float] = []
+    for recording in _recordings():
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                request, session = _read(recording, arguments.clones, Path(folder))
+                found = _imported(request, session)
+            except (GaitvalError, OSError) as error:
+                print(recording["name"], "|", error)
+                continue
+        known = KNOWN_FAULTS.get(recording["name"])
+        flags = [flag for _, flag in found.doubts if flag.check.startswith(CHECK)]
+        wrong = (
+            0
+            if known == ""
+            else sum(not str(flag).startswith("plate 2") or known is None for flag in flags)
+        )
+        print(recording["name"], "|", [str(flag) for flag in flags], "| wrong:", wrong, flush=True)
+        chosen_on = any(word in recording["laboratory"] for word in CHOSEN_ON)
+        false[chosen_on].append(wrong)
+        if found.measurement and not chosen_on:
+            own.append(1000 * found.measurement.seen.lag.value)
+    print("delays of clean recordings, ms:", np.round(own, 1))
+    every = false[True] + false[False]
+    name = "clean recordings: false warnings of a fault, a recording"
+    return [
+        evidence.Row(name, float(np.mean(every)), "warnings", "<=", 0.1, 0.3, len(every)),
+        evidence.Row(
+            f"{name}, laboratories that no constant was chosen on",
+            float(np.mean(false[False])), "warnings", "<=", 0.1, 0.3, len(false[False]),
+        ),
+    ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""Faults of a measurement: estimated, named, and corrected where the user asks for it."""

@@ -1,0 +1,147 @@
+"""Faults of the plates taken away, where the user asks for it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.errors import ConfigurationError
+from gaitval.mocap.recording import Plate, Recording
+from gaitval.session.average import check_mass, mean_angles, mean_kinetics
+from gaitval.session.request import Tell
+from gaitval.session.session import Import
+from gaitval.session.trial import work_out_trial
+from gaitval_measurement.balance import moment_of, plate_middle
+from gaitval_measurement.estimate import Examined, alone, kind_of
+from gaitval_measurement.said import WORDS, title
+
+KINDS: Final = ("delay", "place", "rotation", "gain", "cross-talk")
+"""Faults that a recording can be corrected for; others are those of the body or of the cameras, or
+have taken away what cannot be brought back."""
+
+Change = Callable[[Array, Array], tuple[Array, Array]]
+
+
+def wanted(given: Sequence[str]) -> tuple[str, ...]:
+    """The kinds of faults that `--correct` names, also as "delay,gain". Raises ConfigurationError
+    if one cannot be corrected.
+    """
+    kinds = tuple(part.strip() for each in given for part in each.split(",") if part.strip())
+    unknown = [kind for kind in kinds if kind not in KINDS]
+    if unknown:
+        raise ConfigurationError(
+            f"--correct {unknown[0]}: this fault cannot be corrected. Those that can be: "
+            f"{', '.join(KINDS)}."
+        )
+    return kinds
+
+
+def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -> Import:
+    """The import `found` again, with its plates corrected for the faults of these `kinds`.
+
+    A fault counts with its estimate, however small it is; one that was found of all plates together
+    is taken from each of them.
+    """
+    figures = {name: value for name, (value, _) in alone(seen).items() if kind_of(name) in kinds}
+    by_plate = {name: value for name, value in figures.items() if not name.endswith(" all")}
+    together = {p for f in seen.found for p in f.cause.parts if p.endswith(" all")}
+    plates = [plate.name for plate in found.trials[0].recording.plates]
+    for name in together & set(figures):
+        for plate in plates:
+            by_plate[f"{name.removesuffix(' all')} {plate}"] = figures[name]
+    for name, value in by_plate.items():
+        words = WORDS[kind_of(name)]
+        tell("correct", f"{title(name)}: {-words.factor * value:+.1f} {words.unit}")
+    trials = []
+    for walk, recording in zip(found.trials, _recordings(found), strict=True):
+        trials.append(
+            work_out_trial(
+                found.request, found.processing, found.session, found.body, walk.name,
+                without_faults(recording, by_plate),
+            )
+        )  # fmt: skip
+    moments, forces = mean_kinetics(found.request, trials)
+    return replace(
+        found,
+        trials=tuple(trials),
+        moments=moments,
+        forces=forces,
+        angles=mean_angles(found.body.model, trials),
+        weight_ratio=check_mass(found.request, trials),
+    )
+
+
+def _recordings(found: Import) -> list[Recording]:
+    """The walking trials as read, of those that were used."""
+    by_source = {recording.source: recording for recording in found.session.walking}
+    return [by_source[walk.recording.source] for walk in found.trials]
+
+
+def without_faults(recording: Recording, faults: dict[str, float]) -> Recording:
+    """A `recording` whose plates have these `faults`, in the units of `expected.USUAL`, without
+    them.
+    """
+    plates = []
+    for plate in recording.plates:
+        size = {
+            kind: faults.get(f"{kind} {plate.name}", 0.0)
+            for kind in ("place x", "place y", "rotation", "gain", "cross-talk x", "cross-talk y")
+        }
+        plates.append(_repaired(plate, size, faults.get("delay", 0.0) * recording.force_rate))
+    return replace(recording, plates=tuple(plates))
+
+
+def _repaired(plate: Plate, size: dict[str, float], samples: float) -> Plate:
+    force, moment = plate.force, moment_of(plate)
+    middle = plate_middle(plate, np.hstack([force, moment]))
+    # In the reverse order of how they come about: what is recorded late was shown by channels
+    # with cross-talk, of a plate that is not where it seems to be.
+    force, moment = _sooner(force, samples), _sooner(moment, samples)
+    more = force[:, 2:] * np.array([size["cross-talk x"], size["cross-talk y"], 0.0])
+    force, moment = force - more, moment - np.cross(middle, more)
+    force, moment = force / (1.0 + size["gain"]), moment / (1.0 + size["gain"])
+    back = Rotation.from_rotvec([0.0, 0.0, -size["rotation"]]).as_matrix()
+    turned = force @ back.T
+    moment = (moment - np.cross(middle, force)) @ back.T + np.cross(middle, turned)
+    by = np.array([size["place x"], size["place y"], 0.0])
+    moment = moment - np.cross(by, turned)
+    point, free = _pressure(plate, turned, moment)
+    return replace(
+        plate,
+        corners=plate.corners - by,
+        force=turned,
+        centre_of_pressure=point,
+        free_moment=free,
+        moment=None if plate.moment is None else moment,
+    )
+
+
+def _sooner(values: Array, samples: float) -> Array:
+    """Values (T, 3) this many samples earlier; at the end the last one stays."""
+    at, rows = np.arange(len(values)) + samples, np.arange(len(values))
+    return np.column_stack([np.interp(at, rows, values[:, i]) for i in range(values.shape[1])])
+
+
+def _pressure(plate: Plate, force: Array, moment: Array) -> tuple[Array, Array]:
+    """Centre of pressure at the height of the plate, and the free moment about it, where the plate
+    is loaded.
+    """
+    known = np.isfinite(plate.centre_of_pressure[:, 2])
+    height = float(np.median(plate.centre_of_pressure[known, 2])) if known.any() else 0.0
+    least = float(np.abs(plate.force[known, 2]).min()) if known.any() else np.inf
+    vertical = np.where(np.abs(force[:, 2]) >= max(least, 1.0), force[:, 2], np.nan)
+    point = np.stack(
+        [
+            (height * force[:, 0] - moment[:, 1]) / vertical,
+            (height * force[:, 1] + moment[:, 0]) / vertical,
+            np.where(np.isfinite(vertical), height, np.nan),
+        ],
+        axis=1,
+    )
+    free = np.zeros_like(force)
+    loaded = np.isfinite(vertical)
+    free[loaded, 2] = (moment - np.cross(point, force))[loaded, 2]
+    return point, free

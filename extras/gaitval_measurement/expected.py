@@ -1,0 +1,126 @@
+"""What sound recordings show: means and spreads of the data of `balance`, and of usual faults.
+
+All are of 14 recordings of two laboratories (12 children and adolescents of McGill and Shriners,
+Montreal, and four ways of walking of one adult, Stanford, who counts as 1.2 people);
+`experiments/measurement_constants.py` prints them. The figures that the evidence reports are of
+other laboratories.
+"""
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array
+
+HALF_STRIDE: Final[Mapping[str, tuple[float, ...]]] = {
+    "force x": (0.028, -0.028, 0.006, 0.027, 0.006, -0.020, -0.033, -0.024, 0.007, 0.042),
+    "force y": (-0.022, -0.006, -0.001, 0.004, 0.004, -0.005, 0.005, 0.006, -0.010, -0.001),
+    "force z": (0.042, -0.018, 0.035, 0.036, 0.003, 0.002, -0.013, -0.014, -0.023, -0.062),
+    "moment x": (-0.002, -0.002, 0.002, 0.009, 0.009, 0.004, 0.005, 0.003, -0.012, -0.017),
+    "moment y": (0.024, 0.020, 0.013, 0.009, 0.010, 0.012, 0.013, 0.011, 0.020, 0.047),
+    "moment z": (-0.001, 0.001, -0.001, -0.003, -0.002, -0.001, 0.001, 0.000, -0.005, -0.004),
+}
+"""What the plates show too much in tenths of half a stride: what filters, soft tissue and the
+masses of the segments leave. The second half has the opposite sign where `ODD`. All but the mean of
+"moment y", the place of the centre of mass, is for a walk whose acceleration is `ACCELERATION`."""
+ACCELERATION: Final = 0.20
+"""Root mean square of the horizontal and vertical acceleration of the centre of mass, over
+gravity."""
+LEAST_ACCELERATION: Final = 0.02
+"""A body that hardly moves is taken to move this much."""
+ODD: Final = frozenset(("force y", "moment x", "moment z"))
+SPREAD: Final[Mapping[str, tuple[float, ...]]] = {
+    "force x": (0.022, 0.021, 0.021, 0.015, 0.012, 0.012, 0.012, 0.016, 0.017, 0.024),
+    "force y": (0.016, 0.012, 0.010, 0.008, 0.009, 0.009, 0.009, 0.012, 0.013, 0.012),
+    "force z": (0.038, 0.030, 0.028, 0.021, 0.016, 0.016, 0.016, 0.016, 0.020, 0.033),
+    "moment x": (0.008, 0.008, 0.007, 0.005, 0.005, 0.005, 0.005, 0.005, 0.007, 0.008),
+    "moment y": (0.008, 0.007, 0.006, 0.005, 0.005, 0.005, 0.005, 0.007, 0.010, 0.010),
+    "moment z": (0.004, 0.003, 0.002, 0.002, 0.002, 0.002, 0.003, 0.004, 0.005, 0.005),
+}
+"""SD of a person's own pattern beside that mean, from bin to bin of the stride."""
+FALLS: Final = {"fall of force": (-0.75, 0.5), "fall of markers": (-2.4, 0.7)}
+"""Mean and SD of `balance.FALL`, octaves."""
+STRIDE_LENGTH: Final = 0.05
+"""Correlation length of that pattern, strides: neighbouring bins correlate by 0.3."""
+PRESSURE_MEAN: Final[Mapping[str, tuple[float, ...]]] = {
+    "pressure along": (0.000, 0.015, 0.033, 0.053, 0.065, 0.0715, 0.0726, 0.063),
+    "pressure across": (-0.0054, -0.0062, -0.0062, -0.0052, -0.0031, -0.0001, 0.0030, 0.0062),
+}
+"""Centre of pressure ahead of the ankle's centre, and towards the middle line, over stature, in
+tenths of the stance from 10 to 90 %."""
+PRESSURE_SPREAD: Final[Mapping[str, tuple[float, ...]]] = {
+    "pressure along": (0.0096, 0.0116, 0.0170, 0.0173, 0.0135, 0.0088, 0.0055, 0.0060),
+    "pressure across": (0.0030, 0.0030, 0.0030, 0.0034, 0.0040, 0.0043, 0.0043, 0.0047),
+}
+STANCE_LENGTH: Final = 0.25
+"""Correlation length of a foot's own roll-over, stances."""
+OWN_BIN: Final = 0.35
+"""Share of that spread which neighbouring bins do not have in common."""
+SAME_PERSON: Final = 0.7
+"""Correlation of a person's feet, each with its own pattern."""
+SAME_FOOT: Final = 0.95
+"""Correlation of one foot on two plates."""
+
+
+class Usual(NamedTuple):
+    """How large a fault usually is where nobody would speak of one, how large where somebody does,
+    and from what size on it matters: its unit is in `UNITS`.
+    """
+
+    sound: float
+    faulty: float
+    matters: float
+
+
+USUAL: Final[Mapping[str, Usual]] = {
+    "delay": Usual(0.005, 0.030, 0.010),
+    "place": Usual(0.004, 0.025, 0.010),
+    "rotation": Usual(0.010, 0.09, 0.04),
+    "gain": Usual(0.015, 0.08, 0.05),
+    "cross-talk": Usual(0.006, 0.045, 0.02),
+    "offset": Usual(0.006, 0.04, 0.025),
+    "mass": Usual(0.02, 0.09, 0.06),
+    "scale": Usual(0.003, 0.025, 0.01),
+    "rate": Usual(0.003, 0.08, 0.04),
+    "tilt": Usual(0.004, 0.035, 0.015),
+    "forces low-passed": Usual(0.0, 1.0, 0.5),
+    "markers low-passed": Usual(0.0, 1.0, 0.5),
+}
+NUISANCE: Final[Mapping[str, float]] = {
+    "acceleration x": 0.20, "acceleration y": 0.20, "acceleration z": 0.08,
+    "turning x": 0.50, "turning y": 0.40, "turning z": 0.60,
+    "blur of forces": 0.4, "blur of markers": 0.7,
+    "centre of mass x": 0.012, "centre of mass y": 0.005, "centre of mass z": 0.03,
+}  # fmt: skip
+"""SD of what soft tissue and the masses of the segments do to the body's own balance."""
+AMPLITUDES: Final = ("acceleration", "turning")
+"""Those that are shares of the body's acceleration, which is smaller in a slow walk; soft tissue
+moves there as well."""
+
+
+def expected(kind: str, phase: Array, height_m: float, acceleration: float) -> Array:
+    """What sound recordings show of a `kind` of datum at `phase`, of a person of `height_m` whose
+    walk has this `acceleration` (of `ACCELERATION`).
+    """
+    if kind in HALF_STRIDE:
+        half = np.array(HALF_STRIDE[kind])
+        still = half.mean() if kind == "moment y" else 0.0
+        half = still + (half - still) * min(acceleration / ACCELERATION, 1.5)
+        whole = np.concatenate([half, -half if kind in ODD else half])
+        return np.asarray(whole[np.floor(phase * len(whole)).astype(int)])
+    if kind in FALLS:
+        return np.full(len(phase), FALLS[kind][0])
+    mean = np.array(PRESSURE_MEAN[kind])
+    return np.asarray(height_m * mean[np.rint((phase - 0.15) * 10).astype(int)])
+
+
+def spread(kind: str, phase: Array, height_m: float) -> Array:
+    """SD of people around that."""
+    if kind in SPREAD:
+        of = np.array([*SPREAD[kind], *SPREAD[kind]])
+        return np.asarray(of[np.floor(phase * len(of)).astype(int)])
+    if kind in FALLS:
+        return np.full(len(phase), FALLS[kind][1])
+    of = np.array(PRESSURE_SPREAD[kind])
+    return np.asarray(height_m * of[np.rint((phase - 0.15) * 10).astype(int)])

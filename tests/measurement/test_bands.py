@@ -1,0 +1,60 @@
+"""Bands hold the truth of the sample, name their sources, and grow with a fault that was found."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.datasets.sample import copy_sample
+from gaitval.session.request import Request
+from gaitval.session.session import work_out
+from gaitval.session.write import _curve_table
+from gaitval_measurement.bands import bands
+from gaitval_measurement.estimate import DELAY, Found
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sample")
+    copy_sample(folder)
+    request = Request(
+        static=folder / "standing.c3d",
+        trials=(folder / "walking.c3d",),
+        identifier="sample",
+        mass=64.95,
+        height=1.53,
+        sex="F",
+    )
+    return work_out(request, ProcessingSettings())
+
+
+def test_each_curve_has_a_band_and_its_sources(found):
+    made = found.measurement.bands
+    names = {f"angle_{name}" for name in found.angles} | {f"moment_{n}" for n in found.moments}
+    assert names <= set(made.half)
+    for name in names:
+        assert (made.half[name] > 0.0).all()
+        assert sum(share for _, share in made.shares[name]) + 0.5 > 0.9
+        assert max(share for _, share in made.shares[name]) <= 1.0
+    source, _ = made.shares["angle_knee_angle_r"][0]
+    assert source == "landmark Knee"  # its axis is found from the epicondyles
+    assert 0.0 < made.remedy[1] <= 1.0
+    assert 0.005 < made.lengths["thigh_right"] < 0.03  # m
+
+
+def test_bands_are_in_the_table_of_curves(found):
+    table = _curve_table(found)
+    assert isinstance(table, pd.DataFrame)
+    half = np.degrees(table["angle_knee_angle_r_band90"])
+    assert 1.0 < half.median() < 6.0
+    assert "moment_ankle_angle_l_band90" in table
+
+
+def test_a_delay_that_was_found_widens_the_moments(found):
+    seen = found.measurement.seen
+    late = Found(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
+    wide = bands(found, type(seen)((late,), seen.data, seen.model, 0.03, seen.lag))
+    name = "moment_hip_flexion_r"
+    assert wide.half[name].mean() > 1.5 * found.measurement.bands.half[name].mean()
+    angle = "angle_knee_angle_r"
+    np.testing.assert_allclose(wide.half[angle], found.measurement.bands.half[angle], rtol=1e-6)

@@ -1,0 +1,122 @@
+"""An import names the fault that was planted, or none; a delay and a plate are put right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from evidence.measurement.planting import faults
+from gaitval.configuration import ProcessingSettings
+from gaitval.datasets.sample import copy_sample
+from gaitval.errors import ConfigurationError
+from gaitval.session import session as importing
+from gaitval.session.read import read_session
+from gaitval.session.request import Request
+from gaitval.session.session import work_out
+from gaitval.session.write import _record
+from gaitval_measurement.correct import wanted
+from gaitval_measurement.estimate import alone, kind_of
+from gaitval_measurement.said import CHECK, rows, title
+
+PROCESSING = ProcessingSettings()
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sample")
+    copy_sample(folder)
+    request = Request(
+        static=folder / "standing.c3d",
+        trials=(folder / "walking.c3d",),
+        identifier="sample",
+        mass=64.95,
+        height=1.53,
+        sex="F",
+    )
+    return request, read_session(request, PROCESSING)
+
+
+@pytest.fixture
+def imported(sample, monkeypatch):
+    request, session = sample
+
+    def work(name, **options):
+        fault = next(each for each in faults(("1", "2")) if each.name == name) if name else None
+        changed = fault.change(session) if fault else session
+        monkeypatch.setattr(importing, "read_session", lambda *_: changed)
+        mass = request.mass * (fault.mass if fault else 1.0)
+        return work_out(request.model_copy(update={"mass": mass, **options}), PROCESSING)
+
+    return work
+
+
+def named(found):
+    return {flag.check for _, flag in found.doubts if flag.check.startswith(CHECK)}
+
+
+def test_a_sound_recording_has_no_warning_and_a_table(imported):
+    found = imported(None)
+    assert named(found) == set()
+    table = {row.name: row for row in found.measurement.faults}
+    assert abs(table["delay of the forces"].value) < 6.0  # ms; the truth is 0
+    assert abs(table["body mass"].value) < 4.0  # %
+    assert all(row.deviation > 0.0 and row.said == "" for row in table.values())
+    assert len(_record(found)["measurement"]) == len(table)
+
+
+@pytest.mark.parametrize(
+    ("fault", "check"),
+    [
+        ("forces 35 ms late", "delay"),
+        ("mass +10 %", "mass"),
+        ("plate 1 40 mm forward", "place"),
+        ("plate 2 gain -10 %", "gain"),
+    ],
+)
+def test_a_planted_fault_is_named(imported, fault, check):
+    assert named(imported(fault)) == {f"{CHECK}: {check}"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("fault", "check"),
+    [
+        ("plate 1 rotated 8°", "rotation"),
+        ("plate 2 cross-talk +5 % sideways", "cross-talk"),
+        ("forces low-passed at 5 Hz", "forces low-passed"),
+        ("all plates 30 mm forward", "place"),
+        ("laboratory tilted 2.5° about x", "tilt"),
+    ],
+)
+def test_other_planted_faults_are_named(imported, fault, check):
+    assert f"{CHECK}: {check}" in named(imported(fault))
+
+
+def test_a_correction_brings_the_moments_back(imported):
+    right, wrong = imported(None), imported("forces 35 ms late")
+    mended = imported("forces 35 ms late", correct=("delay",))
+
+    def off(found):
+        ankle = "ankle_angle_r"
+        return np.abs(found.moments[ankle].mean - right.moments[ankle].mean).max()
+
+    assert off(mended) < 0.4 * off(wrong)
+    before = mended.measurement.uncorrected["ankle_angle_r"]
+    np.testing.assert_allclose(before.mean, wrong.moments["ankle_angle_r"].mean)
+    assert any(step == "correct" for step, _ in mended.decisions)
+
+
+def test_what_cannot_be_corrected_is_refused_by_name():
+    assert wanted(("delay,gain", "place")) == ("delay", "gain", "place")
+    with pytest.raises(ConfigurationError, match="--correct mass: this fault cannot be corrected"):
+        wanted(("mass",))
+
+
+def test_each_fault_has_an_estimate_and_a_title(imported):
+    seen = imported(None).measurement.seen
+    figures = alone(seen)
+    assert {kind_of(name) for name in figures} >= {"delay", "place", "rotation", "gain", "mass"}
+    assert title("place x 1") == "plate 1: place forward"
+    assert title("rotation all") == "all plates: rotation"
+    doubled = replace(seen, lag=replace(seen.lag, value=2 * seen.lag.value))
+    assert rows(doubled)[0].value == pytest.approx(2 * rows(seen)[0].value)
