@@ -155,7 +155,6 @@ OWN: Final = {
     "extras/gaitval_export/training_folder.py:write_training": "a script of the package",
     "extras/gaitval_export/walk.py:__init__": "runs without gaitval, on the folder beside it",
     "extras/gaitval_gate/history.py:this_machine": "the system's own file on the processor",
-    "extras/gaitval_live/page.py:show": "opens a browser, no file of a user",
     "extras/gaitval_markers/body.py:_table": "sites.toml of the package",
     "extras/gaitval_markers/names.py:_meanings": "names.toml of the package",
     "gaitval/artefacts.py:_check_headers": "members of a file that `read_arrays` has looked at",

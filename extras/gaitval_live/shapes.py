@@ -6,12 +6,13 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import scratch
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.safe_xml import parse_xml
-from gaitval.model.urdf import write_urdf
+from gaitval.model.urdf import LARGEST_FILE, write_urdf
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ def drawn_shapes(model: BodyModel, folder: Path) -> tuple[Shape, ...]:
     with scratch(folder) as own:
         path = own / "model.urdf"
         write_urdf(model, path)
-        robot = parse_xml(path, path.read_bytes(), root="robot", kind="a URDF")
+        content = file_gate.read_bytes(path, ModelError, largest=LARGEST_FILE)
+        robot = parse_xml(path, content, root="robot", kind="a URDF")
     links = {link.get("name"): link for link in robot.iterfind("link")}
     return tuple(_shape(name, each) for name in SEGMENTS for each in links[name].iterfind("visual"))
 

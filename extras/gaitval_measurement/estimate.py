@@ -4,7 +4,7 @@ The model is linear and Gaussian: data = expected + effect · faults + a person'
 noise, with all faults small where nothing is wrong (`expected.USUAL`). A hypothesis gives one
 fault, or two, the size of a real one; its evidence is the probability of the data under it, and the
 sizes are those of the posterior. So a fault is named only if it explains more than others do, and
-two are named where the data cannot tell them apart.
+two are named where the data cannot separate them.
 """
 
 from collections.abc import Mapping, Sequence

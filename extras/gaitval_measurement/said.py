@@ -188,7 +188,7 @@ def _warning(found: Found) -> QualityFlag:
     for cause in named(found)[1:]:
         share = next(s for c, s in found.others if c == cause)
         text += (
-            f"; or {_bare(cause)}, which the data cannot tell from it "
+            f"; or {_bare(cause)}, which the data cannot separate from it "
             f"({100 * found.share:.0f} to {100 * share:.0f})"
         )
     text += f": {words.remedy}"
