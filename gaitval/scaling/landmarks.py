@@ -173,7 +173,7 @@ def _needed(markers: Mapping[str, Place], knee_width: Width, ankle_width: Width)
         first, second, fifth = (f"{side}.{name}" for name in ("MT1", "MT2", "MT5"))
         if fifth in markers or second in markers:
             replaced.add(first)
-        if second in markers:
+        if second in markers and (first not in markers or not {"R.MT5", "L.MT5"} & set(markers)):
             replaced.add(fifth)
     return [name for name in needed if name in markers or name not in replaced]
 

@@ -313,7 +313,7 @@ def test_hostile_text_stays_text(tmp_path, monkeypatch):
     build_run(tmp_path, source=HOSTILE, identified=False)
     write_report(tmp_path)
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert page.tags.count("script") == 4  # the scene of the replay, its two, the page's own
+    assert page.tags.count("script") == 5  # the scene of the replay, its three, the page's own
     assert all("evil" not in link for link in page.links)
     assert "{{ 7 * 7 }}" in page.text
     assert "alert('x')" in page.text
