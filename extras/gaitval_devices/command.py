@@ -14,7 +14,7 @@ from gaitval.cli.app import added_command
     "gaitval device 5 my_orthosis.toml --out reports/orthosis",
     "gaitval device patient.toml                 # with the devices of the subject's file",
     "gaitval device 5 backpack --samples 0       # without learning",
-    after="predict",
+    after="report",
 )
 def device(
     walker: Annotated[

@@ -12,6 +12,7 @@ ROOT = Path(__file__).parents[2]
 WRITTEN = {
     "c3d_to_joint_moments.py": ("motion.npz", "moments.npz", "moments.csv", "moments.png"),
     "compare_walkers.py": ("comparison.npz", "comparison.csv", "comparison.png"),
+    "own_controller.py": (),
     "scale_a_body.py": ("model.urdf", "scaling.csv", "body.png"),
     "walk_a_policy.py": ("walk.npz", "curves.csv", "walk.png"),
 }
@@ -57,7 +58,7 @@ def test_an_example_is_short(name: str):
     assert f"python examples/{name}" in text
 
 
-WALKING = ("compare_walkers.py", "walk_a_policy.py")
+WALKING = ("compare_walkers.py", "own_controller.py", "walk_a_policy.py")
 """The functions that these call also run in the examples of their docstrings."""
 
 

@@ -33,8 +33,10 @@ def test_it_walks_every_built_in_body_before_any_training(name):
         seconds=11 * task.reference.stride_time,
     )
     assert not score.fell
-    assert score.cycles > 10.0
-    assert score.cycles == pytest.approx(11.0, rel=0.05)  # its pace, before it is tuned
+    # Its pace before the correction, within what one action may change it by; the stored walks hold
+    # the limit of 5 %.
+    pace = Configuration().environment.pace_scale
+    assert 10.0 < score.cycles == pytest.approx(11.0, rel=0.5 * pace)
 
 
 def test_no_result_may_be_walked_with_it():
