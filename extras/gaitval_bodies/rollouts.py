@@ -94,7 +94,8 @@ class Walks:
         settling = self._configuration.validation.settling_cycles
         walks = record_together(
             # the last walks in the lanes that are left: groups of other sizes round otherwise
-            WalkingGroup([*tasks, *tasks[-1:] * (WIDTH - len(tasks))]), self._policy, mu=nominal_parameters(),
+            WalkingGroup([*tasks, *tasks[-1:] * (WIDTH - len(tasks))]), self._policy,
+            mu=nominal_parameters(),
             start_phases=[0.0] * len(tasks), cycles=settling + CYCLES + 2,
         )  # fmt: skip
         found = []

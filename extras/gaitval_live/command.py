@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     "gaitval live my_patient.toml --no-browser            # prints its address only",
     "gaitval live --replay reports/S05-live/walks/LOG.jsonl          # looks at it again",
     "gaitval live --replay reports/S05-live/walks/LOG.jsonl --check  # walks it without a page",
-    after="predict",
+    after="report",
 )
 def live(
     subject: Annotated[

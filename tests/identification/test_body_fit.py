@@ -188,9 +188,9 @@ def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp
     mode = fit.posterior(solution)
     assert found.converged
     assert found.search_distance < 0.5
-    # `solution` is one of the two starts of the mode, and minima are up to a quarter of an SD apart.
+    # `solution` is one of the two starts of the mode, and minima are a quarter of an SD apart.
     assert found.deviance_identified <= solution.cost + 1e-3
-    # Another minimum, and the better one; on an AMD EPYC with Haswell's kernels they are 0.24 apart.
+    # Another minimum, and the better one: 0.24 apart on an AMD EPYC with Haswell's kernels.
     np.testing.assert_allclose(
         (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.3
     )

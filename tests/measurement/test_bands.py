@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.datasets.sample import copy_sample
 from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.write import _curve_table
+from gaitval_curves.sample import copy_sample
 from gaitval_measurement.bands import bands
 from gaitval_measurement.estimate import DELAY, Found
 

@@ -7,13 +7,13 @@ import pytest
 
 from evidence.measurement.planting import faults
 from gaitval.configuration import ProcessingSettings
-from gaitval.datasets.sample import copy_sample
 from gaitval.errors import ConfigurationError
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.write import _record
+from gaitval_curves.sample import copy_sample
 from gaitval_measurement.correct import wanted
 from gaitval_measurement.estimate import alone, kind_of
 from gaitval_measurement.said import CHECK, rows, title

@@ -78,13 +78,14 @@ SEVERAL: Final = """
 import json, sys
 from gaitval.cli import main
 
-exec(sys.argv[2])
-for command in json.loads(sys.argv[1]):
+commands, setting, verdict = sys.argv[1:]
+exec(setting)
+for command in json.loads(commands):
     sys.argv = ["gaitval", *command]
     try:
         main()
     except SystemExit as end:
-        if end.code not in (None, 0, int(sys.argv[3])):
+        if end.code not in (None, 0, int(verdict)):
             raise
 """
 MEASURES = {
