@@ -392,9 +392,8 @@ class TrainingSettings(Section):
 class IdentificationSettings(Section):
     """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
 
-    method: Literal["posterior", "shared", "rollouts", "none"] = "posterior"
-    """`none`: the body stays as scaled; only the policy is learned. `shared`: with errors that
-    angles and belt share. `rollouts`: the paper's equation 3, by walks of the general policy."""
+    method: Literal["posterior", "none"] = "posterior"
+    """`none`: the body stays as scaled; only the policy is learned."""
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
     identified (`gaitval.model.extended`) and reported, but not used by the walker."""

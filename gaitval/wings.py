@@ -4,11 +4,7 @@ The core imports none of them. It asks for an entry point by its group and its n
 is loaded only when a user asks for what it does. Wings of other distributions are found as well.
 """
 
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib.metadata import EntryPoint, entry_points, requires
-from importlib.util import find_spec
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Final
 
@@ -50,43 +46,16 @@ def load(group: str, name: str) -> Any:
     return _registered(group, name)
 
 
-@contextmanager
-def extras_named() -> Iterator[None]:
-    """Say which extra of gaitval to install where the block needs a library that it comes with.
-    Raises ConfigurationError.
-    """
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        name = (error.name or "").partition(".")[0].replace("_", "-")
-        lines = "\n".join(requires("gaitval") or ())
-        found = re.findall(rf"^{name}[^-\w].*extra == ['\"](\w+)", lines, re.MULTILINE)
-        if not found:
-            raise
-        # the smallest; wings ask for these two as wholes
-        extra = next((e for e in ("pages", "study") if e in found), min(found, key=lines.count))
-        raise ConfigurationError(
-            f"{name} is not installed: it comes with gaitval[{extra}]. Install it: python -m pip "
-            f"install 'gaitval[{extra}]', or, in a checkout, make setup."
-        ) from None
-
-
-def need(*libraries: str) -> None:
-    """Raise ConfigurationError if a library of an extra is not installed, before any work."""
-    with extras_named():
-        for name in libraries:
-            if find_spec(name) is None:
-                raise ModuleNotFoundError(name, name=name)
-
-
 def _registered(group: str, name: str) -> Any:
     found: EntryPoint | None = next(iter(entry_points(group=group, name=name)), None)
     try:
         if found is not None:
-            with extras_named():
-                return found.load()
+            return found.load()
         why = "is not installed"
     except ImportError as error:
+        from gaitval.missing_extras import raise_named
+
+        raise_named(error)
         why = f"cannot be loaded ({error})"
     raise ConfigurationError(
         f"{name}: this optional part of gaitval {why}. Install it: python -m pip install "

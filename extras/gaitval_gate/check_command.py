@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+from gaitval.missing_extras import need
 
 HistoryOption = Annotated[
     Path | None,
@@ -77,7 +77,7 @@ def check(
     from gaitval_gate.stored_baselines import find_baseline
 
     if not quick:
-        wings.need("mujoco")  # the second engine: before minutes of walking
+        need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
     display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)

@@ -5,10 +5,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.artefacts import file_hash, versions, write_json
 from gaitval.coordinates import SIDES
 from gaitval.metrics.typed import tidy
+from gaitval.missing_extras import raise_named
 from gaitval_judge.body import segment_shares
 from gaitval_judge.gait import valid, weight_ratio
 from gaitval_judge.judge import Judgement, floor_leg
@@ -27,9 +27,11 @@ def write_judgement(found: Judgement, folder: Path) -> JudgeResult:
     ConfigurationError, when the first is written, without the libraries that make pages.
     """
     result = write_result(found, folder)
-    with wings.extras_named():
+    try:
         from gaitval_judge.judge_page import write_judge_page
-
+    except ModuleNotFoundError as error:
+        raise_named(error)
+        raise
     write_judge_page(found, result, folder)
     return result
 

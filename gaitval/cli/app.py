@@ -192,8 +192,13 @@ class _Commands(Group):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            with wings.extras_named():
+            try:
                 return super().invoke(ctx)
+            except ModuleNotFoundError as error:
+                from gaitval.missing_extras import raise_named
+
+                raise_named(error)
+                raise
         except GaitvalError as error:
             # Without one, where the command itself could not be loaded.
             of = ctx.invoked_subcommand or "gaitval"

@@ -6,6 +6,7 @@ It is long because each command declares its own options, in a line each.
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -395,6 +396,10 @@ def subject_command(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
 
+    if lacking := [name for name in ("torch", "mujoco", "weasyprint") if find_spec(name) is None]:
+        from gaitval.missing_extras import need
+
+        need(*lacking)  # before any work
     settings = with_pages(settings, language, paper)
     if train:
         settings = ["training.samples=full", *(settings or ())]

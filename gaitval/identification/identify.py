@@ -17,7 +17,6 @@ from typing import Final
 import cma
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array, Flags
 from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import Configuration, IdentificationSettings, NoiseSettings
@@ -207,15 +206,6 @@ def identify(
     # The search moves mu near the solution with the body as scaled, which costs hundredths of a
     # second per candidate.
     fit, held = begun() if begun else begin(record, model, prior_sd, configuration, kinetics_told)
-
-    def progress(generation: int, best: float) -> None:
-        if on_progress is not None:
-            on_progress({"generation": generation, "total": settings.generations, "value": best})
-
-    if settings.method != "posterior":
-        other = wings.load(wings.PARTS, f"{settings.method}_identification")
-        result: FoundParameters = other(fit, held, record, model, configuration, progress)
-        return result
     state_file = Path(folder) / _STATE
     key = value_hash(
         {
@@ -225,6 +215,10 @@ def identify(
             "deviance": held.cost,
         }
     )
+
+    def progress(generation: int, best: float) -> None:
+        if on_progress is not None:
+            on_progress({"generation": generation, "total": settings.generations, "value": best})
 
     # In a worker, if some are kept: cma and a training that runs meanwhile both draw from NumPy's
     # common random numbers. Nothing is reported from there.

@@ -15,7 +15,7 @@ hips, so in the neutral pose the lumbar joint lies behind the hips.
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -87,12 +87,10 @@ class ScaledBody(Displayed):
 
     def write_table(self, path: Path) -> None:
         """Write the table as CSV: a row per segment, with the fields of `ScaledSegment`."""
-        text = io.StringIO()
-        writer = csv.DictWriter(
-            text, [each.name for each in fields(ScaledSegment)], lineterminator="\n"
-        )
+        text, rows = io.StringIO(), [asdict(each) for each in self.table]
+        writer = csv.DictWriter(text, rows[0], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(map(asdict, self.table))
+        writer.writerows(rows)
         write_text(path, text.getvalue())
 
     def frame(self) -> "pd.DataFrame":

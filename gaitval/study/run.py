@@ -17,7 +17,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitval import wings
 from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
@@ -145,7 +144,6 @@ def run_subject(
         raise ConfigurationError(
             f"a training starts from nothing or from {start}. Give one of --scratch and --start."
         )
-    wings.need("torch", "mujoco", "weasyprint")
 
     def do(stage: Stage) -> None:
         run_stage(stage, run.folder, force=force, observer=run.observer)
