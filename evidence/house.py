@@ -9,6 +9,7 @@ import ast
 import fnmatch
 import io
 import json
+import os
 import re
 import runpy
 import subprocess
@@ -146,7 +147,11 @@ def _modules_of(*words: str) -> set[Path]:
     SystemExit : the command failed.
     """
     run = [sys.executable, "-c", LOADED, *words]
-    done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
+    with tempfile.TemporaryDirectory() as cache:
+        # numba's index of what others compiled loads the types of their arguments, another contact
+        # law's for one
+        own = {**os.environ, "XDG_CACHE_HOME": cache}
+        done = subprocess.run(run, cwd=ROOT, env=own, capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"gaitval {' '.join(words)}: {done.stderr}")
     return {Path(line) for line in done.stderr.partition(MARK)[2].split()}
