@@ -127,31 +127,31 @@ def reached() -> list[Path]:
     sizes = [each for each in quick if not each.startswith(METHODS)]
     settings = [word for each in (*sizes, *SHORT) for word in ("--set", each)]
     with tempfile.TemporaryDirectory() as place:
-        out, sample = Path(place), Path(place) / "sample"
-        _modules_of("data", "sample", str(sample))
+        sample, cache = Path(place) / "sample", Path(place) / "cache"
+        _modules_of(cache, "data", "sample", str(sample))
         about = json.loads((sample / "truth.json").read_text(encoding="utf-8"))
         person = [f"--mass={about['mass_kg']}", f"--height={about['height_m']}",
                   f"--sex={about['sex']}"]  # fmt: skip
-        loaded = _modules_of("subject", "5", "--out", str(out / "subject"), *settings)
-        loaded |= _modules_of("import", "--static", str(sample / "standing.c3d"),
-                              "--trial", str(sample / "walking.c3d"), *person,
-                              "--out", str(out / "import"))  # fmt: skip
+        loaded: set[Path] = set()
+        for out in (Path(place) / "compiling", Path(place) / "compiled"):
+            loaded = _modules_of(cache, "subject", "5", "--out", str(out / "subject"), *settings)
+            loaded |= _modules_of(cache, "import", "--static", str(sample / "standing.c3d"),
+                                  "--trial", str(sample / "walking.c3d"), *person,
+                                  "--out", str(out / "import"))  # fmt: skip
     return sorted(loaded)
 
 
-def _modules_of(*words: str) -> set[Path]:
-    """Files of the package that a command has loaded when it ends.
+def _modules_of(cache: Path, *words: str) -> set[Path]:
+    """Files of the package that a command has loaded when it ends, with numba's `cache`.
 
     Raises
     ------
     SystemExit : the command failed.
     """
     run = [sys.executable, "-c", LOADED, *words]
-    with tempfile.TemporaryDirectory() as cache:
-        # numba's index of what others compiled loads the types of their arguments, another contact
-        # law's for one
-        own = {**os.environ, "XDG_CACHE_HOME": cache}
-        done = subprocess.run(run, cwd=ROOT, env=own, capture_output=True, text=True, check=False)
+    # numba's index of what others compiled loads the types of its arguments, another law's for one
+    own = {**os.environ, "XDG_CACHE_HOME": str(cache)}
+    done = subprocess.run(run, cwd=ROOT, env=own, capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"gaitval {' '.join(words)}: {done.stderr}")
     return {Path(line) for line in done.stderr.partition(MARK)[2].split()}
