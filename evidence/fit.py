@@ -62,9 +62,9 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/held_out/holdout/*.json",),
-        "allowed": 120,
-        "why": "the URDF is read by Python's XML, and speeds far below every trial are predicted "
-        "otherwise: bodies and predicted records of these trials have the same bits as before",
+        "allowed": 130,
+        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "kinetics from kinematics*": {
         "code": (
@@ -78,6 +78,9 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/held_out/kinematics/*.json",),
+        "allowed": 130,
+        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "*": {
         "code": (

@@ -56,6 +56,9 @@ MEASURES = {
             "experiments/held_out_runs.py:reference_errors,store,KINEMATICS",
         ),
         "results": ("reports/held_out/kinematics/*.json",),
+        "allowed": 130,
+        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "kinetics from kinematics: *": {
         "code": (
@@ -66,6 +69,9 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/held_out/kinematics/*.json",),
+        "allowed": 130,
+        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "unseen speed*": {
         "code": (
@@ -77,6 +83,9 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/held_out/holdout/*.json",),
+        "allowed": 130,
+        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "unseen half *": {
         "code": (
