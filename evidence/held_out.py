@@ -57,7 +57,7 @@ MEASURES = {
         ),
         "results": ("reports/held_out/kinematics/*.json",),
         "allowed": 130,
-        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "why": "the URDF is read by Python's XML, scaling.csv written without pandas, and speeds "
         "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "kinetics from kinematics: *": {
@@ -70,7 +70,7 @@ MEASURES = {
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/held_out/kinematics/*.json",),
         "allowed": 130,
-        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "why": "the URDF is read by Python's XML, scaling.csv written without pandas, and speeds "
         "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "unseen speed*": {
@@ -84,7 +84,7 @@ MEASURES = {
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/held_out/holdout/*.json",),
         "allowed": 130,
-        "why": "the URDF is read by Python's XML, scaling.csv is written without pandas, and speeds "
+        "why": "the URDF is read by Python's XML, scaling.csv written without pandas, and speeds "
         "far below every trial are predicted otherwise: bodies and known records keep their bits",
     },
     "unseen half *": {
