@@ -5,27 +5,15 @@ import pandas as pd
 import pytest
 
 from gaitval.configuration import ProcessingSettings
-from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.write import _curve_table
-from gaitval_curves.sample import copy_sample
 from gaitval_measurement.bands import bands
 from gaitval_measurement.estimate import DELAY, Found
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sample")
-    copy_sample(folder)
-    request = Request(
-        static=folder / "standing.c3d",
-        trials=(folder / "walking.c3d",),
-        identifier="sample",
-        mass=64.95,
-        height=1.53,
-        sex="F",
-    )
-    return work_out(request, ProcessingSettings())
+def found(sample_request):
+    return work_out(sample_request, ProcessingSettings())
 
 
 def test_each_curve_has_a_band_and_its_sources(found):

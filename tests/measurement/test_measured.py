@@ -10,10 +10,8 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import ConfigurationError
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
-from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.write import _record
-from gaitval_curves.sample import copy_sample
 from gaitval_measurement.correct import wanted
 from gaitval_measurement.estimate import alone, kind_of
 from gaitval_measurement.said import CHECK, rows, title
@@ -22,18 +20,8 @@ PROCESSING = ProcessingSettings()
 
 
 @pytest.fixture(scope="module")
-def sample(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sample")
-    copy_sample(folder)
-    request = Request(
-        static=folder / "standing.c3d",
-        trials=(folder / "walking.c3d",),
-        identifier="sample",
-        mass=64.95,
-        height=1.53,
-        sex="F",
-    )
-    return request, read_session(request, PROCESSING)
+def sample(sample_request):
+    return sample_request, read_session(sample_request, PROCESSING)
 
 
 @pytest.fixture
