@@ -344,15 +344,11 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
 
 def _described(recording: Recording) -> str:
     frames, count = recording.markers.shape[:2]
-    plates = (
-        f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
-        if recording.plates
-        else ""
-    )
-    return (
-        f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
-        f"{recording.marker_rate:g} Hz{plates}"
-    )
+    said = f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
+    said += f"{recording.marker_rate:g} Hz"
+    if recording.plates:
+        said += f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
+    return said
 
 
 def named(recording: Recording, marker_set: MarkerSet) -> Recording:

@@ -141,14 +141,16 @@ def standing_in_walk(recording: Recording, marker_set: MarkerSet) -> Recording:
 
 
 def _mid_stances(recording: Recording, landmarks: Mapping[str, str], side: Side) -> list[int]:
-    """The frame in the middle of `MID_STANCE` of each whole stance of a foot."""
+    """The frame in `MID_STANCE` of each whole stance of a foot in which the heel is lowest."""
     events = marker_events(recording, landmarks=landmarks)
     mine = [event for event in events if event.side == side]
+    height = recording.marker(landmarks[f"{side[0].upper()}.Heel"])[:, 2]
     frames = []
     for strike, off in pairwise(mine):
         if (strike.kind, off.kind) == ("heel_strike", "toe_off"):
-            at = strike.time + np.mean(MID_STANCE) * (off.time - strike.time)
-            frames.append(int(np.argmin(np.abs(recording.time - at))))
+            times = strike.time + np.array(MID_STANCE) * (off.time - strike.time)
+            first, last = np.searchsorted(recording.time, times)
+            frames.append(first + int(np.nanargmin([*height[first:last], np.inf])))
     return frames
 
 
