@@ -19,6 +19,9 @@ CERTAIN: Final = 0.95
 """Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table
 of results contains, so that none of their wrong guesses reaches it."""
 
+FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
+"""Places of which one marker is taken for another's: a user is asked where no name says which."""
+
 NAMES_COUNT: Final = 0.6
 """Share of the names that must say what the places of their markers say; below it the labels are
 taken to be exchanged or to mean something else, and only the places count."""
@@ -64,13 +67,16 @@ class Guess:
     def used(self) -> bool:
         """Whether it is used without having been looked at.
 
-        One that is on no known place never is, nor one on an arm whose name does not say so: arms
-        are held in any way, and a whole arm may be taken for a shorter or a longer one.
+        One that is on no known place never is, nor one on an arm or forefoot whose name does not
+        say so: arms are held in any way, and a whole arm may be taken for a shorter or a longer
+        one; and a marker on the forefoot may be on any metatarsal, as shoes are wide or narrow.
         """
         known = self.recognised and self.named is not False
         if self.site is None or not known or self.certainty < CERTAIN:
             return False
-        return self.named is True or self.site.part not in ("upper_arm", "forearm")
+        return self.named is True or (
+            self.site.part not in ("upper_arm", "forearm") and self.site.name not in FOREFOOT
+        )
 
 
 @dataclass(frozen=True)

@@ -210,6 +210,6 @@ def _usable_walks(
             failed.append((walk.name, error))
     if not walks:
         raise failed[-1][1]
-    for name, error in failed:
-        noted("trials", f"{name} is left out: {error}")
+    for name, why in failed:
+        noted("trials", f"{name} is left out: {why}")
     return walks
