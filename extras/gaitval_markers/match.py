@@ -110,13 +110,15 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
         so_far = max((each[0] for each in best), default=-np.inf)
         best.append((*search.refined(start.chosen, so_far), search, start))
 
-    # The likeliest of each way to face; then every stature and way to stand of the best.
+    # The likeliest of each way to face; then every way to stand of the best, in all statures.
     facings = {start.frame: start for start in reversed(starts)}
     for start in sorted(facings.values(), key=lambda start: start.cost)[:FACINGS]:
         refine(start)
     likeliest = max(best, key=lambda each: each[0])[3]
     tried = {likeliest.chosen.tobytes()}
     for start in starts:
+        if start.stature not in STATURES_M[::2]:  # those between lead to the same bodies
+            continue
         if start.frame == likeliest.frame and start.chosen.tobytes() not in tried:
             tried.add(start.chosen.tobytes())
             refine(start)

@@ -236,9 +236,7 @@ def nearest_axis(vector: Array) -> tuple[Array, float]:
 
 
 def check_pelvis(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) -> None:
-    """Raise RecordError if the pelvis faces away from where the feet point in the trial `where`, by
-    `points` of `standing_points` and `axes` found or given.
-    """
+    """Refuse `points` of a person (`standing_points`) whose pelvis faces away from the feet."""
     front = [points[name] for name in _FRONT if name in points]
     rear = [points[name] for name in _REAR if name in points]
     if front and rear and (np.mean(front, axis=0) - np.mean(rear, axis=0)) @ axes.rotation[0] < 0:
