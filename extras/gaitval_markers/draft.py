@@ -20,8 +20,8 @@ CERTAIN: Final = 0.95
 of results contains, so that none of their wrong guesses reaches it."""
 
 CERTAIN_BY_NAME: Final = 0.8
-"""The same where the name says the place and no other place comes near; of the sets on which it was
-chosen all 27 such guesses below `CERTAIN` are right, and every wrong one has a rival."""
+"""The same where the name says the place and not the next likely one; of the sets on which it was
+chosen all such guesses between the two are right."""
 
 FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
 """Places of which one marker is taken for another's: a user is asked where no name says which."""
@@ -60,6 +60,7 @@ class Guess:
     static_only, walking_only : whether only the standing, or only the walking trial has it.
     recognised : whether the whole body was: of few markers nothing is known.
     alone : whether the place is one of a side and the other side's has no marker.
+    rivalled : whether the name says nothing that tells the place from the next likely one.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Guess:
     walking_only: bool = False
     recognised: bool = True
     alone: bool = False
+    rivalled: bool = True
 
     @property
     def used(self) -> bool:
@@ -83,7 +85,7 @@ class Guess:
         any metatarsal, as shoes are wide or narrow; and sets of markers are of both sides.
         """
         known = self.recognised and self.named is not False
-        least = CERTAIN_BY_NAME if self.named and self.second is None else CERTAIN
+        least = CERTAIN_BY_NAME if self.named and not self.rivalled else CERTAIN
         if self.site is None or not known or self.certainty < least:
             return False
         unclear = self.site.part in ("upper_arm", "forearm") or self.site.name in FOREFOOT
@@ -205,6 +207,7 @@ def draft_of(places: Places) -> Draft:
                 static_only=name in places.static_only,
                 recognised=recognised,
                 alone=site is not None and site.mirrored not in taken,
+                rivalled=silent or (second >= 0 and word.fits(match.sites[second])),
             )
         )
     nowhere = np.full(3, np.nan)
