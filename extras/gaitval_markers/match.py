@@ -110,17 +110,20 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
         so_far = max((each[0] for each in best), default=-np.inf)
         best.append((*search.refined(start.chosen, so_far), search, start))
 
-    # The likeliest of each way to face; then every way to stand of the best, in all statures.
+    # The likeliest of each way to face; then every way to stand of the best, in all statures. Which
+    # way that is may be open until then.
     facings = {start.frame: start for start in reversed(starts)}
     for start in sorted(facings.values(), key=lambda start: start.cost)[:FACINGS]:
         refine(start)
-    likeliest = max(best, key=lambda each: each[0])[3]
-    tried = {likeliest.chosen.tobytes()}
+    top = max(each[0] for each in best)
+    likely = {each[3].frame for each in best if each[0] > top - HOPELESS / 2}
+    tried = {(each[3].frame, each[3].chosen.tobytes()) for each in best}
     for start in starts:
         if start.stature not in STATURES_M[::2]:  # those between lead to the same bodies
             continue
-        if start.frame == likeliest.frame and start.chosen.tobytes() not in tried:
-            tried.add(start.chosen.tobytes())
+        key = (start.frame, start.chosen.tobytes())
+        if start.frame in likely and key not in tried:
+            tried.add(key)
             refine(start)
     score, chosen, search, _ = max(best, key=lambda each: each[0])
     certainty, second = search.certainties(score, chosen)
