@@ -1,11 +1,13 @@
 """How long a study takes and how much memory it needs, which speeds and which strangers are walked
-without own training, and how quick the live page is, as rows of `reports/evidence/seconds.csv`.
+without own training, how quick physics and the live page are, as rows of
+`reports/evidence/seconds.csv`.
 
 Wall time says something on an idle machine only. So a run during which other programs took more
 than `OTHERS` of the processors does not count; if none counts, no row is written.
 """
 
 import csv
+import json
 import os
 import statistics
 import subprocess
@@ -58,6 +60,7 @@ _WALKED: Final[Mapping[str, Any]] = {
     "why": "one in a hundred of the statements of a walk",
 }
 MEASURES = {
+    "physics, *": {"code": ("@physics", "evidence/seconds.py:physics")},
     "speeds walked*": _WALKED,
     "strangers*": _WALKED,
     "live page*": {
@@ -157,6 +160,30 @@ def subject(arguments: Namespace) -> list[evidence.Row]:
             must=1.0,
             n=len(counted),
         ),
+    ]
+
+
+@evidence.measurement()
+def physics(_: Namespace) -> list[evidence.Row]:
+    """MuJoCo's C step over a step of one of eight walkers side by side, least times in the same run
+    on one core (`benchmarks/test_physics_step.py`).
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        results = Path(folder) / "physics_step.json"
+        command = [sys.executable, "-m", "pytest", "benchmarks/test_physics_step.py", "-q"]
+        command += ["-k", "the_goal", "--benchmark-enable", "--benchmark-only", "-n", "0"]
+        subprocess.run([*command, f"--benchmark-json={results}"], cwd=ROOT, check=True)
+        (goal,) = json.loads(results.read_text(encoding="utf-8"))["benchmarks"]
+    return [
+        evidence.Row(
+            "physics, one core, against MuJoCo's C step in the same run",
+            float(goal["extra_info"]["times_mujoco"]),
+            "times",
+            ">=",
+            25,
+            17,
+            50,
+        )
     ]
 
 
