@@ -16,6 +16,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
 from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.links import link
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
 from gaitval_devices.curves import JOINTS, WalkCurves
@@ -57,6 +58,8 @@ def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
             axes.set_title(TITLES[joint])
         for axes in panels[-1]:
             axes.set_xlabel("Gait cycle (%)")
+        for number, axes in enumerate(panels.flat):
+            link(axes, "cycle", side, number)
         lines, labels = panels[0][0].get_legend_handles_labels()
         figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
         return svg(figure, name)
@@ -69,6 +72,7 @@ def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
         for axes, side in zip(panels, SIDES, strict=True):
             for assumption, each in curves.items():
                 axes.plot(phase, each.forces[side], color=COLOURS[assumption], label=assumption)
+            link(axes, "cycle", side, 0)
             axes.set_title(f"{side} foot")
             axes.set_xlabel("Gait cycle (%)")
         panels[0].set_ylabel("Vertical force (BW)")
