@@ -7,6 +7,7 @@ import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+from gaitval.errors import ConfigurationError
 from gaitval.missing_extras import need
 
 HistoryOption = Annotated[
@@ -79,6 +80,12 @@ def check(
     from gaitval_gate.stored_baselines import find_baseline
 
     if device_results.is_result(Path(baseline)):
+        if history is not None:
+            raise ConfigurationError(
+                f"--history {history}: {baseline} is a result of `gaitval device`, whose figures "
+                "are neither better nor worse than others, so a history cannot say what was lost. "
+                "Leave --history out (and unset GAITVAL_HISTORY)."
+            )
         figures = device_results.check(Path(baseline))
         if junit is not None:
             write_junit(figures, junit, about={})
