@@ -2,7 +2,8 @@
 of the module itself fail?
 
     python tests/robustness/mutants.py --mutants 400 --seed 43 --log FILE     # goes on from it
-    python tests/robustness/mutants.py --again FILE --log NEW                 # survivors, once more
+    python tests/robustness/mutants.py --again FILE --log NEW                # survivors, once more
+    python tests/robustness/mutants.py --planted --log FILE                  # those of planted.toml
 
 A mutant is one change of the syntax tree: an arithmetic sign, a comparison or its limit, `and` for
 `or`, `not` and minus left out, a number plus one, True for False. They are drawn from all that
@@ -10,6 +11,9 @@ there are. No file is changed: the tests run in a fork of this process, in which
 imported with its mutant. They are those that `tests/test_mirror.py` asks for: the file of the same
 path, else those that `tests/tested_by.toml` names. They may take `TIMES` the processor time that
 they take without a mutant; then, as when they fail, the mutant is killed.
+
+A fault of `planted.toml` may be anywhere in the package or a wing, and is larger than a mutant.
+The tests that import its module belong to it as well.
 
 Left out are texts, annotations, functions that numba compiles, and the constants of their modules:
 its cache would take them as they were.
@@ -22,13 +26,14 @@ import importlib.util
 import json
 import os
 import random
+import re
 import resource
 import signal
 import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib.machinery import ModuleSpec
 from itertools import pairwise
@@ -38,6 +43,7 @@ from typing import Any, Final
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 FOLDERS: Final = ("metrics", "gait", "inverse", "reference")
+PLANTED: Final = ROOT / "tests" / "robustness" / "planted.toml"
 TIMES: Final = 4.0
 LEAST_SECONDS: Final = 20.0
 LONGEST: Final = 1800.0
@@ -152,13 +158,52 @@ def _is_compiled(node: ast.AST) -> bool:
 
 def all_mutants() -> list[Mutant]:
     """Those of the four folders."""
-    found = []
+    found: list[Mutant] = []
     for folder in FOLDERS:
         for path in sorted((ROOT / "gaitval" / folder).glob("*.py")):
             module = f"gaitval.{folder}.{path.stem}"
             if path.stem != "__init__":
                 found += mutants_of(path.read_text(encoding="utf-8"), module)
     return found
+
+
+def planted() -> list[Mutant]:
+    """The faults of `planted.toml`.
+
+    Raises
+    ------
+    SystemExit : a text is not in its file, or not only once: the code has changed since.
+    """
+    found = []
+    for fault in tomllib.loads(PLANTED.read_text(encoding="utf-8"))["fault"]:
+        parts = Path(fault["file"].removeprefix("extras/")).with_suffix("").parts
+        text = (ROOT / fault["file"]).read_text(encoding="utf-8")
+        if text.count(fault["old"]) != 1:
+            raise SystemExit(f"{PLANTED.name}: {fault['name']}: not once in {fault['file']}")
+        at = text.index(fault["old"])
+        line = text.count("\n", 0, at) + 1
+        found.append(Mutant(".".join(parts), line, at, fault["old"], fault["new"]))
+    return found
+
+
+def path_of(module: str) -> Path:
+    """The file of a module of the package or of a wing."""
+    inside = ROOT.joinpath(*module.split(".")).with_suffix(".py")
+    return inside if inside.exists() else ROOT / "extras" / inside.relative_to(ROOT)
+
+
+def importing(module: str) -> list[str]:
+    """Files of tests that belong to a module, and that import it, the short ones first."""
+    base, _, name = module.rpartition(".")
+    wanted = re.compile(
+        rf"(from|import) {re.escape(module)}\b|from {re.escape(base)} import [^\n]*\b{name}\b"
+    )
+    tests = sorted((ROOT / "tests").rglob("test_*.py"))
+    found = {path: path.read_text(encoding="utf-8") for path in tests}
+    users = [path for path in tests if wanted.search(found[path])]
+    users.sort(key=lambda path: (path.stem != f"test_{name}", len(found[path])))
+    own = tests_of(module) if module.startswith("gaitval.") else []
+    return list(dict.fromkeys([*own, *map(str, users)]))
 
 
 def tests_of(module: str) -> list[str]:
@@ -176,7 +221,7 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
     def __init__(self, module: str, text: str) -> None:
         self.module, self.text = module, text
-        self.path = str(ROOT.joinpath(*module.split(".")).with_suffix(".py"))
+        self.path = str(path_of(module))
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
         """Of this module alone."""
@@ -200,32 +245,44 @@ def tried(mutant: Mutant | None, tests: Sequence[str], seconds: float) -> tuple[
     tuple
         pytest's exit code, or minus the signal that ended it, and the processor time, s.
     """
-    child = os.fork()
-    if not child:
-        os.setsid()
-        _run_tests(mutant, tests, seconds)
-    limit = time.monotonic() + LONGEST
-    while True:
-        pid, status, used = os.wait4(child, os.WNOHANG)
-        if pid:
-            break
-        if time.monotonic() > limit:
-            os.killpg(child, signal.SIGKILL)
-        time.sleep(0.05)
+    with tempfile.TemporaryDirectory() as cache:
+        child = os.fork()
+        if not child:
+            os.setsid()
+            _run_tests(mutant, tests, seconds, cache)
+        limit = time.monotonic() + LONGEST
+        while True:
+            pid, status, used = os.wait4(child, os.WNOHANG)
+            if pid:
+                break
+            if time.monotonic() > limit:
+                os.killpg(child, signal.SIGKILL)
+            time.sleep(0.05)
     return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime
 
 
-def _run_tests(mutant: Mutant | None, tests: Sequence[str], seconds: float) -> None:
+def _in_compiled(mutant: Mutant) -> bool:
+    tree = ast.parse(path_of(mutant.module).read_text(encoding="utf-8"))
+    return any(
+        node.lineno <= mutant.line <= (node.end_lineno or 0)
+        for node in tree.body
+        if _is_compiled(node)
+    )
+
+
+def _run_tests(mutant: Mutant | None, tests: Sequence[str], seconds: float, cache: str) -> None:
     """In the fork: never returns."""
     code = 3
     try:
         with tempfile.TemporaryFile() as said:
             os.dup2(said.fileno(), 1)
             os.dup2(said.fileno(), 2)
+        if mutant is not None and _in_compiled(mutant):
+            os.environ["XDG_CACHE_HOME"] = cache  # else numba takes what it has compiled before
+            seconds = LONGEST
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
         if mutant is not None:
-            path = ROOT.joinpath(*mutant.module.split(".")).with_suffix(".py")
-            text = mutant.of(path.read_text(encoding="utf-8"))
+            text = mutant.of(path_of(mutant.module).read_text(encoding="utf-8"))
             sys.meta_path.insert(0, _Mutated(mutant.module, text))
         import pytest
 
@@ -248,26 +305,37 @@ def logged(log: Path) -> list[Json]:
     return [json.loads(line) for line in lines]
 
 
-def run(mutants: Sequence[Mutant], log: Path) -> None:
-    """Try mutants, but for those of the log, and add them to it."""
+def run(
+    mutants: Sequence[Mutant],
+    log: Path,
+    belonging: Callable[[str], list[list[str]]] = lambda module: [tests_of(module)],
+) -> None:
+    """Try mutants, but for those of the log, and add them to it. `belonging` are the tests of a
+    module, in groups of files that are run together, until one fails.
+    """
     for name in LOADED:
         importlib.import_module(name)
     os.chdir(ROOT)
     paths = (ROOT, ROOT / "extras", ROOT / "tests" / "support", ROOT / "tests")
     sys.path[:0] = map(str, paths)
-    usual: dict[str, float] = {}
+    usual: dict[tuple[str, ...], float] = {}
     known = {(each["module"], each["offset"], each["after"]) for each in logged(log)}
     for mutant in mutants:
         if (mutant.module, mutant.offset, mutant.after) in known:
             continue
-        tests = tests_of(mutant.module)
-        if mutant.module not in usual:
-            code, usual[mutant.module] = tried(None, tests, LONGEST)
+        code, used, tests = 0, 0.0, list[str]()
+        for tests in belonging(mutant.module):
+            key = tuple(tests)
+            if key not in usual:
+                failed, usual[key] = tried(None, tests, LONGEST)
+                if failed:
+                    raise SystemExit(f"{tests}: fail without a mutant (exit code {failed})")
+            code, used = tried(mutant, tests, max(LEAST_SECONDS, TIMES * usual[key]))
             if code:
-                raise SystemExit(f"{tests}: fail without a mutant (exit code {code})")
-        limit = max(LEAST_SECONDS, TIMES * usual[mutant.module])
-        code, used = tried(mutant, tests, limit)
-        found = {**asdict(mutant), "code": code, "killed": code != 0, "seconds": round(used, 2)}
+                break
+        about = {"code": code, "killed": code != 0, "seconds": round(used, 2)}
+        by = [Path(each).relative_to(ROOT).as_posix() for each in tests] if code else []
+        found = {**asdict(mutant), **about, "by": by}
         with log.open("a", encoding="utf-8") as file:
             file.write(json.dumps(found) + "\n")
         print(json.dumps(found), flush=True)
@@ -280,7 +348,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=43)
     parser.add_argument("--log", type=Path, required=True, help="a line for each; goes on from it")
     parser.add_argument("--again", type=Path, metavar="LOG", help="the survivors of a log instead")
+    parser.add_argument("--planted", action="store_true", help="the faults of planted.toml instead")
     given = parser.parse_args()
+    if given.planted:
+        run(planted(), given.log, lambda module: [[each] for each in importing(module)])
+        return
     if given.again is None:
         run(drawn(given.mutants, given.seed), given.log)
         return
