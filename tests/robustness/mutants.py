@@ -51,6 +51,7 @@ LONGEST: Final = 1800.0
 LOADED: Final = (
     *("numpy", "scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "pandas"),
     *("scipy.spatial.transform", "numba", "pydantic", "pytest", "hypothesis", "ezc3d", "cma"),
+    *("gymnasium", "dartpy", "numba.np.arrayobj", "numba.cpython.randomimpl", "safetensors"),
 )
 """Libraries that are imported once, before the forks."""
 SWAPPED: Final[dict[type[ast.AST], tuple[str, str]]] = {
