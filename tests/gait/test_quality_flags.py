@@ -11,9 +11,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.force_checks import channel_doubts, place_doubts, stance_figures, whole_stances
 from gaitval.gait.marker_checks import foot_marker_doubts
-from gaitval.gait.motion_checks import swing_doubts
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
-from gaitval.mocap.recording import Event
 
 
 def waves(rate=500.0, seconds=4.0):
@@ -124,14 +122,6 @@ def test_a_centre_of_pressure_that_is_nowhere_under_the_foot():
     assert not list(place_doubts("1", outside=2, used=3))
     (doubt,) = place_doubts("1", outside=3, used=2)
     assert "3 of 5" in doubt.message
-
-
-@pytest.mark.parametrize(
-    ("swing", "doubted"), [(0.2, True), (0.4, False), (0.57, False), (0.9, True)]
-)
-def test_a_swing_of_a_pendulum(swing, doubted):
-    events = [Event(1.0, "right", "toe_off"), Event(1.0 + swing, "right", "heel_strike")]
-    assert len(list(swing_doubts(events, 1.75))) == doubted
 
 
 @pytest.mark.parametrize(("raised", "names"), [(0.0, []), (0.05, ["R.Heel"]), (-0.05, ["R.Heel"])])
