@@ -9,8 +9,10 @@ A mutant is one change of the syntax tree: an arithmetic sign, a comparison or i
 `or`, `not` and minus left out, a number plus one, True for False. They are drawn from all that
 there are. No file is changed: the tests run in a fork of this process, in which the module is
 imported with its mutant. They are those that `tests/test_mirror.py` asks for: the file of the same
-path, else those that `tests/tested_by.toml` names. They may take `TIMES` the processor time that
-they take without a mutant; then, as when they fail, the mutant is killed.
+path, else those that `tests/tested_by.toml` names. Tests that reach the changed line run first, the
+quick ones before the others; a line that none reaches is not tried, for no test can tell. They may
+take `TIMES` the processor time that they take without a mutant; then, as when they fail, the mutant
+is killed.
 
 A fault of `planted.toml` may be anywhere in the package or a wing, and is larger than a mutant.
 The tests that import its module belong to it as well.
@@ -21,10 +23,13 @@ its cache would take them as they were.
 
 import argparse
 import ast
+import contextlib
 import importlib.abc
 import importlib.util
+import io
 import json
 import os
+import pickle
 import random
 import re
 import resource
@@ -33,13 +38,15 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib.machinery import ModuleSpec
 from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any, Final
+
+import pytest
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 FOLDERS: Final = ("metrics", "gait", "inverse", "reference")
@@ -54,6 +61,12 @@ LOADED: Final = (
     *("gymnasium", "dartpy", "numba.np.arrayobj", "numba.cpython.randomimpl", "safetensors"),
 )
 """Libraries that are imported once, before the forks."""
+WIDE: Final = ("tests/gait/test_events.py", "tests/inverse/test_model_fit.py")
+"""Tests that load most of what others load from libraries."""
+OPTIONS: Final = (
+    *("-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:randomly", "-n", "0"),
+)
+NOTED: Final = "order.pickle"
 SWAPPED: Final[dict[type[ast.AST], tuple[str, str]]] = {
     ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
     ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "/"), ast.Mod: ("%", "//"), ast.MatMult: ("@", "*"),
@@ -238,19 +251,25 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.text, self.path, "exec"), module.__dict__)
 
 
-def tried(mutant: Mutant | None, tests: Sequence[str], seconds: float) -> tuple[int, float]:
+def tried(
+    mutant: Mutant | None, tests: Sequence[str], seconds: float, order: "Order | None" = None
+) -> tuple[int, float, Any]:
     """Run tests with a mutant in a fork of this process.
+
+    Parameters
+    ----------
+    order : in which they run, from the run without a mutant; there it is filled, and returned.
 
     Returns
     -------
     tuple
-        pytest's exit code, or minus the signal that ended it, and the processor time, s.
+        pytest's exit code, or minus the signal that ended it; the processor time, s; the order.
     """
     with tempfile.TemporaryDirectory() as cache:
         child = os.fork()
         if not child:
             os.setsid()
-            _run_tests(mutant, tests, seconds, cache)
+            _run_tests(mutant, tests, seconds, Path(cache), order)
         limit = time.monotonic() + LONGEST
         while True:
             pid, status, used = os.wait4(child, os.WNOHANG)
@@ -258,8 +277,11 @@ def tried(mutant: Mutant | None, tests: Sequence[str], seconds: float) -> tuple[
                 break
             if time.monotonic() > limit:
                 os.killpg(child, signal.SIGKILL)
-            time.sleep(0.05)
-    return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime
+            time.sleep(0.02)
+        noted = Path(cache) / NOTED
+        if noted.exists():
+            order = pickle.loads(noted.read_bytes())
+    return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, order
 
 
 def _in_compiled(mutant: Mutant) -> bool:
@@ -271,28 +293,133 @@ def _in_compiled(mutant: Mutant) -> bool:
     )
 
 
-def _run_tests(mutant: Mutant | None, tests: Sequence[str], seconds: float, cache: str) -> None:
+class Order:
+    """A plug-in of pytest that notes how long each test takes and what it reaches of a module, or
+    that runs those first that reach a line, the quick ones before the others.
+
+    Attributes
+    ----------
+    seconds : processor time of each test, with its fixtures.
+    lines : of the module's file that each test runs.
+    imported : those that are run before any test, when the module is imported.
+    """
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.seconds: dict[str, float] = {}
+        self.lines: dict[str, set[int]] = {}
+        self.imported: set[int] = set()
+
+    def reach(self, line: int) -> bool:
+        """Whether a line is ever run, as far as this process saw."""
+        return line in self.imported or any(line in each for each in self.lines.values())
+
+
+class _Noted:
+    """Notes into an `Order`."""
+
+    def __init__(self, order: Order) -> None:
+        self.order, self.now = order, order.imported
+
+    def _trace(self, frame: FrameType, event: str, _: object) -> Any:
+        if frame.f_code.co_filename != self.order.file:
+            return None
+        self.now.add(frame.f_lineno)
+        return self._line
+
+    def _line(self, frame: FrameType, event: str, _: object) -> Any:
+        self.now.add(frame.f_lineno)
+        return self._line
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collection(self) -> Iterator[Any]:
+        """The module is imported here."""
+        sys.settrace(self._trace)
+        return (yield)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[Any]:
+        """A test."""
+        self.now = self.order.lines.setdefault(item.nodeid, set())
+        sys.settrace(self._trace)
+        begin = time.process_time()
+        found = yield
+        self.order.seconds[item.nodeid] = time.process_time() - begin
+        return found
+
+
+class _Sorted:
+    """Runs tests by an `Order`."""
+
+    def __init__(self, order: Order, lines: Collection[int]) -> None:
+        self.order, self.lines = order, lines
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """After all others."""
+        order = self.order
+
+        def place(item: pytest.Item) -> tuple[bool, float]:
+            reached = order.lines.get(item.nodeid, set())
+            return reached.isdisjoint(self.lines), order.seconds.get(item.nodeid, 0.0)
+
+        items.sort(key=place)
+
+
+def _run_tests(
+    mutant: Mutant | None, tests: Sequence[str], seconds: float, cache: Path, order: Order | None
+) -> None:
     """In the fork: never returns."""
-    code = 3
+    code, plugins = 3, list[object]()
     try:
         with tempfile.TemporaryFile() as said:
             os.dup2(said.fileno(), 1)
             os.dup2(said.fileno(), 2)
         if mutant is not None and _in_compiled(mutant):
-            os.environ["XDG_CACHE_HOME"] = cache  # else numba takes what it has compiled before
+            os.environ["XDG_CACHE_HOME"] = str(cache)  # else numba takes what it compiled before
             seconds = LONGEST
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
         if mutant is not None:
             text = mutant.of(path_of(mutant.module).read_text(encoding="utf-8"))
             sys.meta_path.insert(0, _Mutated(mutant.module, text))
-        import pytest
-
-        options = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:randomly")
-        code = int(pytest.main([*options, "-n", "0", *tests]))
+        if order is not None:
+            plugins = [_Noted(order) if mutant is None else _Sorted(order, lines_of(mutant))]
+        code = int(pytest.main([*OPTIONS, "-x", *tests], plugins=plugins))
+        if order is not None and mutant is None:
+            sys.settrace(None)
+            (cache / NOTED).write_bytes(pickle.dumps(order))
     except BaseException:
         code = 3
     finally:
         os._exit(code)
+
+
+def lines_of(mutant: Mutant) -> range:
+    """Lines of the statement that a mutant changes, of a compound one those before its body."""
+    found = range(mutant.line, mutant.line + 1)
+    for node in ast.walk(ast.parse(path_of(mutant.module).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= (node.end_lineno or 0):
+            inside = getattr(node, "body", None)
+            last = inside[0].lineno - 1 if inside else node.end_lineno or node.lineno
+            if mutant.line <= last:
+                found = range(node.lineno, last + 1)
+    return found
+
+
+def warmed() -> None:
+    """Load what tests load from libraries, before the forks; of the project nothing is kept."""
+    for name in LOADED:
+        importlib.import_module(name)
+    os.chdir(ROOT)
+    paths = (ROOT, ROOT / "extras", ROOT / "tests" / "support", ROOT / "tests")
+    sys.path[:0] = map(str, paths)
+    with contextlib.redirect_stdout(io.StringIO()):
+        pytest.main([*OPTIONS, "--collect-only", *(str(ROOT / each) for each in WIDE)])
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None) or ""
+        ours = name.partition(".")[0].startswith("gaitval") or Path(file).is_relative_to(ROOT)
+        if ours and name != __name__ and "site-packages" not in file:
+            del sys.modules[name]
 
 
 def drawn(count: int, seed: int) -> list[Mutant]:
@@ -314,24 +441,24 @@ def run(
     """Try mutants, but for those of the log, and add them to it. `belonging` are the tests of a
     module, in groups of files that are run together, until one fails.
     """
-    for name in LOADED:
-        importlib.import_module(name)
-    os.chdir(ROOT)
-    paths = (ROOT, ROOT / "extras", ROOT / "tests" / "support", ROOT / "tests")
-    sys.path[:0] = map(str, paths)
-    usual: dict[tuple[str, ...], float] = {}
+    warmed()
+    usual: dict[tuple[str, str], tuple[float, Order]] = {}
     known = {(each["module"], each["offset"], each["after"]) for each in logged(log)}
     for mutant in mutants:
         if (mutant.module, mutant.offset, mutant.after) in known:
             continue
         code, used, tests = 0, 0.0, list[str]()
         for tests in belonging(mutant.module):
-            key = tuple(tests)
+            key = (mutant.module, str(tests))
             if key not in usual:
-                failed, usual[key] = tried(None, tests, LONGEST)
+                order = Order(str(path_of(mutant.module)))
+                failed, spent, order = tried(None, tests, LONGEST, order)
                 if failed:
                     raise SystemExit(f"{tests}: fail without a mutant (exit code {failed})")
-            code, used = tried(mutant, tests, max(LEAST_SECONDS, TIMES * usual[key]))
+                usual[key] = spent, order
+            spent, order = usual[key]
+            if any(map(order.reach, lines_of(mutant))) or _in_compiled(mutant):
+                code, used, _ = tried(mutant, tests, max(LEAST_SECONDS, TIMES * spent), order)
             if code:
                 break
         about = {"code": code, "killed": code != 0, "seconds": round(used, 2)}
