@@ -389,12 +389,16 @@ def planted(given: Namespace) -> evidence.Row:
 
 
 def _robustness(script: str, log: Path, *arguments: str) -> None:
-    """Run a script of tests/robustness, which writes a line into a log for each case."""
+    """Run a script of tests/robustness, which writes a line into a log for each case. Raises
+    SystemExit if it did not come to its end; `fuzz.py` ends with 1 if it has found something.
+    """
     paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
-    subprocess.run(
+    done = subprocess.run(
         [sys.executable, str(ROOT / "tests" / "robustness" / script), *arguments, "--log", log],
         cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}, check=False,
     )  # fmt: skip
+    if done.returncode not in ((0, 1) if script == "fuzz.py" else (0,)):
+        raise SystemExit(f"{script} ended with {done.returncode}")
 
 
 @evidence.measurement(CASES_OPTION, SEED, LOG)
