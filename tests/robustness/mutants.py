@@ -24,6 +24,7 @@ its cache would take them as they were.
 import argparse
 import ast
 import contextlib
+import hashlib
 import importlib.abc
 import importlib.util
 import io
@@ -442,6 +443,8 @@ def run(
     module, in groups of files that are run together, until one fails.
     """
     warmed()
+    kept = log.with_suffix(".orders")
+    kept.mkdir(exist_ok=True)
     usual: dict[tuple[str, str], tuple[float, Order]] = {}
     known = {(each["module"], each["offset"], each["after"]) for each in logged(log)}
     for mutant in mutants:
@@ -451,11 +454,7 @@ def run(
         for tests in belonging(mutant.module):
             key = (mutant.module, str(tests))
             if key not in usual:
-                order = Order(str(path_of(mutant.module)))
-                failed, spent, order = tried(None, tests, LONGEST, order)
-                if failed:
-                    raise SystemExit(f"{tests}: fail without a mutant (exit code {failed})")
-                usual[key] = spent, order
+                usual[key] = _without(mutant.module, tests, kept)
             spent, order = usual[key]
             if any(map(order.reach, lines_of(mutant))) or _in_compiled(mutant):
                 code, used, _ = tried(mutant, tests, max(LEAST_SECONDS, TIMES * spent), order)
@@ -467,6 +466,28 @@ def run(
         with log.open("a", encoding="utf-8") as file:
             file.write(json.dumps(found) + "\n")
         print(json.dumps(found), flush=True)
+
+
+def _without(module: str, tests: Sequence[str], kept: Path) -> tuple[float, Order]:
+    """Processor time, s, and order of the tests of a module without a mutant, for which they must
+    pass; from the folder `kept`, if they and the whole package were the same.
+    """
+    files = sorted({*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py"),
+                    *(ROOT / "tests" / "support").rglob("*.py"), Path(__file__)})  # fmt: skip
+    digest = hashlib.sha256(module.encode())
+    for path in (*files, *map(Path, tests)):
+        digest.update(path.read_bytes())
+    stored = kept / f"{digest.hexdigest()[:16]}.pickle"
+    if stored.exists():
+        spent, seconds, lines, imported = pickle.loads(stored.read_bytes())
+        order = Order(str(path_of(module)))
+        order.seconds, order.lines, order.imported = seconds, lines, imported
+        return spent, order
+    failed, spent, order = tried(None, tests, LONGEST, Order(str(path_of(module))))
+    if failed:
+        raise SystemExit(f"{tests}: fail without a mutant (exit code {failed})")
+    stored.write_bytes(pickle.dumps((spent, order.seconds, order.lines, order.imported)))
+    return spent, order
 
 
 def main() -> None:
