@@ -316,7 +316,22 @@ class Order:
         return line in self.imported or any(line in each for each in self.lines.values())
 
 
-class _Noted:
+class _Alone:
+    """Starts no server of worker processes before the tests: it takes longer than most of them. A
+    test that needs it starts it."""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_fixture_setup(
+        self, fixturedef: pytest.FixtureDef[Any], request: pytest.FixtureRequest
+    ) -> object:
+        """Of `tests/conftest.py`."""
+        if fixturedef.argname != "_server_of_workers":
+            return None
+        fixturedef.cached_result = (None, fixturedef.cache_key(request), None)  # type: ignore[arg-type]
+        return True
+
+
+class _Noted(_Alone):
     """Notes into an `Order`."""
 
     def __init__(self, order: Order) -> None:
@@ -349,7 +364,7 @@ class _Noted:
         return found
 
 
-class _Sorted:
+class _Sorted(_Alone):
     """Runs tests by an `Order`."""
 
     def __init__(self, order: Order, lines: Collection[int]) -> None:
@@ -473,7 +488,7 @@ def _without(module: str, tests: Sequence[str], kept: Path) -> tuple[float, Orde
     pass; from the folder `kept`, if they and the whole package were the same.
     """
     files = sorted({*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py"),
-                    *(ROOT / "tests" / "support").rglob("*.py"), Path(__file__)})  # fmt: skip
+                    *(ROOT / "tests" / "support").rglob("*.py")})  # fmt: skip
     digest = hashlib.sha256(module.encode())
     for path in (*files, *map(Path, tests)):
         digest.update(path.read_bytes())
