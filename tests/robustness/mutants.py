@@ -23,6 +23,7 @@ its cache would take them as they were.
 
 import argparse
 import ast
+import builtins
 import contextlib
 import hashlib
 import importlib.abc
@@ -44,10 +45,11 @@ from dataclasses import asdict, dataclass
 from importlib.machinery import ModuleSpec
 from itertools import pairwise
 from pathlib import Path
-from types import FrameType, ModuleType
+from types import ModuleType
 from typing import Any, Final
 
 import pytest
+from hypothesis import Phase, settings
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 FOLDERS: Final = ("metrics", "gait", "inverse", "reference")
@@ -66,8 +68,11 @@ WIDE: Final = ("tests/gait/test_events.py", "tests/inverse/test_model_fit.py")
 """Tests that load most of what others load from libraries."""
 OPTIONS: Final = (
     *("-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:randomly", "-n", "0"),
+    *("--tb=no", "--assert=plain"),
 )
+"""What pytest would say of a failure takes longer than the tests."""
 NOTED: Final = "order.pickle"
+REACHED: Final = "_reached_by_a_test"
 SWAPPED: Final[dict[type[ast.AST], tuple[str, str]]] = {
     ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
     ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "/"), ast.Mod: ("%", "//"), ast.MatMult: ("@", "*"),
@@ -234,8 +239,8 @@ def tests_of(module: str) -> list[str]:
 class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Imports one module from another text than that of its file."""
 
-    def __init__(self, module: str, text: str) -> None:
-        self.module, self.text = module, text
+    def __init__(self, module: str, tree: ast.Module) -> None:
+        self.module, self.tree = module, tree
         self.path = str(path_of(module))
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
@@ -249,7 +254,7 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         """Run the text."""
-        exec(compile(self.text, self.path, "exec"), module.__dict__)
+        exec(compile(self.tree, self.path, "exec"), module.__dict__)
 
 
 def tried(
@@ -286,7 +291,7 @@ def tried(
 
 
 def _in_compiled(mutant: Mutant) -> bool:
-    tree = ast.parse(path_of(mutant.module).read_text(encoding="utf-8"))
+    tree = _tree(mutant.module)
     return any(
         node.lineno <= mutant.line <= (node.end_lineno or 0)
         for node in tree.body
@@ -295,39 +300,81 @@ def _in_compiled(mutant: Mutant) -> bool:
 
 
 class Order:
-    """A plug-in of pytest that notes how long each test takes and what it reaches of a module, or
-    that runs those first that reach a line, the quick ones before the others.
+    """How long each test of a module takes and what it reaches of it, so that those that reach a
+    line can run first, the quick ones before the others.
 
     Attributes
     ----------
     seconds : processor time of each test, with its fixtures.
-    lines : of the module's file that each test runs.
-    imported : those that are run before any test, when the module is imported.
+    lines : first lines of the module's statements that each test runs.
+    task : the walking task of the tests, if they need it and the module cannot change it.
     """
 
-    def __init__(self, file: str) -> None:
-        self.file = file
+    def __init__(self, module: str) -> None:
+        self.module = module
         self.seconds: dict[str, float] = {}
         self.lines: dict[str, set[int]] = {}
-        self.imported: set[int] = set()
+        self.task: bytes | None = None
 
-    def reach(self, line: int) -> bool:
-        """Whether a line is ever run, as far as this process saw."""
-        return line in self.imported or any(line in each for each in self.lines.values())
+    def reach(self, mutant: Mutant) -> bool:
+        """Whether a test ever runs the statement of a mutant, as far as this process saw; what is
+        outside functions runs when the module is imported.
+        """
+        lines, tree = lines_of(mutant), _tree(self.module)
+        inside = any(
+            node.body[0].lineno <= mutant.line <= (node.end_lineno or 0)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.FunctionDef)
+        )
+        return not inside or not all(each.isdisjoint(lines) for each in self.lines.values())
+
+
+def _tree(module: str) -> ast.Module:
+    return ast.parse(path_of(module).read_text(encoding="utf-8"))
+
+
+class _Reaching(ast.NodeTransformer):
+    """Adds a call before each statement of a function that is not compiled: `REACHED(line)`."""
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        """Of a function, and of those in it."""
+        if _is_compiled(node):
+            return node
+        for each in ast.walk(node):
+            for name in ("body", "orelse", "finalbody"):
+                block = getattr(each, name, None)
+                if isinstance(block, list) and block and isinstance(block[0], ast.stmt):
+                    setattr(each, name, [one for stmt in block for one in (_call(stmt), stmt)])
+        if ast.get_docstring(node, clean=False) is None and len(node.body) > 1:
+            text = node.body[1]
+            if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+                node.body[:2] = [text, node.body[0]]  # a docstring stays the first
+        return node
+
+
+def _call(stmt: ast.stmt) -> ast.stmt:
+    call = ast.parse(f"{REACHED}({stmt.lineno})").body[0]
+    return ast.copy_location(call, stmt)
 
 
 class _Alone:
-    """Starts no server of worker processes before the tests: it takes longer than most of them. A
-    test that needs it starts it."""
+    """Starts no server of worker processes before the tests, and for tests of `metrics`, on which
+    the walking task does not depend, makes that once: both take longer than most tests.
+    """
+
+    order: Order
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_fixture_setup(
         self, fixturedef: pytest.FixtureDef[Any], request: pytest.FixtureRequest
     ) -> object:
         """Of `tests/conftest.py`."""
-        if fixturedef.argname != "_server_of_workers":
+        made = None
+        if fixturedef.argname == "task" and self.order.task is not None:
+            made = pickle.loads(self.order.task)
+        elif fixturedef.argname != "_server_of_workers":
             return None
-        fixturedef.cached_result = (None, fixturedef.cache_key(request), None)  # type: ignore[arg-type]
+        fixturedef.cached_result = (made, fixturedef.cache_key(request), None)  # type: ignore[arg-type]
         return True
 
 
@@ -335,29 +382,13 @@ class _Noted(_Alone):
     """Notes into an `Order`."""
 
     def __init__(self, order: Order) -> None:
-        self.order, self.now = order, order.imported
-
-    def _trace(self, frame: FrameType, event: str, _: object) -> Any:
-        if frame.f_code.co_filename != self.order.file:
-            return None
-        self.now.add(frame.f_lineno)
-        return self._line
-
-    def _line(self, frame: FrameType, event: str, _: object) -> Any:
-        self.now.add(frame.f_lineno)
-        return self._line
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_collection(self) -> Iterator[Any]:
-        """The module is imported here."""
-        sys.settrace(self._trace)
-        return (yield)
+        self.order, self.now = order, set[int]()
+        setattr(builtins, REACHED, lambda line: self.now.add(line))
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[Any]:
         """A test."""
         self.now = self.order.lines.setdefault(item.nodeid, set())
-        sys.settrace(self._trace)
         begin = time.process_time()
         found = yield
         self.order.seconds[item.nodeid] = time.process_time() - begin
@@ -397,12 +428,22 @@ def _run_tests(
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
         if mutant is not None:
             text = mutant.of(path_of(mutant.module).read_text(encoding="utf-8"))
-            sys.meta_path.insert(0, _Mutated(mutant.module, text))
+            sys.meta_path.insert(0, _Mutated(mutant.module, ast.parse(text)))
+        elif order is not None:
+            tree = ast.fix_missing_locations(_Reaching().visit(_tree(order.module)))
+            sys.meta_path.insert(0, _Mutated(order.module, tree))
         if order is not None:
             plugins = [_Noted(order) if mutant is None else _Sorted(order, lines_of(mutant))]
-        code = int(pytest.main([*OPTIONS, "-x", *tests], plugins=plugins))
+        if mutant is not None:  # the first example that fails is enough
+            phases = (Phase.explicit, Phase.generate)
+            settings.register_profile("mutant", phases=phases, database=None)
+            settings.load_profile("mutant")
+        base = cache / "base"
+        code = int(pytest.main([*OPTIONS, "-x", f"--basetemp={base}", *tests], plugins=plugins))
         if order is not None and mutant is None:
-            sys.settrace(None)
+            task = base / "task.pickle"
+            if task.exists() and ".metrics." in order.module:
+                order.task = task.read_bytes()
             (cache / NOTED).write_bytes(pickle.dumps(order))
     except BaseException:
         code = 3
@@ -413,7 +454,7 @@ def _run_tests(
 def lines_of(mutant: Mutant) -> range:
     """Lines of the statement that a mutant changes, of a compound one those before its body."""
     found = range(mutant.line, mutant.line + 1)
-    for node in ast.walk(ast.parse(path_of(mutant.module).read_text(encoding="utf-8"))):
+    for node in ast.walk(_tree(mutant.module)):
         if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= (node.end_lineno or 0):
             inside = getattr(node, "body", None)
             last = inside[0].lineno - 1 if inside else node.end_lineno or node.lineno
@@ -471,7 +512,7 @@ def run(
             if key not in usual:
                 usual[key] = _without(mutant.module, tests, kept)
             spent, order = usual[key]
-            if any(map(order.reach, lines_of(mutant))) or _in_compiled(mutant):
+            if order.reach(mutant) or _in_compiled(mutant):
                 code, used, _ = tried(mutant, tests, max(LEAST_SECONDS, TIMES * spent), order)
             if code:
                 break
@@ -494,14 +535,13 @@ def _without(module: str, tests: Sequence[str], kept: Path) -> tuple[float, Orde
         digest.update(path.read_bytes())
     stored = kept / f"{digest.hexdigest()[:16]}.pickle"
     if stored.exists():
-        spent, seconds, lines, imported = pickle.loads(stored.read_bytes())
-        order = Order(str(path_of(module)))
-        order.seconds, order.lines, order.imported = seconds, lines, imported
+        order = Order(module)
+        spent, order.seconds, order.lines, order.task = pickle.loads(stored.read_bytes())
         return spent, order
-    failed, spent, order = tried(None, tests, LONGEST, Order(str(path_of(module))))
+    failed, spent, order = tried(None, tests, LONGEST, Order(module))
     if failed:
         raise SystemExit(f"{tests}: fail without a mutant (exit code {failed})")
-    stored.write_bytes(pickle.dumps((spent, order.seconds, order.lines, order.imported)))
+    stored.write_bytes(pickle.dumps((spent, order.seconds, order.lines, order.task)))
     return spent, order
 
 
