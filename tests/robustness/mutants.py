@@ -42,6 +42,7 @@ import time
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib.machinery import ModuleSpec
 from itertools import pairwise
 from pathlib import Path
@@ -212,15 +213,21 @@ def path_of(module: str) -> Path:
     return inside if inside.exists() else ROOT / "extras" / inside.relative_to(ROOT)
 
 
+@cache
+def _texts() -> dict[Path, str]:
+    """Of all files of tests."""
+    tests = sorted((ROOT / "tests").rglob("test_*.py"))
+    return {path: path.read_text(encoding="utf-8") for path in tests}
+
+
 def importing(module: str) -> list[str]:
     """Files of tests that belong to a module, and that import it, the short ones first."""
     base, _, name = module.rpartition(".")
     wanted = re.compile(
         rf"(from|import) {re.escape(module)}\b|from {re.escape(base)} import [^\n]*\b{name}\b"
     )
-    tests = sorted((ROOT / "tests").rglob("test_*.py"))
-    found = {path: path.read_text(encoding="utf-8") for path in tests}
-    users = [path for path in tests if wanted.search(found[path])]
+    found = _texts()
+    users = [path for path, text in found.items() if wanted.search(text)]
     users.sort(key=lambda path: (path.stem != f"test_{name}", len(found[path])))
     own = tests_of(module) if module.startswith("gaitval.") else []
     return list(dict.fromkeys([*own, *map(str, users)]))
@@ -271,11 +278,11 @@ def tried(
     tuple
         pytest's exit code, or minus the signal that ended it; the processor time, s; the order.
     """
-    with tempfile.TemporaryDirectory() as cache:
+    with tempfile.TemporaryDirectory() as scratch:
         child = os.fork()
         if not child:
             os.setsid()
-            _run_tests(mutant, tests, seconds, Path(cache), order)
+            _run_tests(mutant, tests, seconds, Path(scratch), order)
         limit = time.monotonic() + LONGEST
         while True:
             pid, status, used = os.wait4(child, os.WNOHANG)
@@ -284,7 +291,7 @@ def tried(
             if time.monotonic() > limit:
                 os.killpg(child, signal.SIGKILL)
             time.sleep(0.02)
-        noted = Path(cache) / NOTED
+        noted = Path(scratch) / NOTED
         if noted.exists():
             order = pickle.loads(noted.read_bytes())
     return os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, order
@@ -414,7 +421,7 @@ class _Sorted(_Alone):
 
 
 def _run_tests(
-    mutant: Mutant | None, tests: Sequence[str], seconds: float, cache: Path, order: Order | None
+    mutant: Mutant | None, tests: Sequence[str], seconds: float, scratch: Path, order: Order | None
 ) -> None:
     """In the fork: never returns."""
     code, plugins = 3, list[object]()
@@ -423,7 +430,7 @@ def _run_tests(
             os.dup2(said.fileno(), 1)
             os.dup2(said.fileno(), 2)
         if mutant is not None and _in_compiled(mutant):
-            os.environ["XDG_CACHE_HOME"] = str(cache)  # else numba takes what it compiled before
+            os.environ["XDG_CACHE_HOME"] = str(scratch)  # else numba takes what it compiled before
             seconds = LONGEST
         resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
         if mutant is not None:
@@ -438,13 +445,13 @@ def _run_tests(
             phases = (Phase.explicit, Phase.generate)
             settings.register_profile("mutant", phases=phases, database=None)
             settings.load_profile("mutant")
-        base = cache / "base"
+        base = scratch / "base"
         code = int(pytest.main([*OPTIONS, "-x", f"--basetemp={base}", *tests], plugins=plugins))
         if order is not None and mutant is None:
             task = base / "task.pickle"
             if task.exists() and ".metrics." in order.module:
                 order.task = task.read_bytes()
-            (cache / NOTED).write_bytes(pickle.dumps(order))
+            (scratch / NOTED).write_bytes(pickle.dumps(order))
     except BaseException:
         code = 3
     finally:
