@@ -33,6 +33,7 @@ def body(
     from gaitval.identification.verdicts import judged, judged_combinations
     from gaitval.model.parameters import PARAMETERS
     from gaitval.scaling.scaling import scale_subject
+    from gaitval_bodies.offsets import offset_of
     from gaitval_bodies.plausible import implausible
     from gaitval_bodies.shared_errors import NAMES, identified
     from gaitval_bodies.words import next_trials, sentences
@@ -50,7 +51,7 @@ def body(
         display.messages.print(f"Warning: {warning}", highlight=False)
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     fit, held = begin(person.record(), model, prior_sd(person), configuration, person.has_kinetics)
-    found = identified(fit, held)
+    found = identified(fit, held, offset_of(person))
     posterior, verdicts = found.posterior, judged(found.posterior)
     said = sentences(found, model)
     display.plain(said)
@@ -88,7 +89,11 @@ def body(
                             "found": each.mean, "sd": each.sd, "verdict": each.verdict}
                 for each in verdicts
             },
-            "left_leg_longer_m": {"mean": found.leg_difference[0], "sd": found.leg_difference[1]},
+            "left_leg_longer_m": {
+                **dict(zip(("mean", "sd"), found.legs.estimate, strict=True)),
+                "odds_of_more_than_people_s": found.legs.odds,
+                "more_than_people_s": found.legs.differ,
+            },
             "errors": {
                 name: {"mean": float(value), "sd": float(sd)}
                 for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitval.identification.verdicts import Judged, judged_combinations
 from gaitval.model.body import BodyModel
-from gaitval_bodies.shared_errors import UNEQUAL, Shared
+from gaitval_bodies.shared_errors import Shared
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""
@@ -26,14 +26,13 @@ def sentences(found: Shared, model: BodyModel) -> str:
     length = f"Legs: {100 * (scaled + leg.mean):.1f} ± {100 * leg.sd:.1f} cm, thigh and shank"
     before = f"scaled: {100 * scaled:.1f} ± {100 * leg.prior_sd:.1f}"
     added = ", so the record adds next to nothing" if leg.contraction > _LITTLE else ""
-    mean, sd = found.leg_difference
+    mean, sd = found.legs.estimate
     side = "left" if mean > 0 else "right"
     differs = f"The {side} leg is longer by {1000 * abs(mean):.0f} ± {1000 * sd:.0f} mm"
-    if found.legs_differ:
+    if found.legs.differ:
         said = (
-            f"more than the {1000 * UNEQUAL:.0f} mm by which people's legs differ, or that hip "
-            "centre lies as much lower than the other: measure both legs, because a walk cannot "
-            "tell these apart"
+            "more than people's legs differ, or that hip centre lies as much lower than the other: "
+            "measure both legs, because a walk cannot tell these apart"
         )
     else:
         said = "within what people's legs differ"
