@@ -9,11 +9,14 @@ from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, added_command
 
 
-@added_command("gaitval body 5", "gaitval body 5 --out body.json", after="imports")
+@added_command("gaitval body 5", "gaitval body 5 --out body.json --page body.html", after="imports")
 def body(
     subject: SubjectArgument,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Write all of it as JSON.")
+    ] = None,
+    page: Annotated[
+        Path | None, typer.Option("--page", metavar="FILE", help="Write all of it as HTML.")
     ] = None,
     config: ConfigOption = None,
     settings: SetOption = None,
@@ -30,13 +33,14 @@ def body(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.identify import begin
     from gaitval.identification.prior import prior_sd
-    from gaitval.identification.verdicts import judged, judged_combinations
-    from gaitval.model.parameters import PARAMETERS
+    from gaitval.identification.verdicts import judged
+    from gaitval.model.parameters import nominal_parameters
     from gaitval.scaling.scaling import scale_subject
     from gaitval_bodies.offsets import offset_of
+    from gaitval_bodies.page import tables, write_body_page
     from gaitval_bodies.plausible import implausible
     from gaitval_bodies.shared_errors import NAMES, identified
-    from gaitval_bodies.words import next_trials, sentences
+    from gaitval_bodies.words import sentences
 
     configuration = load_configuration(config, settings=settings or ())
     configuration = configuration.model_copy(
@@ -52,42 +56,24 @@ def body(
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     fit, held = begin(person.record(), model, prior_sd(person), configuration, person.has_kinetics)
     found = identified(fit, held, offset_of(person))
-    posterior, verdicts = found.posterior, judged(found.posterior)
-    said = sentences(found, model)
+    said, shown = sentences(found, model), tables(found, model)
     display.plain(said)
-    display.print_rows(
-        [
-            ["parameter", "scaled", "found", "SD", "SD / prior SD", "verdict"],
-            *(
-                [each.name, f"{each.prior_mean:.4g}", f"{each.mean:.4g}", f"{each.sd:.2g}",
-                 f"{each.contraction:.2f}", each.verdict]
-                for each in (*verdicts, *judged_combinations(posterior, model))
-            ),
-        ],
-        f"{person.identifier}: body",
-    )  # fmt: skip
-    display.print_rows(
-        [
-            ["error of the record", "found", "SD"],
-            *(
-                [name, f"{value:+.3f}", f"{sd:.3f}"]
-                for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)
-            ),
-        ],
-        f"{person.identifier}: what seems wrong with angles (shares of an excursion) and belt",
-    )
-    trials = next_trials(found, PARAMETERS, model)
-    display.print_rows(trials, "SD / prior SD that trials would leave (calculated)")
+    for title, rows in shown:
+        display.print_rows(rows, f"{person.identifier}: {title}")
+    if page is not None:
+        display.plain(f"Page: {write_body_page(page, person.identifier, found, model)}")
     if out is None:
         return
+    posterior, trials = found.posterior, shown[-1][1]
     write_json(
         out,
         {
             "said": said,
             "parameters": {
-                each.name: {"scaled": each.prior_mean, "prior_sd": each.prior_sd,
-                            "found": each.mean, "sd": each.sd, "verdict": each.verdict}
-                for each in verdicts
+                each.name: {"scaled": float(scaled), "expected": each.prior_mean,
+                            "prior_sd": each.prior_sd, "found": each.mean, "sd": each.sd,
+                            "verdict": each.verdict}
+                for each, scaled in zip(judged(posterior), nominal_parameters(), strict=True)
             },
             "left_leg_longer_m": {
                 **dict(zip(("mean", "sd"), found.legs.estimate, strict=True)),

@@ -6,7 +6,7 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import prior_sd
-from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.legs import LegDifference
@@ -52,7 +52,7 @@ def test_legs_that_differ_are_said_with_what_else_it_may_be():
 
 
 def test_a_range_of_motion_trial_tells_most_of_the_thigh():
-    header, own, again, moved = next_trials(shared(0.8, 0.0), PARAMETERS, MODEL)
+    header, own, again, moved = next_trials(shared(0.8, 0.0), MODEL)
     assert [own[0], again[0], moved[0]] == list(NEXT)
     thigh = header.index("thigh_length")
     assert float(own[thigh]) == pytest.approx(0.8)
