@@ -41,7 +41,7 @@ ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"
 PLAIN: Final = 20
 """People who are also identified without shared errors."""
-WALKED: Final = 32
+WALKED: Final = 24
 """People who also walk."""
 RULE: Final = "gaitval: harsh virtual people, " + "issue" + " 40"
 SEED: Final = int(hashlib.sha256(RULE.encode()).hexdigest()[:8], 16) % 100_000
@@ -117,7 +117,7 @@ def one(number: int, seed: int) -> dict[str, Any]:
             name: walked(person.subject, model, mu, policy, configuration)
             for name, mu in (
                 ("scaled", nominal_parameters()), ("identified", posterior.mean),
-                ("with joints", joints.mean), ("truth", person.truth),
+                ("truth", person.truth),
             )
         }  # fmt: skip
     return about | {
