@@ -7,7 +7,7 @@ The seed is not chosen: it is the first eight hexadecimal digits of the SHA-256 
 100,000, so it was not used while anything was written. Person n is drawn around built-in subject
 1 + n // 2 % 10; every other pair is measured by markers, the others by stature alone. Every fourth
 has a left leg that is 20 to 30 mm longer or shorter; the others' legs differ as people's do. Each
-is also identified with a range-of-motion trial, and the first `WALKED` of them walk with the
+is also identified with a range-of-motion trial. At the end the first `WALKED` of them walk with the
 general policy, as scaled, as identified and with their true body. Writes
 `reports/identification/harsh.json` after every person; interrupted, the same command resumes.
 `evidence/identification/strangers.py` makes rows of it.
@@ -39,7 +39,7 @@ from gaitval_virtual.range_of_motion import functional_hips
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"
-PLAIN: Final = 20
+PLAIN: Final = 10
 """People who are also identified without shared errors."""
 WALKED: Final = 24
 """People who also walk."""
@@ -112,14 +112,6 @@ def one(number: int, seed: int) -> dict[str, Any]:
         }
     posterior, faults = found.posterior, person.faults
     joints = with_joints(posterior, model, hips_of(person, model, configuration, number, seed))
-    if number < WALKED:
-        about["epsilon"] = {
-            name: walked(person.subject, model, mu, policy, configuration)
-            for name, mu in (
-                ("scaled", nominal_parameters()), ("identified", posterior.mean),
-                ("truth", person.truth),
-            )
-        }  # fmt: skip
     return about | {
         "faults": person.about(),
         "truth": person.truth.tolist(),
@@ -149,6 +141,25 @@ def one(number: int, seed: int) -> dict[str, Any]:
     }
 
 
+def epsilons(each: dict[str, Any]) -> dict[str, float | None]:
+    """Epsilon of the general policy's walks of a stored person, by the body that walks."""
+    configuration = load_configuration()
+    policy = load_start(ROOT / "reports" / "general", configuration.environment)
+    number, seed = each["number"], each["seed"]
+    person = harsh_person(
+        number, seed, person_of(number), policy, configuration, left_leg=each["planted_left_leg"]
+    )
+    model = scale_subject(person.subject).model
+    bodies = {
+        "scaled": nominal_parameters(), "identified": np.array(each["mean"]),
+        "truth": person.truth,
+    }  # fmt: skip
+    return {
+        name: walked(person.subject, model, mu, policy, configuration)
+        for name, mu in bodies.items()
+    }
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -164,6 +175,11 @@ def main() -> None:
             stored.append(one(number, arguments.seed))
             write_json(arguments.store, {"versions": versions(), "people": stored})
             print(f"{len(stored)} of {arguments.people}", flush=True)
+    for each in stored[:WALKED]:
+        if "refused" not in each and "epsilon" not in each:
+            each["epsilon"] = epsilons(each)
+            write_json(arguments.store, {"versions": versions(), "people": stored})
+            print(f"walks of {each['number']}: {each['epsilon']}", flush=True)
 
 
 if __name__ == "__main__":
