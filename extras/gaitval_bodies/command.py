@@ -18,6 +18,14 @@ def body(
     page: Annotated[
         Path | None, typer.Option("--page", metavar="FILE", help="Write all of it as HTML.")
     ] = None,
+    session: Annotated[
+        Path | None,
+        typer.Option(
+            "--session",
+            metavar="FOLDER",
+            help="Import with --functional: its hip centres count as measured.",
+        ),
+    ] = None,
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -28,6 +36,8 @@ def body(
     Warns if mass, speed and lengths cannot be one person's. No policy has a part in it, and no run
     is changed. About ten seconds.
     """
+    from dataclasses import replace
+
     from gaitval.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
@@ -36,6 +46,8 @@ def body(
     from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import nominal_parameters
     from gaitval.scaling.scaling import scale_subject
+    from gaitval.session.stored import Session
+    from gaitval_bodies.joints import hips_of_session, with_joints
     from gaitval_bodies.offsets import offset_of
     from gaitval_bodies.page import tables, write_body_page
     from gaitval_bodies.plausible import implausible
@@ -56,6 +68,9 @@ def body(
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     fit, held = begin(person.record(), model, prior_sd(person), configuration, person.has_kinetics)
     found = identified(fit, held, offset_of(person))
+    if session is not None:
+        hips = hips_of_session(Session.load(session).record, str(session))
+        found = replace(found, posterior=with_joints(found.posterior, model, hips))
     said, shown = sentences(found, model), tables(found, model)
     display.plain(said)
     for title, rows in shown:

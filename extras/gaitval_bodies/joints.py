@@ -12,12 +12,13 @@ palpation of the ankle misses by.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
+from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.verdicts import combinations
 from gaitval.model.body import BodyModel
@@ -39,12 +40,51 @@ class FunctionalHip:
     ----------
     difference : (3,) m, from the scaled centre, in axes of the pelvis: forward, left, up.
     longer : m, from hip to ankle, than as scaled.
-    standard_error : m, of the centre in space.
+    standard_error : m, of the centre in space, with half the distance of its images.
     """
 
     difference: Array
     longer: float
     standard_error: float
+
+
+def hips_of_session(record: Mapping[str, Any], where: str) -> dict[Side, FunctionalHip]:
+    """Both hips of an import, each of the trial with the smallest error.
+
+    Parameters
+    ----------
+    record : contents of `import.json`, see `session.stored.Session`.
+    where : the session's folder, for messages.
+
+    Raises
+    ------
+    ArtefactError : a hip was not found, or the body was scaled with functional hips already.
+    """
+    if "hip functional" in record["measurements"]["sources"].get("thigh", ""):
+        raise ArtefactError(
+            f"{where}: the body was scaled with functional hips (--hip-centre functional), so its "
+            "range-of-motion trial would count twice. Leave --session out, or import again without "
+            "--hip-centre functional."
+        )
+    found: dict[Side, FunctionalHip] = {}
+    for side in SIDES:
+        hips = [
+            FunctionalHip(
+                difference=np.array(hip["difference_m"]),
+                longer=hip["to_ankle_m"] - hip["regression_to_ankle_m"],
+                standard_error=float(np.hypot(hip["standard_error_m"], hip["images_apart_m"] / 2)),
+            )
+            for each in record["functional"]
+            if each["side"] == side and (hip := each.get("hip"))
+        ]
+        if not hips:
+            raise ArtefactError(
+                f"{where}: no functional centre of the {side} hip. Import the session with "
+                "--functional FILE, a range-of-motion trial in which both legs swing forward, "
+                "backward and aside; the import says why a hip was not found."
+            )
+        found[side] = min(hips, key=lambda hip: hip.standard_error)
+    return found
 
 
 def with_joints(

@@ -4,12 +4,19 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.joints import ANKLE, MISSED, FunctionalHip, with_joints
+from gaitval_bodies.joints import (
+    ANKLE,
+    MISSED,
+    FunctionalHip,
+    hips_of_session,
+    with_joints,
+)
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model
@@ -50,3 +57,33 @@ def test_a_longer_leg_is_shared_among_what_makes_it():
     assert reach.sd == pytest.approx(np.hypot(MISSED, ANKLE) / np.sqrt(2), rel=0.15)
     foot = PARAMETERS.index("foot_length")
     assert found.sd[foot] == prior_sd(SUBJECT)[foot]
+
+
+def hip(side, error, forward):
+    return {
+        "trial": "rom.c3d", "side": side, "joint": "hip", "refused": "",
+        "hip": {
+            "difference_m": [forward, 0.0, 0.0], "standard_error_m": error,
+            "images_apart_m": 0.0, "to_ankle_m": 0.81, "regression_to_ankle_m": 0.80,
+        },
+    }  # fmt: skip
+
+
+def session(*joints, thigh="markers"):
+    return {"measurements": {"sources": {"thigh": thigh}}, "functional": list(joints)}
+
+
+def test_of_several_trials_of_a_session_the_best_counts():
+    joints = [hip("right", 0.004, 0.02), hip("right", 0.002, 0.01), hip("left", 0.003, 0.0)]
+    found = hips_of_session(session(*joints), "here")
+    assert found["right"].difference[0] == 0.01
+    assert found["left"].longer == pytest.approx(0.01)
+
+
+def test_a_hip_that_is_missing_or_counts_already_is_said():
+    knee = {"trial": "rom.c3d", "side": "left", "joint": "knee", "refused": "", "knee": {}}
+    with pytest.raises(ArtefactError, match="left hip"):
+        hips_of_session(session(hip("right", 0.002, 0.0), knee), "here")
+    used = session(thigh="markers, hip functional (Ehrig 2006)")
+    with pytest.raises(ArtefactError, match="count twice"):
+        hips_of_session(used, "here")
