@@ -257,6 +257,7 @@ class Balance:
     rest, factor : (N,) what is left of the data, and its covariance (of scipy's `cho_factor`).
     left : mean square of what no fault explains, over what is expected.
     order : place of each of the F faults that are looked for, by its name, in what follows.
+    effects : (N, F) of each.
     precision, towards : (F, F) and (F,) of the likelihood of their sizes.
     prior, sound : (F,) sizes of real faults, and of those that everybody has.
     """
@@ -265,6 +266,7 @@ class Balance:
     factor: tuple[Array, bool]
     left: float
     order: Mapping[str, int]
+    effects: Array
     precision: Array
     towards: Array
     prior: Array
@@ -324,7 +326,7 @@ def balance(
     usual_ = [USUAL[kind_of(name)] for name in names]
     return Balance(
         rest, factor, left, {name: i for i, name in enumerate(names)},
-        precision=table.T @ solved,
+        effects=table, precision=table.T @ solved,
         towards=solved.T @ rest,
         prior=np.array([each.faulty for each in usual_]),
         sound=np.array(
