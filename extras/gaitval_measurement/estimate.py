@@ -9,12 +9,13 @@ two are named where the data cannot separate them.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
 from gaitval.model.body import BodyModel
@@ -35,7 +36,7 @@ from gaitval_measurement.expected import (
     spread,
 )
 
-SUSPECTED: Final = 0.05
+SUSPECTED: Final = 0.1
 """Probability before the data that one given fault is there."""
 CERTAIN: Final = 0.5
 """Probability from which on there is a warning: of 12 sound recordings of the laboratories that
@@ -429,11 +430,7 @@ def _sets(model: Balance, among: Sequence[Cause]) -> dict[frozenset[Cause], floa
     plates = sum(cause.name.startswith("gain ") for cause in among)
 
     def weighed(sets: Iterable[frozenset[Cause]]) -> dict[frozenset[Cause], float]:
-        return {
-            one: _evidence(model, [p for cause in one for p in cause.parts])
-            for one in sets
-            if _apart(one, plates)
-        }
+        return {one: _of_set(model, one) for one in sets if _apart(one, plates)}
 
     found = {frozenset[Cause](): 0.0} | weighed(frozenset({cause}) for cause in among)
     pairs = weighed(frozenset(pair) for pair in combinations(among, 2))
@@ -444,13 +441,23 @@ def _sets(model: Balance, among: Sequence[Cause]) -> dict[frozenset[Cause], floa
 
 
 def _apart(some: frozenset[Cause], plates: int) -> bool:
-    """Whether none says what the others say together, as what all plates have and all but one."""
+    """Whether none says what others say together: what all plates have is one cause."""
     for kind, common in SHARED.items():
         own = sum(cause.name.startswith(kind) and cause.name != common for cause in some)
         shared = any(cause.name == common for cause in some)
-        if shared and own >= max(plates - 1, 1):
+        if own + shared > plates or own == plates > 1:
             return False
     return True
+
+
+def _of_set(model: Balance, some: frozenset[Cause]) -> float:
+    """The evidence of a set of causes, each along one axis or along all."""
+    ways = [
+        [(part,) for part in cause.parts] + ([cause.parts] if len(cause.parts) > 1 else [])
+        for cause in some
+    ]
+    each = [_evidence(model, [p for parts in way for p in parts]) for way in product(*ways)]
+    return float(logsumexp(each) - np.log(len(each)))
 
 
 def _evidence(model: Balance, parts: Sequence[str]) -> float:
