@@ -13,11 +13,15 @@ from gaitval import __version__
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
+from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_page
+from gaitval.reporting.replay import SCRIPTS
 from gaitval_devices.curves import JOINTS, WalkCurves
-from gaitval_devices.device import Device
+from gaitval_devices.device import Device, write_devices
+from gaitval_devices.drawn import WORN
+from gaitval_devices.replayed import replayed, shown_method
 from gaitval_devices.study import PUSHES, Outcome, Wearer
 
 TEMPLATE: Final = "gaitval_devices:device.html.j2"
@@ -139,7 +143,12 @@ def write_report(
     outcomes: Sequence[Outcome],
     policy: Policy | None,
 ) -> None:
-    """Write device.html, device.pdf, device.csv and the learned policy into `folder`."""
+    """Write device.html, device.pdf, device.csv, the devices, the person's body and the learned
+    policy into `folder`.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_urdf(person.task.model, folder / "model.urdf")
+    write_devices(folder / WORN, devices)
     curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
     sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
     tables = {
@@ -158,14 +167,15 @@ def write_report(
         "tables": tables,
         "pushes": len(PUSHES),
         "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],
+        "picture": replayed(folder, person, outcomes),
+        "method": shown_method(person, outcomes[0]),
         "drawings": {
             "right": partial(_figure, curves, "right", "right"),
             "left": partial(_figure, curves, "left", "left"),
             "forces": partial(_force_figure, curves),
         },
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    write_page(folder, "device", TEMPLATE, context)
+    write_page(folder, "device", TEMPLATE, context, scripts=SCRIPTS)
     write_text(folder / "device.csv", _table(outcomes))
     if policy is not None:
         save_policy(policy, folder / "policy")
