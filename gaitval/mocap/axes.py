@@ -361,8 +361,8 @@ def _check_straight(recording: Recording, landmarks: Mapping[str, str]) -> None:
     across = _path(recording, landmarks, ("L.ASIS",)) - _path(recording, landmarks, ("R.ASIS",))
     across = across[np.isfinite(across).all(axis=1)]
     across /= np.linalg.norm(across, axis=1)[:, None]
-    aside = np.mean([*(across @ unit_vector(np.median(across, axis=0)) < TURNED[0]), False])
-    if aside > TURNED[1]:
+    usual = unit_vector(np.median(across, axis=0)) if len(across) else np.zeros(3)
+    if (aside := np.sum(across @ usual < TURNED[0]) / max(len(across), 1)) > TURNED[1]:
         raise RecordError(
             f"{recording.source}: in {100 * aside:.0f} % of the frames the pelvis faces more than "
             "45° off its usual direction: the person turns. Cut the trial to a part in one "
