@@ -14,10 +14,13 @@ COPY . /gaitval
 RUN python -m pip install --no-cache-dir --constraint /gaitval/constraints.txt "/gaitval${EXTRAS}" \
     && rm -rf /gaitval
 # Not as root: what it writes into /work belongs to this user, or to that of `docker run --user`.
-RUN useradd --create-home walker
+# What is compiled once, in a minute, is kept for any user; a named volume there keeps it from run to run:
+#   docker run --rm --volume gaitval-compiled:/compiled --volume "$PWD:/work" gaitval check --quick --baseline S05
+RUN useradd --create-home walker \
+    && install --directory --owner=walker /work \
+    && install --directory --mode=1777 /compiled
 USER walker
-# What is compiled once is kept here; any user may write.
-ENV NUMBA_CACHE_DIR=/tmp/gaitval-compiled
+ENV NUMBA_CACHE_DIR=/compiled
 WORKDIR /work
 ENTRYPOINT ["gaitval"]
 CMD ["--help"]

@@ -6,7 +6,7 @@ Each subject is scaled by stature alone, and by markers. For each seed, a policy
 general one with the body as scaled, and another with the body that the record identifies, in the
 same way and for as many samples; both walk from eight starts without correction, and are compared
 with the record. Writes `reports/identification/ablation.json`; what is there already is not trained
-again. `evidence/identification.py` makes a table and a picture of it.
+again. `evidence/identification/bodies.py` makes a table and a picture of it.
 """
 
 import argparse

@@ -2,9 +2,10 @@
 
     python -m experiments.rollout_identification --seeds 2 --generations 30
 
-For three people and several seeds of the search: mu* and epsilon by rollouts of the general policy,
-and epsilon of its walk with the posterior mean of `gaitval_bodies.shared_errors`. Writes
-`reports/identification/rollouts.json` after every search; interrupted, the same command resumes.
+For three people and several seeds of the search: mu* and epsilon by rollouts of the general policy.
+Then, always anew, epsilon of its walk with the posterior mean of `gaitval_bodies.shared_errors`.
+Writes `reports/identification/rollouts.json` after every search; interrupted, the same command
+resumes.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.rollouts import Walks, identified_by_rollouts
 from gaitval_bodies.shared_errors import identified
 
@@ -34,23 +36,23 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=6)
     parser.add_argument("--generations", type=int, default=60)
     arguments = parser.parse_args()
-    stored: list[dict[str, Any]] = read_json(STORE)["searches"] if STORE.exists() else []
-    done = {(each["name"], each["seed"]) for each in stored}
+    searches: list[dict[str, Any]] = read_json(STORE)["searches"] if STORE.exists() else []
+    posteriors: dict[str, Any] = {}
+
+    def write() -> None:
+        stored = {"versions": versions(), "searches": searches, "posteriors": posteriors}
+        write_json(STORE, stored)
+
+    done = {(each["name"], each["seed"]) for each in searches}
     configuration = load_configuration()
     settings = configuration.identification.model_copy(
         update={"generations": arguments.generations}
     )
     policy = load_start(ROOT / "reports" / "general", configuration.environment)
     for name in PEOPLE:
-        subject, wanted = load_subject(name), range(arguments.seeds)
-        if all((name, seed) in done for seed in wanted):
-            continue
-        fit = fit_of(subject)
-        posterior = identified(fit, fit.solve(fixed=nominal_parameters())).posterior
-        model = scale_subject(subject).model
-        walks = Walks(subject.record(), model, policy, configuration)
-        (by_posterior,) = walks([posterior.mean])
-        for seed in wanted:
+        subject = load_subject(name)
+        walks = Walks(subject.record(), scale_subject(subject).model, policy, configuration)
+        for seed in range(arguments.seeds):
             if (name, seed) in done:
                 continue
             began, before = time.process_time(), walks.count
@@ -61,17 +63,24 @@ def main() -> None:
                 "generations": len(found.searched.history),
                 "converged": found.searched.converged,
                 "mu": found.mu.tolist(),
-                "posterior_mean": posterior.mean.tolist(),
-                "prior_sd": posterior.prior_sd.tolist(),
-                "epsilon": {
-                    "scaled": found.before, "rollouts": found.epsilon, "posterior": by_posterior,
-                },
+                "epsilon": {"scaled": found.before, "rollouts": found.epsilon},
                 "walks": found.walks - before,
                 "processor_seconds": time.process_time() - began,
-            }  # fmt: skip
-            stored.append(about)
-            write_json(STORE, {"versions": versions(), "searches": stored})
+            }
+            searches.append(about)
+            write()
             print(name, seed, about["epsilon"], flush=True)
+        began, fit = time.process_time(), fit_of(subject)
+        found = identified(fit, fit.solve(fixed=nominal_parameters()), offset_of(subject))
+        posterior = found.posterior
+        posteriors[name] = {
+            "mean": posterior.mean.tolist(),
+            "sd": posterior.sd.tolist(),
+            "prior_sd": posterior.prior_sd.tolist(),
+            "epsilon": walks([posterior.mean])[0],
+            "processor_seconds": time.process_time() - began,
+        }
+        write()
 
 
 if __name__ == "__main__":

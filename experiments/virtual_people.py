@@ -6,7 +6,7 @@ Person n of a seed is drawn around built-in subject 1 + n // 2 % 10; every other
 measured by markers, the others by stature alone. Writes `reports/identification/virtual.json` after
 every person; interrupted, the same command resumes. With --walks the general policy also walks each
 of them as scaled and as identified, and epsilon against the person's record is kept.
-`evidence/identification.py` makes tables of it.
+`evidence/identification/bodies.py` makes tables of it.
 """
 
 import argparse

@@ -21,8 +21,9 @@ FORCES: Final = "gaitval.forces"
 are to the rate, the first time and the plates; None for a file that the core reads."""
 DRAWN: Final = "gaitval.drawn"
 """Group of what the replay draws on the body, such as a device: from a run folder to shapes
-{segment, kind, position, size}, m in the segment's frame: kind "box" with three lengths, "sphere"
-with a radius, or "cylinder" (along z) with radius and length."""
+{segment, kind, position, size, turned}, m in the segment's frame: kind "box" with three lengths,
+"sphere" with a radius, "cylinder" (along z) with radius and length, all turned by a quaternion x,
+y, z, w if there is one; or {segment, kind: "skin"}, the segment itself."""
 SESSIONS: Final = "gaitval.sessions"
 """Group of readers of a program's folders, by its name: from a folder to each session in it, as the
 file that describes it and tables as those of a session file; none for another program's."""

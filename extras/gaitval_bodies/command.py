@@ -9,11 +9,22 @@ from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, added_command
 
 
-@added_command("gaitval body 5", "gaitval body 5 --out body.json", after="imports")
+@added_command("gaitval body 5", "gaitval body 5 --out body.json --page body.html", after="imports")
 def body(
     subject: SubjectArgument,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Write all of it as JSON.")
+    ] = None,
+    page: Annotated[
+        Path | None, typer.Option("--page", metavar="FILE", help="Write all of it as HTML.")
+    ] = None,
+    session: Annotated[
+        Path | None,
+        typer.Option(
+            "--session",
+            metavar="FOLDER",
+            help="Import with --functional: its hip centres count as measured.",
+        ),
     ] = None,
     config: ConfigOption = None,
     settings: SetOption = None,
@@ -25,17 +36,23 @@ def body(
     Warns if mass, speed and lengths cannot be one person's. No policy has a part in it, and no run
     is changed. About ten seconds.
     """
+    from dataclasses import replace
+
     from gaitval.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.identify import begin
     from gaitval.identification.prior import prior_sd
-    from gaitval.identification.verdicts import judged, judged_combinations
-    from gaitval.model.parameters import PARAMETERS
+    from gaitval.identification.verdicts import judged
+    from gaitval.model.parameters import nominal_parameters
     from gaitval.scaling.scaling import scale_subject
+    from gaitval.session.stored import Session
+    from gaitval_bodies.joints import hips_of_session, with_joints
+    from gaitval_bodies.offsets import offset_of
+    from gaitval_bodies.page import tables, write_body_page
     from gaitval_bodies.plausible import implausible
     from gaitval_bodies.shared_errors import NAMES, identified
-    from gaitval_bodies.words import next_trials, sentences
+    from gaitval_bodies.words import sentences
 
     configuration = load_configuration(config, settings=settings or ())
     configuration = configuration.model_copy(
@@ -50,45 +67,34 @@ def body(
         display.messages.print(f"Warning: {warning}", highlight=False)
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     fit, held = begin(person.record(), model, prior_sd(person), configuration, person.has_kinetics)
-    found = identified(fit, held)
-    posterior, verdicts = found.posterior, judged(found.posterior)
-    said = sentences(found, model)
+    found = identified(fit, held, offset_of(person))
+    if session is not None:
+        hips = hips_of_session(Session.load(session).record, str(session))
+        found = replace(found, posterior=with_joints(found.posterior, model, hips))
+    said, shown = sentences(found, model), tables(found, model)
     display.plain(said)
-    display.print_rows(
-        [
-            ["parameter", "scaled", "found", "SD", "SD / prior SD", "verdict"],
-            *(
-                [each.name, f"{each.prior_mean:.4g}", f"{each.mean:.4g}", f"{each.sd:.2g}",
-                 f"{each.contraction:.2f}", each.verdict]
-                for each in (*verdicts, *judged_combinations(posterior, model))
-            ),
-        ],
-        f"{person.identifier}: body",
-    )  # fmt: skip
-    display.print_rows(
-        [
-            ["error of the record", "found", "SD"],
-            *(
-                [name, f"{value:+.3f}", f"{sd:.3f}"]
-                for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)
-            ),
-        ],
-        f"{person.identifier}: what seems wrong with angles (shares of an excursion) and belt",
-    )
-    trials = next_trials(found, PARAMETERS, model)
-    display.print_rows(trials, "SD / prior SD that trials would leave (calculated)")
+    for title, rows in shown:
+        display.print_rows(rows, f"{person.identifier}: {title}")
+    if page is not None:
+        display.plain(f"Page: {write_body_page(page, person.identifier, found, model)}")
     if out is None:
         return
+    posterior, trials = found.posterior, shown[-1][1]
     write_json(
         out,
         {
             "said": said,
             "parameters": {
-                each.name: {"scaled": each.prior_mean, "prior_sd": each.prior_sd,
-                            "found": each.mean, "sd": each.sd, "verdict": each.verdict}
-                for each in verdicts
+                each.name: {"scaled": float(scaled), "expected": each.prior_mean,
+                            "prior_sd": each.prior_sd, "found": each.mean, "sd": each.sd,
+                            "verdict": each.verdict}
+                for each, scaled in zip(judged(posterior), nominal_parameters(), strict=True)
             },
-            "left_leg_longer_m": {"mean": found.leg_difference[0], "sd": found.leg_difference[1]},
+            "left_leg_longer_m": {
+                **dict(zip(("mean", "sd"), found.legs.estimate, strict=True)),
+                "odds_of_more_than_people_s": found.legs.odds,
+                "more_than_people_s": found.legs.differ,
+            },
             "errors": {
                 name: {"mean": float(value), "sd": float(sd)}
                 for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)

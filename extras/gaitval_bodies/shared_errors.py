@@ -20,6 +20,7 @@ these unknowns and S their prior.
 | speed of the belt | 1.25 % | [6] |
 | left leg longer, right one shorter | 0.5 % | 6.5 mm between the legs [7] |
 | left hip centre forward, up | 5 mm | what of Harrington's (2007) 5-13 mm is of one side |
+| heel's, forefoot's contact forward | 10 mm | a shoe's heel and rocker, `model.extended` |
 
 1. Fiorentino et al. 2020, J Biomech 108:109890: markers underestimate the hip's range.
 2. Ancillao et al. 2021 (CAMS-Knee data): clusters turn by up to 10 and 7°.
@@ -31,6 +32,7 @@ these unknowns and S their prior.
 """
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from typing import Final
 
@@ -42,6 +44,7 @@ from gaitval.contact.law import ContactLaw
 from gaitval.coordinates import COORDINATES
 from gaitval.identification.body_fit import BodyFit, BodyPosterior
 from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import COORDINATE_COUNT, Tree
 from gaitval.reference.dynamic_fit import (
     Linearised,
@@ -52,6 +55,7 @@ from gaitval.reference.dynamic_fit import (
     normal_equations,
     weighted_laws,
 )
+from gaitval_bodies.legs import LegDifference
 
 _FORWARD: Final = 3
 """Coordinate of the pelvis's travel."""
@@ -71,8 +75,10 @@ turned forward bends hip and knee; a shank that seems turned back bends the knee
 BELT: Final = 0.0125
 LEFT_LEG: Final = 0.005
 LEFT_HIP: Final = 0.005
+SOLE: Final = 0.010
 """SDs; see above."""
-BODY_ERRORS: Final = ("left leg", "left hip forward", "left hip up")
+SOLE_ENDS: Final = ("heel forward", "forefoot forward")
+BODY_ERRORS: Final = ("left leg", "left hip forward", "left hip up", *SOLE_ENDS)
 """Unknowns that change the body instead of the record; the last ones."""
 NAMES: Final = (
     *(f"{name}, {which}" for name in SKIN for which in ("both", "right less left")),
@@ -82,14 +88,15 @@ NAMES: Final = (
 """Unknowns, in their order among `Shared.values`."""
 _SIZES: Final = np.array(
     [*(size for _, sd, _, _ in SKIN.values() for size in (sd, _OWN * sd)),
-     BELT, LEFT_LEG, LEFT_HIP, LEFT_HIP]
+     BELT, LEFT_LEG, LEFT_HIP, LEFT_HIP, SOLE, SOLE]
 )  # fmt: skip
 _MEANS: Final = np.array(
-    [*(mean for each, sd, _, _ in SKIN.values() for mean in (each / sd, 0.0)), 0.0, 0.0, 0.0, 0.0]
+    [
+        *(mean for each, sd, _, _ in SKIN.values() for mean in (each / sd, 0.0)),
+        *(0.0 for _ in ("belt", *BODY_ERRORS)),
+    ]
 )
 """Prior means in SDs."""
-UNEQUAL: Final = 0.012
-"""m; from here on legs differ by more than people's do, see `Shared.legs_differ`."""
 STUCK: Final = 0.5
 """Of minus twice the log posterior; see `Shared.left`."""
 _NEAR: Final = 2
@@ -110,8 +117,9 @@ class Shared:
     values, sd : (K,) of `NAMES`, shares and m, posterior.
     solution : motion and the fit's own numbers at the mode.
     cost : sum of squares there, with the priors.
-    leg_difference : (2,) m, posterior mean and SD of left less right leg, hip to ankle: a longer
-        leg and a lower hip centre are seen as one.
+    shift, joint : (16,) and (16, 16), posterior mean less prior mean of mu and of the sole's ends,
+        and their covariance, in prior SDs.
+    legs : by how much the left one is longer.
     steps : Gauss-Newton steps that were taken.
     left : by how much another step would lower the cost if all were linear; large where the steps
         ended too early.
@@ -122,17 +130,11 @@ class Shared:
     sd: Array
     solution: Solution
     cost: float
-    leg_difference: tuple[float, float]
+    shift: Array
+    joint: Array
+    legs: LegDifference
     steps: int
     left: float
-
-    @property
-    def legs_differ(self) -> bool:
-        """Whether the legs differ by more than people's do: 12 mm, two SDs of 6.5 mm, and by more
-        than two SDs of the estimate.
-        """
-        mean, sd = self.leg_difference
-        return abs(mean) > max(UNEQUAL, 2.0 * sd)
 
 
 class SharedFit:
@@ -142,12 +144,21 @@ class SharedFit:
     ----------
     fit : of the record, without the extended parameters.
     sizes : (K,) SDs of the shared errors in the order of `NAMES`; 0 leaves one out.
+    offset : (16,) in prior SDs, of mu and of the sole's ends, by which the prior's mean is moved
+        for what models and laboratories get wrong on everybody; see `offsets`.
     """
 
-    def __init__(self, fit: BodyFit, sizes: Array | None = None) -> None:
-        self.fit, self.sizes = fit, _SIZES if sizes is None else np.asarray(sizes, dtype=float)
-        plain = fit.problem
+    def __init__(
+        self, fit: BodyFit, sizes: Array | None = None, offset: Array | None = None
+    ) -> None:
+        self.sizes = _SIZES if sizes is None else np.asarray(sizes, dtype=float)
+        self._means = _MEANS.copy()
+        if offset is not None:
+            fit = _moved(fit, offset[: len(PARAMETERS)])
+            self._means[-len(SOLE_ENDS) :] += offset[len(PARAMETERS) :]
+        self.fit, plain = fit, fit.problem
         self._plain, self._count = plain, len(plain.prior)
+        self._heel = plain.bodies(np.zeros(self._count))[0].sphere_position[:, 0] < 0.0
         self._skin = _patterns(plain, self.sizes[: 2 * len(SKIN)])
         self._speed = float(plain.path[1][:, _FORWARD].mean()) * self.sizes[2 * len(SKIN)]
         lever = np.zeros((*plain.lever.shape[:2], self._count + len(NAMES)))
@@ -163,17 +174,19 @@ class SharedFit:
     def _body(self, common: Array) -> tuple[Tree, ContactLaw]:
         """The body with legs that differ."""
         tree, law = self._plain.bodies(common[: self._count])
-        leg, forward, up = self.sizes[-len(BODY_ERRORS) :] * common[-len(BODY_ERRORS) :]
-        joints = tree.joint_position.copy()
+        errors = (self.sizes * (common[self._count :] + self._means))[-len(BODY_ERRORS) :]
+        leg, forward, up, heel, forefoot = errors
+        joints, spheres = tree.joint_position.copy(), tree.sphere_position.copy()
+        spheres[:, 0] += np.where(self._heel, heel, forefoot)
         for side, sign in (("l", 1.0), ("r", -1.0)):
             for name in ("shank", "foot"):
                 joints[SEGMENTS.index(f"{name}_{side}"), 2] *= 1.0 + sign * leg
         joints[SEGMENTS.index("thigh_l")] += [forward, 0.0, up]
-        return tree._replace(joint_position=joints), law
+        return tree._replace(joint_position=joints, sphere_position=spheres), law
 
     def _at(self, common: Array) -> Problem:
         """The problem whose record is freed of the shared errors in `common`."""
-        values = common[self._count :] + _MEANS
+        values = common[self._count :] + self._means
         wrong = np.tensordot(values[: 2 * len(SKIN)], self._skin, axes=1)  # (31, n)
         path = [
             part - series @ wrong.T
@@ -278,19 +291,36 @@ class SharedFit:
             tree.joint_position[SEGMENTS.index(f"{name}_{side}"), 2] / 2.0
             for name in ("shank", "foot") for side in "rl"
         )  # fmt: skip
-        legs[-len(BODY_ERRORS)] = 2.0 * length * self.sizes[-len(BODY_ERRORS)]
-        legs[-1] = -self.sizes[-1]
+        for name, each in (("left leg", 2.0 * length), ("left hip up", -1.0)):
+            index = NAMES.index(name) - len(NAMES)
+            legs[index] = each * self.sizes[index]
         sd = np.sqrt(np.diag(covariance))[self._count :]
+        mu = self.fit.near(solution, self.fit.prior_mean + np.inf).common == np.inf
+        both = [*np.flatnonzero(mu), *range(wanted - len(SOLE_ENDS), wanted)]
         return Shared(
             posterior=self.fit.posterior(solution),
-            values=self.sizes * (common[self._count :] + _MEANS),
+            values=self.sizes * (common[self._count :] + self._means),
             sd=self.sizes * sd,
             solution=solution,
             cost=cost,
-            leg_difference=(float(legs @ common), float(np.sqrt(legs @ covariance @ legs))),
+            shift=common[both],
+            joint=covariance[np.ix_(both, both)],
+            legs=LegDifference(
+                float(legs @ common),
+                float(np.sqrt(legs @ covariance @ legs)),
+                float(np.sqrt(legs @ legs)),
+            ),
             steps=steps,
             left=left,
         )
+
+
+def _moved(fit: BodyFit, offset: Array) -> BodyFit:
+    """The fit with its prior's mean moved by `offset` (14,) SDs."""
+    moved = copy(fit)
+    moved.prior_mean = fit.prior_mean + fit.prior_sd * offset
+    moved.problem = fit.problem._replace(bodies=moved.body)
+    return moved
 
 
 def _patterns(problem: Problem, sizes: Array) -> Array:
@@ -311,7 +341,7 @@ def _patterns(problem: Problem, sizes: Array) -> Array:
     return found
 
 
-def identified(fit: BodyFit, held: Solution) -> Shared:
+def identified(fit: BodyFit, held: Solution, offset: Array | None = None) -> Shared:
     """What is found from the body as scaled. If the steps ended early, `STUCK`, they begin again
     from the mode without shared errors, and the likelier of the two is taken.
 
@@ -319,9 +349,10 @@ def identified(fit: BodyFit, held: Solution) -> Shared:
     ----------
     fit : of the record.
     held : its solution with the body as scaled.
+    offset : of the prior's mean, see `SharedFit`.
     """
-    shared = SharedFit(fit)
+    shared = SharedFit(fit, offset=offset)
     found = shared.solve(held)
     if found.left > STUCK:
-        found = min((found, shared.solve(fit.mode(held))), key=lambda each: each.cost)
+        found = min((found, shared.solve(shared.fit.mode(held))), key=lambda each: each.cost)
     return found

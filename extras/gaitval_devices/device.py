@@ -26,10 +26,11 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
+import tomli_w
 from pydantic import Field, ValidationError, model_validator
 
 from gaitval.arrays import Array
-from gaitval.artefacts import read_toml
+from gaitval.artefacts import read_toml, write_text
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
@@ -332,6 +333,12 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
             + "\nSee docs/how-to/devices.md for the tables of a device."
         ) from None
     return found
+
+
+def write_devices(path: Path, devices: Sequence[Device]) -> None:
+    """Write a file of `devices`, as `load_devices` reads it."""
+    tables = [each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in devices]
+    write_text(path, tomli_w.dumps({"devices": tables}))
 
 
 def shipped_names() -> tuple[str, ...]:

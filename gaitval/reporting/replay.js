@@ -153,23 +153,27 @@
   const recorded = figureOf(scene.recorded);
   const shown = { recorded: [recorded.whole], forces: [], spheres: [] };
 
-  /* A mesh of a shape {kind, size, position}; of a box the lengths, else the radius and, of a cylinder
-     along z, the length. */
-  function solid({ kind, position, size }) {
+  /* A mesh of a shape {kind, size, position, turned}; of a box the lengths, else the radius and, of a
+     cylinder along z, the length. */
+  function solid({ kind, position, size, turned = [0, 0, 0, 1] }) {
     const made = {
       box: () => new THREE.BoxGeometry(...size),
       sphere: () => new THREE.SphereGeometry(size[0], 20, 12),
       cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 20).rotateX(0.5 * Math.PI),
     }[kind]();
-    return made.translate(...position);
+    return made.applyQuaternion(new THREE.Quaternion(...turned)).translate(...position);
   }
 
   const group = (of, segment) => of.groups[of.segments.indexOf(segment)];
   const SIDE_PAINTS = { r: "right", l: "left" };
+  const skins = scene.devices.filter(({ kind }) => kind === "skin").map(({ segment }) => segment);
   for (const { segment, paint, geometry } of walkerBody(scene.body)) {
-    group(body, segment).add(new THREE.Mesh(geometry, themed[SIDE_PAINTS[paint] ?? paint]));
+    const own = skins.includes(segment) ? "device" : (SIDE_PAINTS[paint] ?? paint);
+    group(body, segment).add(new THREE.Mesh(geometry, themed[own]));
   }
-  for (const shape of scene.devices) group(body, shape.segment).add(new THREE.Mesh(solid(shape), themed.device));
+  for (const shape of scene.devices.filter(({ kind }) => kind !== "skin")) {
+    group(body, shape.segment).add(new THREE.Mesh(solid(shape), themed.device));
+  }
   for (const [index, segment] of body.segments.entries()) {
     const circles = scene.body.spheres.filter((sphere) => sphere.segment === segment).flatMap(rings);
     if (!circles.length) continue;

@@ -165,12 +165,12 @@ class Walk:
 
     Attributes
     ----------
-    body : the body that was simulated. recorded_body : as scaled, of the recorded motion.
+    body : the body that was simulated. recorded_body : as scaled, of the motion beside it.
     strides : which samples are shown.
     travel : (S, 101, 2) m, forward and to the left, that the ground moves backwards and to the
         right: steady within a stride, from one right heel strike to the next.
     positions : (S, 101, 31) of the rollout, without the travel.
-    recorded : (101, 31), about the middle of the simulated pelvis' path.
+    recorded : (101, 31), about the middle of the simulated pelvis' path. known : what of it is.
     force : (S, 101, 2, 3) body weights, of the ground on the right and the left foot, filtered as
         the curves on the page are; zero in swing.
     pressure : (S, 101, 2, 2) m, its centre, without the travel; NaN in swing.
@@ -186,15 +186,13 @@ class Walk:
     force: Array
     pressure: Array
     push: Array
+    known: tuple[str, ...] = RECORDED_SEGMENTS
 
 
-def shown_walk(
-    model: BodyModel, rollout: Rollout, metrics: Metrics, reference: Mapping[str, Array]
-) -> Walk | None:
-    """The part of `rollout` that is shown, with the record in `metrics` and `reference` (see
-    `recorded_motion`); None without a whole stride. `model` is the body before the rollout's mu.
+def shown_walk(model: BodyModel, rollout: Rollout, method: Method, recorded: Array) -> Walk | None:
+    """The part of `rollout` that is shown, with the `recorded_motion` (101, 31) beside it; None
+    without a whole stride. `model` is the body before the rollout's mu.
     """
-    method = metrics.method
     # a push comes in the first stride after those that settle, and what it changes is seen beside
     # the stride before
     strides = find_strides(rollout, method, earlier=2 if rollout.root_force.any() else 0)
@@ -204,7 +202,7 @@ def shown_walk(
     start = positions[:, :1, 3:5]
     travel = start + (positions[:, -1:, 3:5] - start) * np.linspace(0.0, 1.0, FRAMES)[:, None]
     positions[..., 3:5] -= travel
-    recorded = recorded_motion(metrics, reference)
+    recorded = recorded.copy()
     # without the last frame, which repeats the first of the next stride
     recorded[:, 3:5] += positions[:, :-1, 3:5].mean(axis=(0, 1))
     low_pass = method.record_low_pass
@@ -305,7 +303,7 @@ def scene(walk: Walk, folder: Path, pushed: Sequence[Walk] = ()) -> dict[str, ob
             for shape in wings.load(wings.DRAWN, name)(folder)
         ],
         "body": _body(walk.body, joined("positions")),
-        "recorded": {"known": RECORDED_SEGMENTS, **_body(walk.recorded_body, walk.recorded)},
+        "recorded": {"known": walk.known, **_body(walk.recorded_body, walk.recorded)},
         **{name: _packed(joined(name), "float32") for name in _NUMBERS},
     }
 
@@ -329,16 +327,16 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     names = ("phase", "positions", "stride_time", "speed")
     reference = {name: np.asarray(getattr(motion, name)) for name in names}
     path = folder / "rollouts" / f"{metrics.final}.npz"
+    recorded = recorded_motion(metrics, reference)
     walks = [
-        shown_walk(model, Rollout.load(each), metrics, reference)
+        shown_walk(model, Rollout.load(each), metrics.method, recorded)
         for each in (path, *sorted(path.parent.glob("pushed_*.npz")))
         if each.exists()
     ]
     walk, *pushed = walks or [None]
     shown = [each for each in pushed if each is not None]
     poses = list(STRIP)
-    recorded = recorded_motion(metrics, reference) if walk is None else walk.recorded
-    legs = stick_figure(model, recorded[poses])
+    legs = stick_figure(model, (recorded if walk is None else walk.recorded)[poses])
     # the record knows nothing of trunk, arms and toes
     sticks: dict[str, dict[str, Array]] = {
         "record": {side: legs[side][:, :RECORDED_POINTS] for side in SIDES}

@@ -27,6 +27,14 @@ from gaitval.simulation.skeleton import HumanSkeleton
 REFERENCE = ("phase", "positions", "stride_time", "speed")
 
 
+def shown(folder, rollout):
+    """The walk beside the record of a run folder."""
+    metrics = read_metrics(folder)
+    reference = read_arrays(folder / "reference.npz", REFERENCE)
+    recorded = replay.recorded_motion(metrics, reference)
+    return replay.shown_walk(MODEL, rollout, metrics.method, recorded)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A run whose body is not the one that was scaled: longer thighs, knees moved."""
@@ -56,9 +64,7 @@ def metrics(folder) -> dict:
 
 @pytest.fixture(scope="module")
 def walk(folder, rollout, metrics) -> replay.Walk:
-    found = replay.shown_walk(
-        MODEL, rollout, read_metrics(folder), read_arrays(folder / "reference.npz", REFERENCE)
-    )
+    found = shown(folder, rollout)
     assert found is not None
     return found
 
@@ -211,14 +217,11 @@ def test_what_was_not_recorded_is_the_references(folder, walk):
 def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollout, metrics):
     """A force at the pelvis in the second stride that is shown."""
     method = read_metrics(folder).method
-    reference = read_arrays(folder / "reference.npz", REFERENCE)
-    whole = replay.shown_walk(MODEL, rollout, read_metrics(folder), reference)
+    whole = shown(folder, rollout)
     force = np.zeros_like(rollout.root_force)
     begun = whole.strides.rows[0, 40]
     force[begun : begun + 50, 4] = 120.0
-    pushed = replay.shown_walk(
-        MODEL, replace(rollout, root_force=force), read_metrics(folder), reference
-    )
+    pushed = shown(folder, replace(rollout, root_force=force))
     earlier = len(pushed.strides.seconds) - len(whole.strides.seconds)
     assert earlier >= 0
     found = replay.scene(whole, folder, [pushed])

@@ -158,12 +158,9 @@ def test_right_and_left_and_forward_are_where_a_viewer_expects_them(still):
 def test_joints_are_drawn_where_the_model_has_them(still, folder):
     rollout = Rollout.load(folder / "rollouts" / "identified.npz")
     names = ("phase", "positions", "stride_time", "speed")
-    walk = replay.shown_walk(
-        MODEL,
-        rollout,
-        read_metrics(folder),
-        read_arrays(folder / "reference.npz", names),
-    )
+    metrics = read_metrics(folder)
+    recorded = replay.recorded_motion(metrics, read_arrays(folder / "reference.npz", names))
+    walk = replay.shown_walk(MODEL, rollout, metrics.method, recorded)
     for stride, percent in ((0, 0), (2, 43), (5, 100)):
         still.go(stride, percent)
         for of, positions in (("body", walk.positions[stride]), ("recorded", walk.recorded)):

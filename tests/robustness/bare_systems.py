@@ -79,7 +79,7 @@ def _mirror() -> str:
     raise SystemExit("no Debian mirror in /etc/apt/sources.list.d: give --mirror")
 
 
-def _bare(release: str, arguments: argparse.Namespace) -> Path:
+def bare(release: str, arguments: argparse.Namespace) -> Path:
     """Folder of the bare release, made once."""
     base: Path = arguments.folder / release
     if not (base / "usr/bin/apt-get").is_file():
@@ -97,23 +97,8 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
     system: Path = arguments.folder / f"run-{release}-{user}"
     if system.exists():
         shutil.rmtree(system)  # mounts ended with their command: see _chroot
-    subprocess.run(["cp", "-a", str(_bare(release, arguments)), str(system)], check=True)
-    for name in ("/etc/resolv.conf", "/etc/hosts"):
-        shutil.copy(name, system / name[1:])
-    for name in ("/etc/pip.conf", *_pip_variables().values()):
-        source, target = Path(name), system / name.removeprefix("/")
-        if not source.is_absolute() or not source.exists():
-            continue
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if source.is_dir():
-            shutil.copytree(source, target)
-        else:
-            shutil.copy(source, target)
-    if CERTIFICATES in _environment(user).values():
-        shutil.copy(os.environ["PIP_CERT"], system / CERTIFICATES[1:])
-    # A mirror that is no longer updated is good enough here.
-    still = system / "etc/apt/apt.conf.d/99-mirror"
-    still.write_text('Acquire::Check-Valid-Until "false";\n')
+    subprocess.run(["cp", "-a", str(bare(release, arguments)), str(system)], check=True)
+    connect(system)
     place = system / PLACE[1:]
     place.mkdir(parents=True)
     archive = subprocess.run(
@@ -129,16 +114,40 @@ def _fresh(release: str, user: str, arguments: argparse.Namespace) -> Path:
     return system
 
 
+def connect(system: Path) -> None:
+    """Let a system reach what this machine reaches: names, registries and certificates."""
+    for name in ("/etc/resolv.conf", "/etc/hosts"):
+        shutil.copy(name, system / name[1:])
+    for name in ("/etc/pip.conf", *_pip_variables().values()):
+        source, target = Path(name), system / name.removeprefix("/")
+        if not source.is_absolute() or not source.exists():
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target)
+        else:
+            shutil.copy(source, target)
+    if CERTIFICATES in _environment("root").values():
+        shutil.copy(os.environ["PIP_CERT"], system / CERTIFICATES[1:])
+    # A mirror that is no longer updated is good enough here.
+    still = system / "etc/apt/apt.conf.d/99-mirror"
+    still.write_text('Acquire::Check-Valid-Until "false";\n')
+
+
 def _pip_variables() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name.startswith("PIP_")}
 
 
+def pip_variables() -> dict[str, str]:
+    """This machine's settings of pip, for a system that is connected."""
+    certificates = {"PIP_CERT": CERTIFICATES} if "PIP_CERT" in os.environ else {}
+    return _pip_variables() | certificates
+
+
 def _environment(user: str) -> dict[str, str]:
     home = "/root" if user == "root" else "/home/tester"
-    certificates = {"PIP_CERT": CERTIFICATES} if "PIP_CERT" in os.environ else {}
     return {
-        **_pip_variables(),
-        **certificates,
+        **pip_variables(),
         "PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
         "HOME": home,
         "LANG": "C.UTF-8",
@@ -152,10 +161,17 @@ def _chroot(system: Path, user: str = "root") -> list[str]:
     root = shlex.quote(str(system))
     cache = Path.home() / ".cache/pip"
     inside = _environment(user)["PIP_CACHE_DIR"]
-    mounts = f"mount -t proc proc {root}/proc; mount --rbind /dev {root}/dev;"
+    mounts = ""
     if cache.is_dir() and user == "root":
         mounts += f"mkdir -p {root}{inside}; mount --bind {cache} {root}{inside};"
-    who = "" if user == "root" else "--userspec=tester:tester "
+    return in_system(system, "root" if user == "root" else "tester", mounts)
+
+
+def in_system(system: Path, user: str, further: str = "") -> list[str]:
+    """Start of a command of a user in a system, with `further` lines after the mounts."""
+    root = shlex.quote(str(system))
+    mounts = f"mount -t proc proc {root}/proc; mount --rbind /dev {root}/dev;{further}"
+    who = "" if user == "root" else f"--userspec={user}:{user} "
     return [
         *("unshare", "--mount", "--propagation", "private", "bash", "-c"),
         f'set -e; {mounts} exec chroot {who}{root} "$@"',

@@ -2,9 +2,7 @@
 
 Reads `reports/identification/virtual.json` (`experiments/virtual_people.py --walks`), `real.json`
 (`experiments/real_people.py`), `ablation.json` (`experiments/identification_ablation.py`) and the
-stored baselines. Writes the rows, and the tables and pictures of docs/identification.md. `harsh`
-reads `harsh.json` (`experiments/harsh_people.py`), `shared` `ten_shared.json`
-(`experiments/ten_bodies.py`).
+stored baselines. Writes the rows, and the tables and pictures of docs/identification.md.
 
 It is long because each table stands beside the rows of the same numbers.
 """
@@ -30,36 +28,6 @@ STORE = ROOT / "reports" / "identification"
 PAGE = ROOT / "docs" / "identification.md"
 Row = evidence.Row
 MEASURES = {
-    "harsh world: *": {
-        "code": (
-            "@body",
-            "@scaled",
-            "@reference",
-            "gaitval/identification/body_fit.py",
-            "gaitval/identification/prior.py",
-            "gaitval/identification/verdicts.py",
-            "extras/gaitval_bodies/shared_errors.py",
-            "gaitval/gait/accuracy.py",
-            "extras/gaitval_virtual/harsh.py",
-            "extras/gaitval_virtual/person.py",
-            "experiments/harsh_people.py",
-        ),
-        "data": ("reports/general/policy.safetensors",),
-        "results": ("reports/identification/harsh.json",),
-    },
-    "shared errors, the ten: *": {
-        "code": (
-            "@body",
-            "@scaled",
-            "@reference",
-            "gaitval/identification/body_fit.py",
-            "gaitval/identification/prior.py",
-            "gaitval/identification/verdicts.py",
-            "extras/gaitval_bodies/shared_errors.py",
-            "experiments/ten_bodies.py",
-        ),
-        "results": ("reports/identification/ten_shared.json",),
-    },
     "identification of one subject, *": {"data": ("reports/S??/baseline/times.json",)},
     "the ten: *": {
         "code": ("@body", "@scaled", "@reference", "@identified", "experiments/real_people.py"),
@@ -529,120 +497,3 @@ def bodies(_: Namespace) -> list[Row]:
     draw_ablation(walks)
     draw_ranks(people)
     return [*virtual_rows(people), *real_rows(real), *rows]
-
-
-def measured(store: str, experiment: str) -> list[dict[str, Any]]:
-    """The people of a store. Stops if there are none yet."""
-    people: list[dict[str, Any]] = json.loads((STORE / f"{store}.json").read_text())["people"]
-    if not people:
-        raise SystemExit(f"Nobody was measured yet. Run python -m experiments.{experiment}.")
-    return people
-
-
-def harsh_people() -> list[dict[str, Any]]:
-    """Those of the harsh world who could be measured."""
-    return [each for each in measured("harsh", "harsh_people") if "refused" not in each]
-
-
-def leg_errors(people: list[dict[str, Any]]) -> tuple[Any, Any, Any]:
-    """(people,) m: error of the leg as found, its SD, and error of the leg as scaled."""
-    legs_ = [each["leg"] for each in people]
-    truth, mean, sd = (np.array([each[key] for each in legs_]) for key in ("truth", "mean", "sd"))
-    return mean - truth, sd, -truth
-
-
-def harsh_rows(people: list[dict[str, Any]]) -> list[Row]:
-    """Coverage, legs against the scaled ones, and legs that differ."""
-    error, sd, _ = leg_errors(people)
-    found = {
-        key: np.array([each[key] for each in people])[:, 2:] for key in ("truth", "mean", "sd")
-    }
-    rows = []
-    for name, z in (
-        ("leg length (thigh + shank)", error / sd),
-        ("all parameters that the fit looks for", (found["truth"] - found["mean"]) / found["sd"]),
-    ):
-        what, n = f"harsh world: coverage of 90 % intervals, {name}", int(np.size(z))
-        rows.append(Row(f"{what}, at least", within(z, 0.9), "1", ">=", 0.85, 0.80, n))
-        rows.append(Row(f"{what}, at most", within(z, 0.9), "1", "<=", 0.95, 0.97, n))
-    for by, goal, must in (("markers", 0.75, 0.95), ("stature", 0.6, 0.8)):
-        part = [each for each in people if each["by"] == by]
-        error, _, scaled = leg_errors(part)
-        rows.append(
-            Row(
-                f"harsh world: leg by {by}, RMS error over that of the leg as scaled",
-                rms(error) / rms(scaled), "1", "<=", goal, must, len(part),
-            )
-        )  # fmt: skip
-    planted = [each for each in people if each["planted_left_leg"] is not None]
-    others = [each for each in people if each["planted_left_leg"] is None]
-    seen = [
-        each["leg_difference"]["differs"]
-        and each["leg_difference"]["mean"] * each["planted_left_leg"] > 0
-        for each in planted
-    ]
-    alarms = [each["leg_difference"]["differs"] for each in others]
-    rows += [
-        Row("harsh world: legs that differ by 2 to 3 cm, found with the longer side",
-            float(np.mean(seen)), "1", ">=", 0.95, 0.85, len(planted)),
-        Row("harsh world: legs that differ as people's do, called different",
-            float(np.mean(alarms)), "1", "<=", 0.05, 0.10, len(others)),
-        Row("harsh world: processor time of one identification, slowest",
-            max(each["processor_seconds"] for each in people), "s", "<=", 60, 120, len(people)),
-    ]  # fmt: skip
-    return rows
-
-
-def harsh_table(people: list[dict[str, Any]]) -> list[str]:
-    """Legs with and without shared errors, by how they were scaled."""
-    lines = [
-        f"{len(people)} people of seed {people[0]['seed']}. Errors in cm RMS.",
-        "",
-        "| leg by | people | as scaled | found | 90 % hold | without shared errors: people, found,"
-        " 90 % hold |",
-        "|---|---|---|---|---|---|",
-    ]
-    for by in ("markers", "stature"):
-        part = [each for each in people if each["by"] == by]
-        error, sd, scaled = leg_errors(part)
-        plain = [each["plain"] | {"leg": each["plain"]["leg"]} for each in part if "plain" in each]
-        plain_error, plain_sd, _ = leg_errors(plain)
-        lines.append(
-            f"| {by} | {len(part)} | {100 * rms(scaled):.1f} | {100 * rms(error):.1f} "
-            f"| {100 * within(error / sd, 0.9):.0f} % | {len(plain)}, "
-            f"{100 * rms(plain_error):.1f}, {100 * within(plain_error / plain_sd, 0.9):.0f} % |"
-        )
-    return lines
-
-
-@evidence.measurement()
-def harsh(_: Namespace) -> list[Row]:
-    """People of the harsh world; also writes their table in docs/identification.md."""
-    people = harsh_people()
-    text = PAGE.read_text(encoding="utf-8")
-    write_text(PAGE, with_table(text, "harsh", "\n".join(harsh_table(people))))
-    return harsh_rows(people)
-
-
-@evidence.measurement()
-def shared(_: Namespace) -> list[Row]:
-    """The ten built-in people with shared errors: whether their shifts are draws from the prior."""
-    people = measured("ten_shared", "ten_bodies")
-    shifts = np.array(
-        [(np.array(each["mean"]) - each["prior_mean"]) / each["prior_sd"] for each in people]
-    )
-    # If the prior is right, shifts are draws whose variance is the prior's less the posterior's.
-    expected = np.array([1.0 - (np.array(each["sd"]) / each["prior_sd"]) ** 2 for each in people])
-    error = np.sqrt(expected.clip(1e-9).sum(axis=0)) / len(people)
-    mean = shifts.mean(axis=0)
-    ratio = np.abs(mean[2:] / error[2:])
-    print("mean shift in prior SDs, over its standard error:")
-    for name, each, size in zip(PARAMETERS[2:], mean[2:], ratio, strict=True):
-        print(f"  {name}: {each:+.2f}, {size:.1f}")
-    seconds = max(each["processor_seconds"] for each in people)
-    return [
-        Row("shared errors, the ten: mean shift of a parameter over its standard error, largest",
-            float(ratio.max()), "1", "<=", 2, 3, len(people)),
-        Row("shared errors, the ten: processor time of one identification, slowest",
-            seconds, "s", "<=", 60, 120, len(people)),
-    ]  # fmt: skip

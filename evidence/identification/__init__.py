@@ -1,0 +1,1 @@
+"""How far identification can be trusted."""

@@ -1,0 +1,350 @@
+"""How far identification with shared errors can be trusted: of strangers, and of the ten.
+
+`harsh` reads `reports/identification/harsh.json` (`experiments/harsh_people.py`), `shared`
+`ten_shared.json` (`experiments/ten_bodies.py`), `rollouts` `rollouts.json`
+(`experiments/rollout_identification.py`). Writes the rows, and tables of docs/identification.md.
+"""
+
+import json
+from argparse import Namespace
+from typing import Any
+
+import numpy as np
+
+import evidence
+from evidence.identification.bodies import PAGE, STORE, rms, within
+from evidence.marked_table import with_table
+from gaitval.artefacts import write_text
+from gaitval.identification.verdicts import IDENTIFIED
+from gaitval_bodies.legs import LegDifference
+from gaitval_bodies.offsets import OFFSETS, estimated
+
+Row = evidence.Row
+MEASURES = {
+    "harsh world: *": {
+        "code": (
+            "@body",
+            "@scaled",
+            "@reference",
+            "gaitval/identification/body_fit.py",
+            "gaitval/identification/prior.py",
+            "gaitval/identification/verdicts.py",
+            "extras/gaitval_bodies/shared_errors.py",
+            "extras/gaitval_bodies/legs.py",
+            "extras/gaitval_bodies/joints.py",
+            "gaitval/gait/accuracy.py",
+            "gaitval/scaling/functional.py",
+            "extras/gaitval_virtual/harsh.py",
+            "extras/gaitval_virtual/person.py",
+            "extras/gaitval_virtual/range_of_motion.py",
+            "experiments/harsh_people.py",
+        ),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/identification/harsh.json",),
+    },
+    "shared errors, the ten: *": {
+        "code": (
+            "@body",
+            "@scaled",
+            "@reference",
+            "gaitval/identification/body_fit.py",
+            "gaitval/identification/prior.py",
+            "gaitval/identification/verdicts.py",
+            "extras/gaitval_bodies/shared_errors.py",
+            "extras/gaitval_bodies/offsets.py",
+            "experiments/ten_bodies.py",
+        ),
+        "results": ("reports/identification/ten_shared.json",),
+    },
+}
+"""What the rows depend on; see evidence/stale.py."""
+
+
+def measured(store: str, experiment: str) -> list[dict[str, Any]]:
+    """The people of a store. Stops if there are none yet."""
+    people: list[dict[str, Any]] = json.loads((STORE / f"{store}.json").read_text())["people"]
+    if not people:
+        raise SystemExit(f"Nobody was measured yet. Run python -m experiments.{experiment}.")
+    return people
+
+
+def harsh_people() -> list[dict[str, Any]]:
+    """Those of the harsh world who could be measured."""
+    return [each for each in measured("harsh", "harsh_people") if "refused" not in each]
+
+
+def leg_errors(people: list[dict[str, Any]]) -> tuple[Any, Any, Any]:
+    """(people,) m: error of the leg as found, its SD, and error of the leg as scaled."""
+    legs_ = [each["leg"] for each in people]
+    truth, mean, sd = (np.array([each[key] for each in legs_]) for key in ("truth", "mean", "sd"))
+    return mean - truth, sd, -truth
+
+
+def harsh_rows(people: list[dict[str, Any]]) -> list[Row]:
+    """Coverage, legs against the scaled ones, and legs that differ."""
+    error, sd, _ = leg_errors(people)
+    found = {
+        key: np.array([each[key] for each in people])[:, 2:] for key in ("truth", "mean", "sd")
+    }
+    rows = []
+    for name, z in (
+        ("leg length (thigh + shank)", error / sd),
+        ("all parameters that the fit looks for", (found["truth"] - found["mean"]) / found["sd"]),
+    ):
+        what, n = f"harsh world: coverage of 90 % intervals, {name}", int(np.size(z))
+        rows.append(Row(f"{what}, at least", within(z, 0.9), "1", ">=", 0.85, 0.80, n))
+        rows.append(Row(f"{what}, at most", within(z, 0.9), "1", "<=", 0.95, 0.97, n))
+    for by, goal, must in (("markers", 0.75, 0.95), ("stature", 0.6, 0.8)):
+        part = [each for each in people if each["by"] == by]
+        error, _, scaled = leg_errors(part)
+        rows.append(
+            Row(
+                f"harsh world: leg by {by}, RMS error over that of the leg as scaled",
+                rms(error) / rms(scaled), "1", "<=", goal, must, len(part),
+            )
+        )  # fmt: skip
+    planted = [each for each in people if each["planted_left_leg"] is not None]
+    others = [each for each in people if each["planted_left_leg"] is None]
+    seen = [
+        legs_of(each).differ and legs_of(each).found * each["planted_left_leg"] > 0
+        for each in planted
+    ]
+    alarms = [legs_of(each).differ for each in others]
+    rows += [
+        Row("harsh world: legs that differ by 2 to 3 cm, found with the longer side",
+            float(np.mean(seen)), "1", ">=", 0.95, 0.85, len(planted)),
+        Row("harsh world: legs that differ as people's do, called different",
+            float(np.mean(alarms)), "1", "<=", 0.05, 0.10, len(others)),
+        Row("harsh world: processor time of one identification, slowest",
+            max(each["processor_seconds"] for each in people), "s", "<=", 60, 120, len(people)),
+    ]  # fmt: skip
+    return [*rows, *joint_rows(people), *epsilon_rows(people)]
+
+
+def legs_of(each: dict[str, Any]) -> LegDifference:
+    """What was found of the legs of a stored person."""
+    found = each["leg_difference"]
+    return LegDifference(found["found"], found["found_sd"], found["prior_sd"])
+
+
+def joint_rows(people: list[dict[str, Any]]) -> list[Row]:
+    """With a range-of-motion trial: legs, and parameters that are declared identified."""
+    rows, joints = [], [each | each["joints"] for each in people]
+    for by in ("markers", "stature"):
+        part = [each for each in joints if each["by"] == by]
+        error, _, scaled = leg_errors(part)
+        rows.append(
+            Row(
+                f"harsh world, with a range-of-motion trial: leg by {by}, RMS error over that of "
+                "the leg as scaled", rms(error) / rms(scaled), "1", "<=", 0.4, 0.6, len(part),
+            )
+        )  # fmt: skip
+    found = {
+        key: np.array([each[key] for each in joints])[:, 2:]
+        for key in ("truth", "mean", "sd", "prior_sd")
+    }
+    declared = found["sd"] / found["prior_sd"] <= IDENTIFIED
+    error, sd, _ = leg_errors(joints)
+    legs_hold = within(error / sd, 0.9)
+    what = "harsh world, with a range-of-motion trial: "
+    rows += [
+        Row(what + "coverage of 90 % intervals, leg length (thigh + shank), at least", legs_hold,
+            "1", ">=", 0.85, 0.80, len(people)),
+        Row(what + "parameters declared identified, per person",
+            float(declared.sum() / len(people)), "parameters", ">=", 3, 2, len(people)),
+    ]  # fmt: skip
+    if declared.any():
+        z = ((found["mean"] - found["truth"]) / found["sd"])[declared]
+        rows.append(
+            Row(what + "parameters declared identified that are within 2 SD",
+                float(np.mean(np.abs(z) < 2.0)), "1", ">=", 0.95, 0.90, int(declared.sum()))
+        )  # fmt: skip
+    return rows
+
+
+def walked_harsh(people: list[dict[str, Any]]) -> dict[str, Any]:
+    """Epsilons (people,) of those who could walk with each of their bodies, by the body's name."""
+    walked = [
+        each["epsilon"] for each in people if None not in each.get("epsilon", {0: None}).values()
+    ]
+    return {name: np.array([each[name] for each in walked]) for name in walked[0]}
+
+
+def epsilon_rows(people: list[dict[str, Any]]) -> list[Row]:
+    """What the general policy gains by the identified body, and by the true one."""
+    epsilons = walked_harsh(people)
+    gains = {name: 1.0 - each / epsilons["scaled"] for name, each in epsilons.items()}
+    n = len(epsilons["scaled"])
+    return [
+        Row("harsh world: epsilon of the general policy lower as identified than as scaled",
+            float(np.mean(gains["identified"] > 0.0)), "1", ">=", 0.8, 0.7, n),
+        Row("harsh world: median gain of epsilon as identified over that with the true body",
+            float(np.median(gains["identified"]) / np.median(gains["truth"])), "1", ">=", 0.5,
+            1 / 3, n),
+    ]  # fmt: skip
+
+
+def gained_table(people: list[dict[str, Any]]) -> list[str]:
+    """Gains of epsilon by each body, with intervals from drawing people again."""
+    epsilons, random = walked_harsh(people), np.random.default_rng(0)
+    n = len(epsilons["scaled"])
+    drawn = random.integers(n, size=(4000, n))
+    lines = [
+        f"{n} people. Gain: by how much ε is lower than with the body as scaled; 95 % intervals by "
+        "drawing people again.",
+        "",
+        "| body | ε, median | lower in | gain, median |",
+        "|---|---|---|---|",
+    ]
+    for name, each in epsilons.items():
+        gain = 1.0 - each / epsilons["scaled"]
+        low, high = np.percentile(np.median(gain[drawn], axis=1), [2.5, 97.5])
+        shown = (
+            f"{np.sum(gain > 0)} | {100 * np.median(gain):.1f} % "
+            f"({100 * low:.1f} to {100 * high:.1f})"
+        )
+        lines.append(f"| {name} | {np.median(each):.3f} | {'|' if name == 'scaled' else shown} |")
+    return lines
+
+
+def harsh_table(people: list[dict[str, Any]]) -> list[str]:
+    """Legs with and without shared errors, by how they were scaled."""
+    lines = [
+        f"{len(people)} people of seed {people[0]['seed']}. Errors in cm RMS.",
+        "",
+        "| leg by | people | as scaled | found | 90 % hold | without shared errors: people, found,"
+        " 90 % hold | with a range-of-motion trial: found, 90 % hold | hip to ankle so |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for by in ("markers", "stature"):
+        part = [each for each in people if each["by"] == by]
+        error, sd, scaled = leg_errors(part)
+        plain = [each["plain"] | {"leg": each["plain"]["leg"]} for each in part if "plain" in each]
+        plain_error, plain_sd, _ = leg_errors(plain)
+        moved = [
+            leg_errors([{"leg": each["joints"][key]} for each in part])[:2]
+            for key in ("leg", "hip to ankle")
+        ]
+        lines.append(
+            f"| {by} | {len(part)} | {100 * rms(scaled):.1f} | {100 * rms(error):.1f} "
+            f"| {100 * within(error / sd, 0.9):.0f} % | {len(plain)}, "
+            f"{100 * rms(plain_error):.1f}, {100 * within(plain_error / plain_sd, 0.9):.0f} % "
+            + "".join(f"| {100 * rms(e):.1f}, {100 * within(e / s, 0.9):.0f} % " for e, s in moved)
+            + "|"
+        )
+    return lines
+
+
+@evidence.measurement()
+def harsh(_: Namespace) -> list[Row]:
+    """People of the harsh world; also writes their table in docs/identification.md."""
+    people = harsh_people()
+    text = PAGE.read_text(encoding="utf-8")
+    text = with_table(text, "harsh", "\n".join(harsh_table(people)))
+    write_text(PAGE, with_table(text, "gained", "\n".join(gained_table(people))))
+    return harsh_rows(people)
+
+
+def shift_errors(joints: Any) -> Any:
+    """(…) standard error of the mean shift of people (P, 16, 16): if the prior is right, shifts are
+    draws whose variance is the prior's less the posterior's.
+    """
+    expected = 1.0 - np.diagonal(joints, axis1=1, axis2=2)
+    return np.sqrt(expected.clip(1e-9).sum(axis=0)) / len(joints)
+
+
+def unseen_halves(shifts: Any, joints: Any) -> float:
+    """Largest mean shift of a parameter over its standard error in five people, with the offset of
+    the five others, to first order; mean of 100 halves.
+    """
+    found, random = [], np.random.default_rng(0)
+    for _ in range(100):
+        mixed = random.permutation(len(shifts))
+        one, other = mixed[: len(mixed) // 2], mixed[len(mixed) // 2 :]
+        offset = estimated(shifts[other], joints[other])
+        left = shifts[one] - offset + joints[one] @ offset
+        found.append(np.abs(left.mean(axis=0) / shift_errors(joints[one]))[2:14].max())
+    return float(np.mean(found))
+
+
+def between_trials(stored: dict[str, Any]) -> tuple[float, int]:
+    """RMS difference of what two trials of one person say of a parameter, over its SD if their
+    errors were independent, and the number of pairs.
+    """
+    records = [*stored["alone"], *stored["trials"]]
+    ratios = []
+    for i, one in enumerate(records):
+        for other in records[:i]:
+            if one["person"] == other["person"]:
+                told = [np.array(each["joint"]) for each in (one, other)]
+                # Of the posterior mean, what is error has the variance C - C².
+                variance = sum(np.diag(each - each @ each) for each in told)
+                apart = np.array(one["shift"]) - other["shift"]
+                ratios.append((apart / np.sqrt(variance.clip(1e-9)))[2:14])
+    return rms(ratios), len(ratios)
+
+
+@evidence.measurement()
+def shared(_: Namespace) -> list[Row]:
+    """The ten built-in people with shared errors: whether their shifts are draws from the prior."""
+    stored = json.loads((STORE / "ten_shared.json").read_text())
+    arrays_ = {
+        kind: [np.array([each[key] for each in stored[kind]]) for key in ("shift", "joint")]
+        for kind in ("alone", "people")
+    }
+    lines = [
+        "Mean shift over the ten in prior SDs, and over its standard error.",
+        "",
+        "| parameter | alone | with the offset of the nine others |",
+        "|---|---|---|",
+    ]
+    ratios = {}
+    means = {kind: shifts.mean(axis=0) for kind, (shifts, _) in arrays_.items()}
+    for kind, (_, joints) in arrays_.items():
+        ratios[kind] = means[kind] / shift_errors(joints)
+    for i, name in enumerate(OFFSETS[2:], start=2):
+        cells = [f"{means[kind][i]:+.2f}, {ratios[kind][i]:+.1f}" for kind in arrays_]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    text = PAGE.read_text(encoding="utf-8")
+    write_text(PAGE, with_table(text, "shared", "\n".join(lines)))
+    people, (trials, pairs) = stored["people"], between_trials(stored)
+    what = "shared errors, the ten: mean shift of a parameter over its standard error"
+    return [
+        Row(f"{what}, largest", float(np.abs(ratios["people"][2:14]).max()), "1", "<=", 2, 3,
+            len(people)),
+        Row(f"{what}, largest in five of them with the offset of the five others",
+            unseen_halves(*arrays_["alone"]), "1", "<=", 2, 3, len(people)),
+        Row("shared errors, the ten: two trials of one person, shift of a parameter over that of "
+            "independent errors, RMS", trials, "1", "<=", 1, 1.5, pairs),
+        Row("shared errors, the ten: processor time of one identification, slowest",
+            max(each["processor_seconds"] for each in people), "s", "<=", 60, 120, len(people)),
+    ]  # fmt: skip
+
+
+@evidence.measurement()
+def rollouts(_: Namespace) -> list[Row]:
+    """The paper's identification by rollouts beside the posterior; a table in the page, no row."""
+    stored = json.loads((STORE / "rollouts.json").read_text())
+    lines = [
+        "| subject | seeds | ε: as scaled, posterior | ε by rollouts | walks, processor time of a "
+        "search | seeds apart, posterior SDs | from the posterior, posterior SDs | "
+        "mean of thigh and shank: posterior, rollouts |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, own in stored["posteriors"].items():
+        searches = [each for each in stored["searches"] if each["name"] == name]
+        mus = np.array([each["mu"] for each in searches])[:, 2:]
+        mean, sd = (np.array(own[key])[2:] for key in ("mean", "sd"))
+        epsilons = [each["epsilon"]["rollouts"] for each in searches]
+        apart = rms((mus - mus.mean(axis=0)) / sd) * np.sqrt(len(mus) / (len(mus) - 1))
+        lengths = [100 * (each.mean() - 1.0) for each in (mean[1:3], mus[:, 1:3])]
+        lines.append(
+            f"| {name} | {len(searches)} | {searches[0]['epsilon']['scaled']:.3f}, "
+            f"{own['epsilon']:.3f} | {np.mean(epsilons):.3f} ± {np.std(epsilons, ddof=1):.3f} "
+            f"| {np.mean([each['walks'] for each in searches]):.0f}, "
+            f"{np.mean([each['processor_seconds'] for each in searches]):.0f} s | {apart:.2f} "
+            f"| {rms((mus - mean) / sd):.2f} | {lengths[0]:+.1f} %, {lengths[1]:+.1f} % |"
+        )
+    text = PAGE.read_text(encoding="utf-8")
+    write_text(PAGE, with_table(text, "rollouts", "\n".join(lines)))
+    return []

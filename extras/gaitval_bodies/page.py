@@ -1,0 +1,75 @@
+"""What was learned of a person's body, on a page: two sentences, a picture, tables."""
+
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.identification.verdicts import judged, judged_combinations
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.page import write_html
+from gaitval_bodies.shared_errors import NAMES, Shared
+from gaitval_bodies.words import next_trials, sentences
+
+Table = tuple[str, list[list[str]]]
+_FOUND: Final = "#0072b2"
+_PRIOR: Final = "#cccccc"
+
+
+def tables(found: Shared, model: BodyModel) -> list[Table]:
+    """A title, and a header and rows, of: parameters, errors of the record, further trials.
+
+    Parameters
+    ----------
+    found : of the record.
+    model : the body as scaled.
+    """
+    body = [["parameter", "expected", "found", "SD", "SD / prior SD", "verdict"]]
+    for each in (*judged(found.posterior), *judged_combinations(found.posterior, model)):
+        body.append(
+            [each.name, f"{each.prior_mean:.4g}", f"{each.mean:.4g}", f"{each.sd:.2g}",
+             f"{each.contraction:.2f}", each.verdict]
+        )  # fmt: skip
+    errors = [["error of the record or the model", "found", "SD"]]
+    for name, value, sd in zip(NAMES, found.values, found.sd, strict=True):
+        errors.append([name, f"{value:+.3f}", f"{sd:.3f}"])
+    return [
+        ("Body: factors of lengths, and m", body),
+        ("What seems wrong: shares of an excursion and of the belt's speed, and m", errors),
+        ("SD / prior SD that trials would leave (calculated)", next_trials(found, model)),
+    ]
+
+
+def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> Path:
+    """Write the page of the person `name` to `path`; other parameters are those of `tables`."""
+    shown = [
+        *(each for each in judged(found.posterior) if each.name in PARAMETERS[2:]),
+        *judged_combinations(found.posterior, model),
+    ]
+    legs = found.legs
+    mean, sd = legs.estimate
+    bars = [(each.name.replace("_", " "), each.z, each.sd / each.prior_sd) for each in shown]
+    bars.append(("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd))
+    context = {
+        "name": name,
+        "said": sentences(found, model),
+        "tables": tables(found, model),
+        "drawings": {"body": partial(_draw, bars)},
+    }
+    return write_html(path.parent, path.stem, "gaitval_bodies:body.html.j2", context)
+
+
+def _draw(bars: list[tuple[str, float, float]]) -> str:
+    """Each of `bars` (name, mean and SD in prior SDs) before and after the record, as SVG."""
+    names, means, sds = zip(*bars, strict=True)
+    places = np.arange(len(bars))[::-1]
+    with new_figure(0.24 * len(bars) + 0.6) as figure:
+        axes = figure.add_subplot()
+        axes.barh(places, 2.0, left=-1.0, color=_PRIOR, height=0.7)
+        axes.errorbar(means, places, xerr=sds, fmt="o", color=_FOUND, markersize=4, capsize=2)
+        axes.set_yticks(places, names)
+        axes.set_xlabel("SDs of what was known before")
+        return svg(figure, "body")
