@@ -4,8 +4,9 @@ Readers of files are found in the sources: every call by which Python or a libra
 Ways to run a program through a cohort are tests (`tests/cohort/test_attack.py`); malformed files
 are those of `tests/robustness/fuzz.py`, with seeds of their own. The seconds of a check are those
 of the processor, all its processes together, so that a busy machine counts as an idle one. Kills,
-mutants and ways to the same bits are those of `kills.py`, `mutants.py` and `same_bits.py` in
-`tests/robustness`. A log lets a measurement go on where it was stopped, on the same commit.
+mutants, planted faults and ways to the same bits are those of `kills.py`, `mutants.py` and
+`same_bits.py` in `tests/robustness`. A log lets a measurement go on where it was stopped, on the
+same commit.
 """
 
 import ast
@@ -40,6 +41,7 @@ MUTANTS: Final = "mutants killed by the tests of their module, equivalent ones a
 TRIED: Final = "mutants of metrics, gait, inverse and reference: number"
 TABLE: Final = ROOT / "reports" / "robustness" / "mutants.csv"
 """The mutants of the row, with what is known of those that survive."""
+PLANTED: Final = "faults planted as by an outsider, caught by tests"
 CHECK: Final = "check --quick, processor time, caches compiled"
 MEASURES = {
     "code run by another user, or by a forged result": {
@@ -110,6 +112,12 @@ MEASURES = {
         ),
         "allowed": 200,
         "why": "a sample: what changes is one in a hundred of what it is drawn from",
+    },
+    "faults planted *": {
+        "code": ("tests/robustness/mutants.py", "evidence/attack.py:planted"),
+        "data": ("tests/robustness/planted.toml",),
+        "allowed": 20,
+        "why": "tests/workflows/test_mutants.py plants each text in every run of the suite",
     },
     "check --quick, processor time, caches compiled": {
         "code": ("@walk", "@accepted", "@checked", "evidence/attack.py:check,_processor"),
@@ -367,13 +375,30 @@ def mutants(given: Namespace) -> list[evidence.Row]:
     ]
 
 
+@evidence.measurement(LOG)
+def planted(given: Namespace) -> evidence.Row:
+    """Faults of `tests/robustness/planted.toml`, against the tests that import their modules."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "planted.jsonl").resolve()
+        _robustness("mutants.py", log, "--planted")
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    missed = [each for each in done if not each["killed"]]
+    print("\n".join(f"{each['module']}:{each['line']}: {each['after']}" for each in missed))
+    share = 100.0 * (1.0 - len(missed) / len(done))
+    return evidence.Row(PLANTED, share, "%", ">=", 100, 95, len(done))
+
+
 def _robustness(script: str, log: Path, *arguments: str) -> None:
-    """Run a script of tests/robustness, which writes a line into a log for each case."""
+    """Run a script of tests/robustness, which writes a line into a log for each case. Raises
+    SystemExit if it did not come to its end; `fuzz.py` ends with 1 if it has found something.
+    """
     paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
-    subprocess.run(
+    done = subprocess.run(
         [sys.executable, str(ROOT / "tests" / "robustness" / script), *arguments, "--log", log],
         cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": paths}, check=False,
     )  # fmt: skip
+    if done.returncode not in ((0, 1) if script == "fuzz.py" else (0,)):
+        raise SystemExit(f"{script} ended with {done.returncode}")
 
 
 @evidence.measurement(CASES_OPTION, SEED, LOG)

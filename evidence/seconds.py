@@ -1,10 +1,13 @@
-"""How long a study takes and how much memory it needs, which speeds a person walks without own
-training, and how quick the live page is, as rows of `reports/evidence/seconds.csv`.
+"""How long a study takes and how much memory it needs, which speeds and which strangers are walked
+without own training, how quick physics and the live page are, as rows of
+`reports/evidence/seconds.csv`.
 
 Wall time says something on an idle machine only. So a run during which other programs took more
 than `OTHERS` of the processors does not count; if none counts, no row is written.
 """
 
+import csv
+import json
 import os
 import statistics
 import subprocess
@@ -12,12 +15,16 @@ import sys
 import tempfile
 import time
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import evidence
 from evidence import ROOT, option
 from evidence.cohort.speed import memory_of
+
+if TYPE_CHECKING:
+    from gaitval.datasets.subject import Subject
 
 REPEATS = option("--repeats", type=int, default=3, help="runs, of which the fastest counts")
 OTHERS: Final = 0.1
@@ -38,13 +45,17 @@ SETTLES: Final = 6.0
 """s in which the page finds how many pixels the machine has time for."""
 WINDOW = {"width": 1280, "height": 800}
 ANYWAY = option("--anyway", action="store_true", help="measure on a busy machine, before others")
+TABLES: Final = {"F": "ANSUR_II_FEMALE_Public.csv", "M": "ANSUR_II_MALE_Public.csv"}
+SLOWEST, FASTEST = 0.4, 1.6
+"""m/s, of the strangers' speeds."""
 MEASURES = {
-    "speeds walked*": {
+    "physics, *": {"code": ("@physics", "evidence/seconds.py:physics")},
+    "s*without own training*": {
         "code": (
             "@walk",
             "gaitval/prediction/speed.py",
             "gaitval/prediction/normal_form.py",
-            "evidence/seconds.py:speeds,_fell,_widest",
+            "evidence/seconds.py:speeds,strangers,_stranger,_fell,_widest",
         ),
         "data": ("reports/general/policy.safetensors",),
         "allowed": 60,
@@ -150,15 +161,41 @@ def subject(arguments: Namespace) -> list[evidence.Row]:
     ]
 
 
+@evidence.measurement()
+def physics(_: Namespace) -> list[evidence.Row]:
+    """MuJoCo's C step over a step of one of eight walkers side by side, least times in the same run
+    on one core (`benchmarks/test_physics_step.py`).
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        results = Path(folder) / "physics_step.json"
+        command = [sys.executable, "-m", "pytest", "benchmarks/test_physics_step.py", "-q"]
+        command += ["-k", "the_goal", "--benchmark-enable", "--benchmark-only", "-n", "0"]
+        subprocess.run([*command, f"--benchmark-json={results}"], cwd=ROOT, check=True)
+        (goal,) = json.loads(results.read_text(encoding="utf-8"))["benchmarks"]
+    return [
+        evidence.Row(
+            "physics, one core, against MuJoCo's C step in the same run",
+            float(goal["extra_info"]["times_mujoco"]),
+            "times",
+            ">=",
+            25,
+            17,
+            50,
+        )
+    ]
+
+
 @evidence.measurement(
     option("--people", nargs="+", default=PEOPLE, help="of the ten"),
     option("--speeds", nargs="+", type=float, default=SPEEDS, help="m/s"),
 )
 def speeds(arguments: Namespace) -> list[evidence.Row]:
     """Speeds at which the ten walk with the general policy, from every start."""
+    from gaitval.datasets.subject_file import load_subject
+
     shares = []
     for speed in arguments.speeds:
-        fell = {who: _fell(who, speed) for who in arguments.people}
+        fell = {who: _fell(load_subject(who), speed) for who in arguments.people}
         shares.append(1.0 - sum(fell.values()) / (STARTS * len(fell)))
         who = ", ".join(f"{name} {count} of {STARTS}" for name, count in fell.items() if count)
         print(f"{speed:g} m/s: {shares[-1]:.1%} walk{', fell: ' + who if who else ''}", flush=True)
@@ -181,12 +218,70 @@ def _widest(speeds: list[float], shares: list[float]) -> tuple[float, float]:
     return found
 
 
-def _fell(who: str, speed: float) -> int:
-    """Of the starts of a person at a speed: walks of `CYCLES` that end in a fall."""
+@evidence.measurement(
+    evidence.DATA,
+    option("--people", type=int, default=200),
+    option("--seed", type=int, default=20261124),
+)
+def strangers(arguments: Namespace) -> evidence.Row:
+    """Adults of ANSUR II, each with the gait of one of the ten, walked at some speed without own
+    training: how many walk from every start.
+    """
+    import numpy as np
+
+    random = np.random.default_rng(arguments.seed)
+    table = []
+    for sex, name in TABLES.items():
+        path = arguments.data / "anthropometry" / name
+        with path.open(encoding="latin-1", newline="") as file:
+            table += [{**row, "sex": sex} for row in csv.DictReader(file)]
+    walk = 0
+    for number in range(arguments.people):
+        row, gait = table[random.integers(len(table))], PEOPLE[random.integers(len(PEOPLE))]
+        speed = float(random.uniform(SLOWEST, FASTEST))
+        fell = _fell(_stranger(row, gait), speed)
+        walk += not fell
+        size = f"{row['sex']} {row['stature']} mm, {row['weightkg']} hg"
+        fallen = f", {fell} of {STARTS} fell" if fell else ""
+        print(f"{number + 1}: {size}, as {gait} at {speed:.2f} m/s{fallen}", flush=True)
+    return evidence.Row(
+        f"strangers, adults of ANSUR II at {SLOWEST} to {FASTEST} m/s, without own training: share "
+        f"that walk {CYCLES} cycles from {STARTS} starts",
+        100.0 * walk / arguments.people,
+        *("%", ">=", 99, 95, arguments.people),
+    )
+
+
+def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
+    """Somebody of the body of a `row` of ANSUR II (mm, hectograms) who walks as one of the ten does
+    at the same dimensionless speed; only stature, leg and mass are known of the body.
+    """
+    from gaitval.datasets.subject_file import load_subject
+
+    person = load_subject(gait).by_stature()
+    leg = float(row["trochanterionheight"]) / 1000.0
+    time = (leg / person.leg_length_m) ** 0.5
+    return person.model_copy(
+        update={
+            "person": f"ANSUR-{row.get('SubjectId') or row.get('subjectid')}",
+            "laboratory": "ANSUR II",
+            "sex": row["sex"],
+            "mass_kg": float(row["weightkg"]) / 10.0,
+            "height_m": float(row["stature"]) / 1000.0,
+            "leg_length_m": leg,
+            "walking_speed_m_s": person.walking_speed_m_s * time,
+            "stride_time_s": person.stride_time_s * time,
+            "trials": (),
+        }
+    )
+
+
+def _fell(person: "Subject", speed: float) -> int:
+    """Of the starts of a person at a speed, m/s: walks of `CYCLES` that end in a fall."""
     import numpy as np
 
     from gaitval.configuration import Configuration
-    from gaitval.datasets.subject_file import builtin_subjects, load_subject
+    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.model.parameters import nominal_parameters
     from gaitval.policy.rollouts import walks_together
     from gaitval.policy.walking_group import WalkingGroup
@@ -195,7 +290,7 @@ def _fell(who: str, speed: float) -> int:
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import general_walker
 
-    configuration, person = Configuration(), load_subject(who)
+    configuration = Configuration()
     known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
     body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(body, known.record, configuration, known.accuracy)

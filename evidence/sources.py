@@ -44,6 +44,17 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/metrics/centring.py",
     ),
     "walk": ("@physics", "@scaled", "@reference", "@learned"),
+    "device walk": (
+        "@physics",
+        "@reference",
+        "extras/gaitval_devices/composite.py",
+        "extras/gaitval_devices/controllers.py",
+        "extras/gaitval_devices/device.py",
+        "extras/gaitval_devices/hinge_step.py",
+        "extras/gaitval_devices/learning.py",
+        "extras/gaitval_devices/phase_estimate.py",
+        "extras/gaitval_devices/walking.py",
+    ),
     "errors": (
         "gaitval/gait/cycle_curves.py",
         "gaitval/gait/cycles.py",

@@ -1,10 +1,9 @@
 """Figures of how fast a study is, for `reports/evidence/cohort.csv`.
 
-`physics` runs `benchmarks/test_physics_step.py` and takes the ratio of its goal: MuJoCo's C step
-over a step of one of eight walkers side by side, least times in the same run on one core. `study`
-runs `gaitval subject 5 --scratch` into FOLDER (a temporary one if not given), on a machine that
-should be idle, and takes the time of the whole run, the samples a second of its first training with
-all that surrounds it, and the largest memory of its processes together, shared pages counted once.
+`study` runs `gaitval subject 5 --scratch` into FOLDER (a temporary one if not given), on a machine
+that should be idle, and takes the time of the whole run, the samples a second of its first training
+with all that surrounds it, and the largest memory of its processes together, shared pages counted
+once.
 To look at the memory makes the processes wait, so it is looked at every two seconds.
 `new` does the same from the general policy, which has learned on this subject's angles among
 others (`experiments/left_out.py` has people that it has not), and takes the time. Both write the
@@ -13,7 +12,6 @@ times of their stages into docs/speed.md.
 
 import argparse
 import contextlib
-import json
 import subprocess
 import sys
 import tempfile
@@ -33,7 +31,6 @@ LOOK = 2.0
 """s between two looks at the memory of a study."""
 FOLDER = option("--out", type=Path, help="run folder, kept (default: a temporary one)")
 MEASURES = {
-    "physics, *": {"code": ("@physics", "evidence/cohort/speed.py:physics")},
     "*": {
         "code": ("@study", "@page", "evidence/cohort/speed.py:run,study,new,memory_of"),
         "allowed": 60,
@@ -42,28 +39,6 @@ MEASURES = {
     },
 }
 """What the rows depend on; see evidence/stale.py."""
-
-
-@evidence.measurement()
-def physics(_: argparse.Namespace) -> list[evidence.Row]:
-    """The row of the physics engine."""
-    with tempfile.TemporaryDirectory() as folder:
-        results = Path(folder) / "physics_step.json"
-        command = [sys.executable, "-m", "pytest", "benchmarks/test_physics_step.py", "-q"]
-        command += ["-k", "the_goal", "--benchmark-enable", "--benchmark-only", "-n", "0"]
-        subprocess.run([*command, f"--benchmark-json={results}"], cwd=ROOT, check=True)
-        (goal,) = json.loads(results.read_text(encoding="utf-8"))["benchmarks"]
-    return [
-        evidence.Row(
-            "physics, one core, against MuJoCo's C step in the same run",
-            float(goal["extra_info"]["times_mujoco"]),
-            "times",
-            ">=",
-            15.0,
-            10.0,
-            50,
-        )
-    ]
 
 
 @contextlib.contextmanager

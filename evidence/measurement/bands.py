@@ -144,6 +144,9 @@ def covered(arguments: Namespace) -> list[evidence.Row]:
             except GaitvalError as error:
                 print(draw, "refused:", str(error)[:100], flush=True)
                 continue
+            if found.measurement is None:
+                print(draw, "without forces:", found.decisions[-1], flush=True)
+                continue
             cases.append(inside(found))
             print(draw, json.dumps(cases[-1]), flush=True)
     rows = []

@@ -49,7 +49,8 @@ def unchanged(session: SessionRecordings) -> SessionRecordings:
 
 
 def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
-    """The list, for a session whose `plates` have these names."""
+    """The list, for a session whose `plates` have these names. All plates of one are that one."""
+    every = "all" if len(plates) > 1 else plates[0]
     found = [
         Fault(
             f"forces {abs(ms)} ms {'late' if ms > 0 else 'early'}",
@@ -126,7 +127,7 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
         found.append(
             Fault(
                 f"all plates {mm} mm {'forward' if axis == 0 else 'left'}",
-                ("place all",),
+                (f"place {every}",),
                 _walks(lambda r, d=mm / 1000, a=axis: _on_all(r, lambda x: _moved(x, a, d))),
                 size=mm / 1000,
             )
@@ -135,7 +136,7 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
         found.append(
             Fault(
                 f"all plates rotated {degrees}° beside the cameras",
-                ("rotation all",),
+                (f"rotation {every}",),
                 _walks(lambda r, a=degrees: _turned_about_origin(r, np.radians(a))),
                 size=np.radians(degrees),
             )

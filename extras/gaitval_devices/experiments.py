@@ -6,6 +6,7 @@ from typing import Annotated, Final, Literal
 
 import numpy as np
 from pydantic import Field
+from scipy.stats import t
 
 from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
@@ -25,6 +26,29 @@ STANCE: Final = 62
 """% of the gait cycle from which on it is swing."""
 
 
+class Paired(Table):
+    """What an abstract says of people who walked without and with a device.
+
+    Attributes
+    ----------
+    n, p : people, and the p of the change, taken as that of a paired t-test.
+    before, after : means, in one unit.
+    """
+
+    n: Annotated[int, Field(ge=2)]
+    p: Annotated[float, Field(gt=0, lt=1)]
+    before: float
+    after: float
+
+    def band(self) -> tuple[float, float]:
+        """95 % interval of the mean change, % of `before`: the standard error is what gives p."""
+        change, freedom = self.after - self.before, self.n - 1
+        error = abs(change) / float(t.ppf(1.0 - self.p / 2.0, freedom))
+        half = float(t.ppf(0.975, freedom)) * error
+        low, high = (100.0 * (change + each) / self.before for each in (-half, half))
+        return low, high
+
+
 class Quantity(Table):
     """A quantity of an experiment.
 
@@ -32,7 +56,8 @@ class Quantity(Table):
     ----------
     value : of the paper, or where the paper only says more or less, a size that is not judged.
     band : lowest and highest mean over people.
-    kind : `sign`, or `assumed` where the band is a part of the paper's figure.
+    kind : `interval` of 95 %, from `paired`; `sign`; or `assumed` where the band is a part of the
+        paper's figure.
     """
 
     name: str
@@ -43,8 +68,9 @@ class Quantity(Table):
     ]  # fmt: skip
     value: float
     band: tuple[float, float]
-    kind: Literal["sign", "assumed"]
+    kind: Literal["interval", "sign", "assumed"]
     source: str
+    paired: Paired | None = None
 
     @property
     def middle(self) -> float:

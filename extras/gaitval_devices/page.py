@@ -2,6 +2,7 @@
 
 import csv
 import io
+import shutil
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,19 +11,20 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval import __version__
-from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
 from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.links import link
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
 from gaitval_devices.curves import JOINTS, WalkCurves
 from gaitval_devices.device import Device, write_devices
 from gaitval_devices.drawn import WORN
 from gaitval_devices.replayed import replayed, shown_method
-from gaitval_devices.study import PUSHES, Outcome, Wearer
+from gaitval_devices.results import TITLES, figures_of, write_result
+from gaitval_devices.study import CYCLES, PUSHES, Outcome, Wearer
 
 TEMPLATE: Final = "gaitval_devices:device.html.j2"
 COLOURS: Final = {
@@ -31,7 +33,6 @@ COLOURS: Final = {
     "moments kept": "#d55e00",
     "learned": "#0072b2",
 }
-TITLES: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 ROWS: Final = {
     "angles": ("Angle (°)", 180.0 / np.pi),
     "own": ("Moment of the muscles (Nm/kg)", 1.0),
@@ -57,6 +58,8 @@ def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
             axes.set_title(TITLES[joint])
         for axes in panels[-1]:
             axes.set_xlabel("Gait cycle (%)")
+        for number, axes in enumerate(panels.flat):
+            link(axes, "cycle", side, number)
         lines, labels = panels[0][0].get_legend_handles_labels()
         figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
         return svg(figure, name)
@@ -69,39 +72,11 @@ def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
         for axes, side in zip(panels, SIDES, strict=True):
             for assumption, each in curves.items():
                 axes.plot(phase, each.forces[side], color=COLOURS[assumption], label=assumption)
+            link(axes, "cycle", side, 0)
             axes.set_title(f"{side} foot")
             axes.set_xlabel("Gait cycle (%)")
         panels[0].set_ylabel("Vertical force (BW)")
         return svg(figure, "forces")
-
-
-def figures_of(outcome: Outcome, side: Side) -> dict[str, float]:
-    """Figures of an outcome on a side, by name with unit; empty without a complete gait cycle."""
-    curves = outcome.curves
-    if curves is None:
-        return {}
-    found = {
-        "speed (m/s)": curves.speed,
-        "stride time (s)": curves.stride_time[side],
-        "stance (% of the cycle)": 100.0 * curves.stance[side],
-        "largest vertical force (BW)": float(curves.forces[side].max()),
-    }
-    for joint in JOINTS:
-        name = TITLES[joint]
-        found[f"{name}: largest moment of the muscles (Nm/kg)"] = _largest(curves.own[joint, side])
-        found[f"{name}: largest torque of the device (Nm/kg)"] = _largest(
-            curves.device[joint, side]
-        )
-        found[f"{name}: positive work of the muscles (J/kg a stride)"] = curves.work[joint, side]
-        found[f"{name}: largest power of the device (W/kg)"] = _largest(
-            curves.device_power[joint, side]
-        )
-    return found
-
-
-def _largest(curve: Array) -> float:
-    """The value of a curve that is farthest from 0, with its sign."""
-    return float(curve[np.abs(curve).argmax()])
 
 
 def strap_loads(outcome: Outcome) -> list[dict[str, Any]]:
@@ -142,9 +117,11 @@ def write_report(
     devices: Sequence[Device],
     outcomes: Sequence[Outcome],
     policy: Policy | None,
+    *,
+    cycles: float = CYCLES,
 ) -> None:
-    """Write device.html, device.pdf, device.csv, the devices, the person's body and the learned
-    policy into `folder`.
+    """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
+    and what `gaitval check` and `compare` read into `folder`; walks are of `cycles`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_urdf(person.task.model, folder / "model.urdf")
@@ -177,5 +154,9 @@ def write_report(
     }
     write_page(folder, "device", TEMPLATE, context, scripts=SCRIPTS)
     write_text(folder / "device.csv", _table(outcomes))
+    if person.file is not None:
+        shutil.copy(person.file, folder / person.origin)
+    write_result(folder, person, outcomes, cycles)
+    shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
     if policy is not None:
         save_policy(policy, folder / "policy")

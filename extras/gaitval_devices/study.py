@@ -47,6 +47,7 @@ class Wearer:
     policy : stored for this person, or the general one.
     mu : (14,) body parameters.
     own : devices that are part of the subject: of `[[devices]]` in its file.
+    origin : what `wearer` finds this person by; for a subject's `file`, the name of its copy.
     """
 
     name: str
@@ -54,6 +55,8 @@ class Wearer:
     policy: Policy
     mu: Array
     own: tuple[Device, ...] = ()
+    origin: str = ""
+    file: Path | None = None
 
 
 def wearer(name_or_path: str) -> Wearer:
@@ -62,8 +65,13 @@ def wearer(name_or_path: str) -> Wearer:
     """
     if not name_or_path.lower().endswith(".toml"):
         stored = gaitval.load_policy(name_or_path)
+        place = Path(name_or_path)
         return Wearer(
-            stored.subject.identifier, stored.corrected_task, stored.network, stored.identified
+            stored.subject.identifier,
+            stored.corrected_task,
+            stored.network,
+            stored.identified,
+            origin=str(place.resolve()) if place.is_dir() else name_or_path,
         )
     path = Path(name_or_path)
     values = read_toml(path, SubjectError, "Check the path of the subject file")
@@ -74,7 +82,7 @@ def wearer(name_or_path: str) -> Wearer:
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)
     policy = general_walker(configuration.environment)
-    return Wearer(subject.identifier, task, policy, nominal_parameters(), own)
+    return Wearer(subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path)
 
 
 @dataclass(frozen=True)
@@ -125,6 +133,7 @@ def outcomes(
     *,
     samples: int,
     own: Maker | None = None,
+    learned: Policy | None = None,
     cycles: float = CYCLES,
     say: Say = lambda _: None,
 ) -> tuple[list[Outcome], Policy | None]:
@@ -134,6 +143,7 @@ def outcomes(
     ----------
     samples : of the learned adaptation; none is made for 0.
     own : makes the controllers of the motors, instead of those of the devices' tables.
+    learned : a policy that has learned the devices, which then need not be learned.
     cycles : of each walk.
     """
     if not devices:
@@ -169,16 +179,17 @@ def outcomes(
     results.append(found("kinematics kept", kept.walk, None, kept.own))
     say("walking with the device, the person's control kept")
     results.append(walked("moments kept", person.policy))
-    if not samples:
-        return results, None
-    say("learning to walk with the device")
-    learned = adapt(
-        task,
-        person.policy,
-        samples=samples,
-        on_progress=lambda done, total, length: say(
-            f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
-        ),
-    )
+    if learned is None:
+        if not samples:
+            return results, None
+        say("learning to walk with the device")
+        learned = adapt(
+            task,
+            person.policy,
+            samples=samples,
+            on_progress=lambda done, total, length: say(
+                f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
+            ),
+        )
     results.append(walked("learned", learned))
     return results, learned

@@ -7,6 +7,7 @@ import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+from gaitval.errors import ConfigurationError
 from gaitval.missing_extras import need
 
 HistoryOption = Annotated[
@@ -26,6 +27,7 @@ HistoryOption = Annotated[
     "gaitval check --baseline S05     # the one that comes with gaitval",
     "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
     "gaitval check --baseline S05 --quick --history accuracy.db",
+    "gaitval check --baseline reports/S05-hip_exo      # a result of gaitval device",
     after="predict",
 )
 def check(
@@ -35,7 +37,7 @@ def check(
             "--baseline",
             metavar="FOLDER|SUBJECT",
             help="Folder of a stored baseline, or the metrics.json in it; or a built-in subject "
-            "(S05), whose baseline comes with gaitval.",
+            "(S05), whose baseline comes with gaitval; or a folder of `gaitval device`.",
             show_default=False,
         ),
     ],
@@ -69,6 +71,7 @@ def check(
     stored; otherwise 0.
     """
     from gaitval.study.inputs import METRICS
+    from gaitval_gate import device_results
     from gaitval_gate import history as histories
     from gaitval_gate.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval_gate.moved import judge_moved
@@ -76,6 +79,18 @@ def check(
     from gaitval_gate.seal import inputs_in_words
     from gaitval_gate.stored_baselines import find_baseline
 
+    if device_results.is_result(Path(baseline)):
+        if history is not None:
+            raise ConfigurationError(
+                f"--history {history}: {baseline} is a result of `gaitval device`, whose figures "
+                "are neither better nor worse than others, so a history cannot say what was lost. "
+                "Leave --history out (and unset GAITVAL_HISTORY)."
+            )
+        figures = device_results.check(Path(baseline))
+        if junit is not None:
+            write_junit(figures, junit, about={})
+        judge_moved(figures, Path(baseline), "make the result again with `gaitval device`")
+        return
     if not quick:
         need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)

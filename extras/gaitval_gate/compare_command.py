@@ -24,7 +24,8 @@ def compare(
         list[Path],
         typer.Argument(
             metavar="RUN...",
-            help="Run folders, stored baselines, or folders that contain some.",
+            help="Run folders, stored baselines, or folders that contain some; or folders of "
+            "`gaitval device`.",
             show_default=False,
         ),
     ],
@@ -55,13 +56,30 @@ def compare(
     what got worse. A change counts only beyond the margin of its measure, which is that of a stored
     baseline where --before is one. Nothing is simulated.
     """
+    from gaitval_gate import device_results
     from gaitval_gate.collect import collect, collect_versions
     from gaitval_gate.comparison_page import write_comparison
     from gaitval_gate.moved import print_moved
+    from gaitval_gate.regression import lost
     from gaitval_gate.versions import matched
 
     if strict and not before:
         raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")
+    worn = [run for run in runs if device_results.is_result(run)]
+    if worn:
+        earlier = [each for each in before or () if device_results.is_result(each)]
+        moved = device_results.compare(out, worn, earlier)
+        display.plain(f"{len(worn)} results of devices. Report: {out / 'devices.html'}, .pdf, .csv")
+        print_moved(moved)
+        if strict and lost(moved):
+            raise ToleranceError(
+                f"{len(lost(moved))} figures of devices moved by more than their margin (table "
+                "above). If the change is intended, compare with results of the new version."
+            )
+        runs = [run for run in runs if run not in worn]
+        before = [each for each in before or () if each not in earlier]
+        if not runs:
+            return
     walks = collect(runs)
     versions = matched(*collect_versions(before, walks)) if before else None
     write_comparison(out, "comparison", walks, versions)
@@ -70,12 +88,12 @@ def compare(
         return
     for subject, flip in versions.flipped():
         display.plain(_flip_line(subject, flip))
-    lost, improved = versions.lost(), versions.improved()
-    print_moved([row for _, row in (*lost, *improved)])
+    worse, improved = versions.lost(), versions.improved()
+    print_moved([row for _, row in (*worse, *improved)])
     missing = versions.only_before
-    told = f"{len(lost)} measures got worse by more than their margin, {len(improved)} better"
+    told = f"{len(worse)} measures got worse by more than their margin, {len(improved)} better"
     told += f"; no walk now of {', '.join(missing)}" if missing else ""
-    if strict and (lost or missing):
+    if strict and (worse or missing):
         raise ToleranceError(
             f"{told}. The report in {out} says which; if the change is intended, compare with a "
             "baseline of the new version."

@@ -31,15 +31,20 @@ def print_moved(rows: Sequence[Row]) -> None:
     display.output.print(table)
 
 
-def judge_moved(rows: Sequence[Row], baseline: Path) -> None:
-    """Print which of `rows` moved; raise ToleranceError if accuracy of `baseline` was lost."""
+def judge_moved(
+    rows: Sequence[Row],
+    baseline: Path,
+    anew: str = "store a new baseline with `gaitval baseline SUBJECT`",
+) -> None:
+    """Print which of `rows` moved; raise ToleranceError if accuracy of `baseline` was lost, which
+    says how to make it `anew`.
+    """
     print_moved(rows)
     failures = lost(rows)
     if failures:
         raise ToleranceError(
             f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
-            "more than their margin (table above). If the change is intended, store a new baseline "
-            "with `gaitval baseline SUBJECT`."
+            f"more than their margin (table above). If the change is intended, {anew}."
         )
     display.output.print(
         f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False

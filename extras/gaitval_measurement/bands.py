@@ -73,8 +73,8 @@ class Bands:
     half : (101,) half of the width by the name of the curve ("angle_knee_angle_r",
         "moment_…", "force_up_r"), rad, Nm/kg and body weights.
     lengths : m, likewise of the lengths of the body.
-    shares : by curve, the sources of its variance over the cycle, the largest first, with their
-        shares.
+    shares : by curve ("length_thigh_right" of a length), the sources of its variance over the
+        cycle, the largest first, with their shares.
     remedy : which recording would make the bands narrower most, and by how much of the variance.
     """
 
@@ -152,6 +152,9 @@ def _summed(parts: dict[str, Curves], lengths: dict[str, dict[str, float]]) -> B
         name: NINETY * float(np.sqrt(sum(of[name] for of in lengths.values())))
         for name in next(iter(lengths.values()), {})
     }
+    for name, half in sizes.items():
+        each = {s: of[name] * (NINETY / half) ** 2 for s, of in lengths.items() if half > 0.0}
+        shares[f"length_{name}"] = tuple(sorted(each.items(), key=lambda item: -item[1])[:5])
     return Bands(
         half={name: NINETY * np.sqrt(total[name]) for name in names},
         lengths=sizes,

@@ -7,13 +7,15 @@ sizes are those of the posterior. So a fault is named only if it explains more t
 two are named where the data cannot separate them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, product
 from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
 from gaitval.model.body import BodyModel
@@ -34,10 +36,11 @@ from gaitval_measurement.expected import (
     spread,
 )
 
-SUSPECTED: Final = 0.15
+SUSPECTED: Final = 0.1
 """Probability before the data that one given fault is there."""
-CERTAIN: Final = 0.8
-"""Probability from which on there is a warning."""
+CERTAIN: Final = 0.5
+"""Probability from which on there is a warning: of 12 sound recordings of the laboratories that
+constants are chosen on, one has a false one."""
 ALL: Final = ("place x", "place y", "rotation")
 """Faults that all plates may have together: the cameras' axes are not those of the plates."""
 DELAYS: Final = tuple(np.arange(-70, 71, 10) / 1000.0)
@@ -46,13 +49,22 @@ USUAL_DELAY: Final = 0.003
 OWN_DELAY: Final = 0.003
 """s. The forces of sound recordings come this much later than the markers (mean and SD; soft tissue
 moves before the bones, and force channels have filters)."""
-LEAST_SCALE: Final = 0.6
+LEAST_SCALE: Final = 0.45
 """Of the covariance, where a session is more regular than others."""
 LARGEST_LEFT: Final = 2.5
 """Of the covariance that no fault explains: beyond, something else is wrong (markers that jump),
 and what cannot be told apart is not named."""
 MOST: Final = 3
-"""Faults of a session that are looked for."""
+"""Faults of a session that are looked for together."""
+BEST_PAIRS: Final = 10
+"""Pairs of faults beside which a third is looked for."""
+SHARED: Final = {
+    "gain": "mass",
+    "cross-talk": "tilt",
+    "place": "place all",
+    "rotation": "rotation all",
+}
+"""Faults of a plate, and what shows the same as that fault of every plate."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +108,8 @@ class Examined:
     data : where the forces were shifted by `delay`.
     delay : s, by which the forces come later than they should.
     model : of `data`.
+    lag : how late the forces are if nothing else is wrong.
+    weighed : log of the probability of each set of causes, up to a constant.
     """
 
     found: tuple[Found, ...]
@@ -103,6 +117,7 @@ class Examined:
     model: "Balance"
     delay: float
     lag: "Lag"
+    weighed: Mapping[frozenset["Cause"], float]
 
 
 def examined(
@@ -113,7 +128,7 @@ def examined(
 
     The effect of a delay is not linear over more than about 10 ms, because load passes from foot
     to foot in a tenth of a second: its evidence is that of a grid of delays. If no other fault
-    explains as much, it is taken away first and the rest is looked for.
+    explains as much, it is taken away and the rest is looked for beside it.
     """
     trials = trials_of(model, walks)
     tried: dict[float, Data] = {}
@@ -126,17 +141,16 @@ def examined(
     among = causes(tried[0.0].names)
     lag = delay_of(tried, height_m)
     linear = balance(tried[0.0], height_m)
+    later = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY)
+    late = None if later is None else balance(later, height_m)
+    weighed = weigh(linear, among, None if late is None else (late, lag))
     if linear.left > LARGEST_LEFT:
-        return Examined((), tried[0.0], linear, 0.0, lag)
-    found = search(linear, among, lag=lag)
-    if not found or found[0].cause.name != "delay":
-        return Examined(tuple(found), tried[0.0], linear, 0.0, lag)
-    data = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY)
-    if data is None:
-        return Examined(tuple(found), tried[0.0], linear, 0.0, lag)
-    linear = balance(data, height_m)
-    rest = search(linear, among, most=MOST - 1)
-    return Examined((found[0], *rest), data, linear, lag.value, lag)
+        return Examined((), tried[0.0], linear, 0.0, lag, weighed)
+    best = max(weighed, key=lambda one: weighed[one])
+    found = faults_of(weighed, best, linear, lag)
+    if DELAY in best and late is not None and later is not None:
+        return Examined(faults_of(weighed, best, late, lag), later, late, lag.value, lag, weighed)
+    return Examined(found, tried[0.0], linear, 0.0, lag, weighed)
 
 
 @dataclass(frozen=True)
@@ -237,12 +251,27 @@ def causes(names: Sequence[str]) -> tuple[Cause, ...]:
 
 @dataclass(frozen=True)
 class Balance:
-    """The linear model of a session: what is left of the data, its covariance, and the effects."""
+    """The linear model of a session.
+
+    Attributes
+    ----------
+    rest, factor : (N,) what is left of the data, and its covariance (of scipy's `cho_factor`).
+    left : mean square of what no fault explains, over what is expected.
+    order : place of each of the F faults that are looked for, by its name, in what follows.
+    effects : (N, F) of each.
+    precision, towards : (F, F) and (F,) of the likelihood of their sizes.
+    prior, sound : (F,) sizes of real faults, and of those that everybody has.
+    """
 
     rest: Array
     factor: tuple[Array, bool]
-    effects: Mapping[str, Array]
     left: float
+    order: Mapping[str, int]
+    effects: Array
+    precision: Array
+    towards: Array
+    prior: Array
+    sound: Array
 
 
 def balance(
@@ -289,9 +318,23 @@ def balance(
             open_ += USUAL[kind_of(name)].faulty ** 2 * np.outer(effect, effect)
     left = float(rest @ cho_solve(cho_factor(open_, lower=True), rest)) / len(rest)
     # What no fault explains is a person's own, larger than others'.
-    if scaled:
-        covariance *= max(left, LEAST_SCALE)
-    return Balance(rest, cho_factor(covariance, lower=True), effects, left)
+    scale = max(left, LEAST_SCALE) if scaled else 1.0
+    covariance *= scale
+    factor = cho_factor(covariance, lower=True)
+    names = [name for name in effects if name not in NUISANCE]
+    table = np.stack([effects[name] for name in names], axis=1)
+    solved = cho_solve(factor, table)
+    usual_ = [USUAL[kind_of(name)] for name in names]
+    return Balance(
+        rest, factor, left, {name: i for i, name in enumerate(names)},
+        effects=table, precision=table.T @ solved,
+        towards=solved.T @ rest,
+        prior=np.array([each.faulty for each in usual_]),
+        sound=np.array(
+            [0.0 if n.endswith(" all") or n in without else u.sound
+             for n, u in zip(names, usual_, strict=True)]
+        ) * np.sqrt(scale),
+    )  # fmt: skip
 
 
 def _acceleration(data: Data, kinds: Array) -> float:
@@ -324,79 +367,137 @@ def _patterns(data: Data, deviation: Array) -> Array:
     return np.asarray(alike * np.outer(deviation, deviation))
 
 
-def search(
-    model: Balance, among: Sequence[Cause], *, lag: Lag | None = None, most: int = MOST
-) -> list[Found]:
-    """The faults of a session, the most probable first: each is looked for beside those found
-    before. A delay (`lag`) is looked for in the first place only; the search ends with it.
+def weigh(
+    model: Balance, among: Sequence[Cause], late: tuple[Balance, Lag] | None
+) -> dict[frozenset[Cause], float]:
+    """Log of the probability of each set of at most `MOST` causes, up to a constant.
+
+    A delay of the forces is a cause whose evidence is that of the grid; others are weighed beside
+    it where it is taken away (`late`).
     """
-    found: list[Found] = []
-    taken: list[Cause] = []
-    while len(found) < most:
-        base, _, _ = _evidence(model, [p for c in taken for p in c.parts])
-        rows = []
-        for cause in among:
-            if cause in taken or any(set(cause.parts) & set(other.parts) for other in taken):
-                continue
-            parts = [p for c in (*taken, cause) for p in c.parts]
-            log, values, covariance = _evidence(model, parts)
-            rows.append((log - base, cause, values, covariance))
-        if lag is not None and not found:
-            late = np.array([[lag.deviation**2]])
-            rows.append((lag.log_odds, DELAY, np.array([lag.value]), late))
-        odds = SUSPECTED / (1.0 - SUSPECTED) * np.exp(np.minimum([row[0] for row in rows], 500.0))
-        probability = float(odds.sum() / (1.0 + odds.sum()))
-        order = np.argsort(-odds)
-        log, cause, values, covariance = rows[order[0]]
-        if probability < CERTAIN:
-            break
-        count = len(cause.parts)
-        own, errors = values[-count:], np.sqrt(np.diag(covariance)[-count:])
-        size = float(np.linalg.norm(own))
-        others = tuple((rows[i][1], float(odds[i] / odds.sum())) for i in order[1:4])
+    weighed = _sets(model, among)
+    if late is not None:
+        beside, lag = late
+        weighed |= {
+            one | {DELAY}: lag.log_odds + log
+            for one, log in _sets(beside, among).items()
+            if len(one) < MOST
+        }
+    prior = float(np.log(SUSPECTED / (1.0 - SUSPECTED)))
+    return {one: log + prior * len(one) for one, log in weighed.items()}
+
+
+def faults_of(
+    weighed: Mapping[frozenset[Cause], float], best: frozenset[Cause], model: Balance, lag: Lag
+) -> tuple[Found, ...]:
+    """The faults of the `best` set that are certain, each with what could stand for it."""
+    found = []
+    causes_ = {cause for one in weighed for cause in one}
+    for cause in best:
+        without = best - {cause}
+        odds = {
+            other: float(np.exp(min(weighed[without | {other}] - weighed[without], 500.0)))
+            for other in causes_
+            if other not in without and without | {other} in weighed
+        }
+        total = sum(odds.values())
+        if total / (1.0 + total) < CERTAIN:
+            continue
+        if cause is DELAY:
+            values, errors = np.array([lag.value]), np.array([lag.deviation])
+        else:
+            rest = [p for c in without if c is not DELAY for p in c.parts]
+            values, covariance = _sizes(model, [*rest, *cause.parts])
+            count = len(cause.parts)
+            values, errors = values[-count:], np.sqrt(np.diag(covariance)[-count:])
+        others = sorted(((c, o / total) for c, o in odds.items() if c != cause), key=_second)
         found.append(
             Found(
-                cause,
-                own,
-                errors,
-                probability,
-                float(odds[order[0]] / odds.sum()),
-                others,
-                size > USUAL[kind_of(cause.name)].matters,
+                cause, values, errors, total / (1.0 + total), odds[cause] / total,
+                tuple(others[:3]),
+                float(np.linalg.norm(values)) > USUAL[kind_of(cause.name)].matters,
             )
-        )
-        taken.append(cause)
-        if cause is DELAY:
-            break
+        )  # fmt: skip
+    return tuple(sorted(found, key=lambda f: -weighed[frozenset({f.cause})]))
+
+
+def _second(pair: tuple[Cause, float]) -> float:
+    return -pair[1]
+
+
+def _sets(model: Balance, among: Sequence[Cause]) -> dict[frozenset[Cause], float]:
+    """The evidence of none, of each cause and pair, and of each of the best pairs with a third."""
+    plates = sum(cause.name.startswith("gain ") for cause in among)
+
+    def weighed(sets: Iterable[frozenset[Cause]]) -> dict[frozenset[Cause], float]:
+        return {one: _of_set(model, one) for one in sets if _apart(one, plates)}
+
+    found = {frozenset[Cause](): 0.0} | weighed(frozenset({cause}) for cause in among)
+    pairs = weighed(frozenset(pair) for pair in combinations(among, 2))
+    best = sorted(pairs, key=lambda pair: -pairs[pair])[:BEST_PAIRS]
+    found |= pairs
+    found |= weighed({pair | {cause} for pair in best for cause in among if cause not in pair})
     return found
 
 
-def _evidence(model: Balance, parts: Sequence[str]) -> tuple[float, Array, Array]:
-    """Log of the probability of the data with these faults as large as real ones, up to a constant;
-    their posterior mean and covariance.
+def _apart(some: frozenset[Cause], plates: int) -> bool:
+    """Whether none says what others say together: what all plates have is one cause."""
+    for kind, common in SHARED.items():
+        own = sum(cause.name.startswith(kind) and cause.name != common for cause in some)
+        shared = any(cause.name == common for cause in some)
+        if own + shared > plates or own == plates > 1:
+            return False
+    return True
+
+
+def _of_set(model: Balance, some: frozenset[Cause]) -> float:
+    """The evidence of a set of causes, each along one axis or along all."""
+    ways = [
+        [(part,) for part in cause.parts] + ([cause.parts] if len(cause.parts) > 1 else [])
+        for cause in some
+    ]
+    each = [_evidence(model, [p for parts in way for p in parts]) for way in product(*ways)]
+    return float(logsumexp(each) - np.log(len(each)))
+
+
+def _evidence(model: Balance, parts: Sequence[str]) -> float:
+    """Log of the probability of the data with these faults as large as real ones, over that with
+    none.
     """
-    if not parts:
-        return 0.0, np.zeros(0), np.zeros((0, 0))
-    effect = np.stack([model.effects[name] for name in parts], axis=1)
-    prior = np.array([USUAL[kind_of(name)].faulty for name in parts])
-    solved = cho_solve(model.factor, effect)
-    precision = effect.T @ solved
-    towards = solved.T @ model.rest
-    posterior: Array = np.asarray(np.linalg.inv(precision + np.diag(prior**-2.0)), dtype=float)
-    values = posterior @ towards
-    _, size = np.linalg.slogdet(np.eye(len(parts)) + precision @ np.diag(prior**2))
-    return float(0.5 * towards @ values - 0.5 * size), values, posterior
+    at = [model.order[name] for name in parts]
+    prior = model.prior[at]
+    towards = model.towards[at]
+    size = np.eye(len(at)) + model.precision[np.ix_(at, at)] * prior**2
+    return 0.5 * float(
+        (prior**2 * towards) @ np.linalg.solve(size, towards) - np.linalg.slogdet(size)[1]
+    )
+
+
+def _sizes(model: Balance, parts: Sequence[str]) -> tuple[Array, Array]:
+    """Posterior mean and covariance of these faults, each with what sound sessions have of it."""
+    at = [model.order[name] for name in parts]
+    prior, sound = model.prior[at] ** 2, model.sound[at] ** 2
+    precision, towards = model.precision[np.ix_(at, at)], model.towards[at]
+    both = np.linalg.inv(np.diag(1.0 / prior) + precision)
+    # the data's part of the covariance holds what is usual: both together have the prior `whole`
+    whole = prior + sound
+    seen = np.diag(1.0 / prior) - both / prior[:, None] / prior
+    return whole / prior * (both @ towards), np.diag(whole) - whole[:, None] * seen * whole
 
 
 def alone(seen: Examined) -> dict[str, tuple[float, float]]:
-    """What each fault would be beside those found, with its standard deviation, in the units of
-    `expected.USUAL`.
+    """What each fault would be in the most probable set that has it, with its standard deviation,
+    in the units of `expected.USUAL`.
     """
-    taken = [p for f in seen.found if f.cause is not DELAY for p in f.cause.parts]
     found: dict[str, tuple[float, float]] = {"delay": (seen.lag.value, seen.lag.deviation)}
+    late = any(f.cause is DELAY for f in seen.found)
     for cause in causes(seen.data.names):
-        parts = [*(p for p in taken if p not in cause.parts), *cause.parts]
-        _, values, covariance = _evidence(seen.model, parts)
+        best = max(
+            (one for one in seen.weighed if cause in one and (DELAY in one) == late),
+            key=lambda one: seen.weighed[one],
+        )
+        parts = [p for c in best if c is not DELAY for p in c.parts]
+        values, covariance = _sizes(seen.model, parts)
         for i, name in enumerate(parts):
             if name in cause.parts:
                 found[name] = float(values[i]), float(np.sqrt(covariance[i, i]))
@@ -406,7 +507,7 @@ def alone(seen: Examined) -> dict[str, tuple[float, float]]:
 def likeness(seen: Examined) -> dict[str, tuple[str, float]]:
     """The fault that looks most like each, and the correlation of their errors, both free."""
     parts = [p for cause in (DELAY, *causes(seen.data.names)) for p in cause.parts]
-    _, _, covariance = _evidence(seen.model, parts)
+    _, covariance = _sizes(seen.model, parts)
     size = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(size, size) - np.eye(len(parts))
     best = np.argmax(np.abs(correlation), axis=1)

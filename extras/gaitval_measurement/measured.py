@@ -2,7 +2,9 @@
 where the user asks for it.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +16,15 @@ from gaitval.session.session import Import
 from gaitval_measurement.bands import Bands, bands
 from gaitval_measurement.correct import corrected, wanted
 from gaitval_measurement.estimate import Examined, examined
+from gaitval_measurement.page import (
+    SHOWN,
+    BandRow,
+    FitRow,
+    band_rows,
+    curves_with_bands,
+    draw_bands,
+    fits,
+)
 from gaitval_measurement.said import FaultRow, rows, warnings
 
 
@@ -27,30 +38,42 @@ class Measurement:
     seen : the estimate itself.
     uncorrected : mean moments (Nm/kg) and forces (body weights) as recorded, by name and side,
         where a correction was asked for; else empty.
+    bands : of the mean curves.
+    curves : what is drawn, of `page.curves_with_bands`.
+    fits : how groups of data fit the noise model.
+    template : of this part of the page.
     """
 
     faults: tuple[FaultRow, ...]
     seen: Examined
     uncorrected: dict[str, AverageCurve | dict[Side, AverageCurve]]
     bands: Bands | None = None
+    curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    fits: Sequence[FitRow] = ()
+    template: str = "gaitval_measurement:measurement.html.j2"
 
     def columns(self) -> dict[str, Array]:
         """Half of the width of each band of 90 %, (101,) by its column of `curves.csv`."""
         half = {} if self.bands is None else self.bands.half
         return {f"{name}_band90": values for name, values in half.items()}
 
+    def drawings(self) -> dict[str, Callable[[], str]]:
+        """The figures of the page."""
+        return {"bands": partial(draw_bands, self.curves)} if self.curves else {}
+
+    def band_rows(self) -> list[BandRow]:
+        """Rows of the page's table of bands."""
+        return [] if self.bands is None else band_rows(self.curves, self.bands)
+
     def band_records(self) -> dict[str, dict[str, object]]:
-        """The bands by curve, and the sources of their variance, for `import.json`."""
+        """The bands by curve and length (m), with the sources of their variance: `import.json`."""
         if self.bands is None:
             return {}
+        lengths = {f"length_{name}": np.array([m]) for name, m in self.bands.lengths.items()}
         return {
             name: {"half": values.tolist(), "sources": dict(self.bands.shares[name])}
-            for name, values in self.bands.half.items()
+            for name, values in (self.bands.half | lengths).items()
         }
-
-
-SHOWN = ("hip_flexion", "knee_angle", "ankle_angle")
-"""Joints whose bands are said."""
 
 
 def said_bands(found: Bands) -> str:
@@ -102,7 +125,8 @@ def measured(found: Import, tell: Tell) -> Import:
     flags = warnings(seen)
     for flag in flags:
         noted("warnings", str(flag))
-    measurement = Measurement(rows(seen), seen, {}, around)
+    curves = {} if around is None else curves_with_bands(found, around)
+    measurement = Measurement(rows(seen), seen, {}, around, curves, fits(seen))
     if around is not None:
         noted("uncertainty", said_bands(around))
     result = found

@@ -213,7 +213,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
-    measurement : faults of the session that were looked for, rows of `gaitval_measurement`.
+    measurement : of the wing `gaitval_measurement`, with its template and drawings; or None.
     missing : data of one side that were not recorded, why, and what can be done; sentences.
     doubts : warnings where data contradict physics or normal gait, a sentence each.
     findings : what cleaning found and did, one sentence each.
@@ -253,7 +253,7 @@ class RecordingSummary:
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
-    measurement: Sequence[Any] = ()
+    measurement: Any = None
     missing: Sequence[str] = ()
     doubts: Sequence[str] = ()
     findings: Sequence[str] = ()
@@ -340,9 +340,7 @@ def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
 
 
 def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
-    """What draws each figure, its table, and the names of the figures of each section. Figures
-    contain no text from outside.
-    """
+    """What draws each figure, its table, and the names of the figures of each section."""
     normal = {}
     if summary.leg_length is not None and np.isfinite(summary.walking_speed):
         found = norms_at(summary.walking_speed, summary.leg_length, summary.age)
@@ -391,6 +389,8 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
             figure_name="residuals",
         )
         data["residuals"] = _residual_table(left)
+    if summary.measurement is not None:
+        drawings |= summary.measurement.drawings()
     return {"drawings": drawings, "data": data, "names": names}
 
 

@@ -23,17 +23,13 @@ from gaitval.scaling.marker_set import MarkerSet
 
 MID_STANCE: Final = (0.35, 0.55)
 """Fraction of stance in which the foot is flat, the leg upright and the pelvis nearly level."""
-
 ANKLE_ASIDE: Final = 0.035
 """m, distance of the marker on the lateral malleolus from the ankle's centre: half an ankle's width
 of 7 cm. In standing the ankle is put below the hip."""
-
 LEG: Final = ("thigh", "shank", "foot", "toes")
-
+PELVIS: Final = ("R.ASIS", "L.ASIS", "R.PSIS", "L.PSIS", "Sacrum")
 FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
 """Landmarks of a foot that turn when it is levelled about its ankle."""
-
-
 LENGTHS_OF_WALK: Final = 0.012
 """m, largest difference of thigh and shank between a standing pose put together from the walk and
 the standing trial of the same person: five people of WBDS01, biomechZoo and BTKData, of which one
@@ -134,22 +130,27 @@ def standing_in_walk(recording: Recording, marker_set: MarkerSet) -> Recording:
     if not poses:
         raise RecordError(
             f"{recording.source}: no mid-stance of both feet shows pelvis and leg, so no standing "
-            "pose can be put together from the walk. Give a standing trial as --static, or a walk "
-            "with a whole stance of each foot."
+            "pose can be put together from the walk. Give a standing trial as --static."
         )
     return replace(recording, markers=np.array(poses), plates=(), force_rate=0.0, events=())
 
 
 def _mid_stances(recording: Recording, landmarks: Mapping[str, str], side: Side) -> list[int]:
-    """The frame in the middle of `MID_STANCE` of each whole stance of a foot."""
-    events = marker_events(recording, landmarks=landmarks)
-    mine = [event for event in events if event.side == side]
+    """The frame in the middle of `MID_STANCE` of each whole stance of a foot; of a walk that is too
+    short to have one, those in which the ankle falls behind the pelvis.
+    """
+    mine = [event for event in marker_events(recording, landmarks=landmarks) if event.side == side]
     frames = []
     for strike, off in pairwise(mine):
         if (strike.kind, off.kind) == ("heel_strike", "toe_off"):
             at = strike.time + np.mean(MID_STANCE) * (off.time - strike.time)
             frames.append(int(np.argmin(np.abs(recording.time - at))))
-    return frames
+    if frames:
+        return frames
+    parts = {landmarks.get(name) for name in PELVIS} & {*recording.names}
+    pelvis = np.mean([recording.marker(str(name))[:, 0] for name in parts], axis=0)
+    behind = recording.marker(landmarks[f"{side[0].upper()}.Ankle"])[:, 0] < pelvis
+    return [int(i) for i in np.flatnonzero(behind[1:] & ~behind[:-1])]
 
 
 def _together(recording: Recording, marker_set: MarkerSet, frames: tuple[int, int]) -> Array | None:
@@ -168,10 +169,9 @@ def _together(recording: Recording, marker_set: MarkerSet, frames: tuple[int, in
     heights = [pose[ankle, 2] for pose, ankle in zip(poses, ankles, strict=True)]
     centres = [pose[pelvis].mean(axis=0) for pose in poses]
     apart, _ = Rotation.align_vectors(poses[0][pelvis] - centres[0], poses[1][pelvis] - centres[1])
-    half = apart.as_rotvec() / 2
     right, left = (
-        (pose - centre) @ Rotation.from_rotvec(sign * half).as_matrix().T
-        for pose, centre, sign in zip(poses, centres, (-1.0, 1.0), strict=True)
+        (pose - centre) @ Rotation.from_rotvec(share * apart.as_rotvec()).as_matrix().T
+        for pose, centre, share in zip(poses, centres, (-0.5, 0.5), strict=True)
     )
     whole = right.copy()
     whole[segments == "pelvis"] = np.mean([right, left], axis=0)[segments == "pelvis"]

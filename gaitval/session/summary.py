@@ -153,7 +153,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         ),
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=changes,
-        measurement=getattr(found.measurement, "faults", ()),
+        measurement=found.measurement,
         missing=[str(doubt) for _, doubt in found.doubts if doubt.check == ONE_SIDE],
         doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check != ONE_SIDE],
         findings=[message for step, message in found.decisions if step not in _SAID],

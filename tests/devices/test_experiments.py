@@ -1,8 +1,17 @@
 import numpy as np
 import pytest
+from scipy.stats import ttest_rel
 
 from gaitval_devices import experiments, learning
-from gaitval_devices.experiments import ASSUMED, condition, effects, measured, quantities, within
+from gaitval_devices.experiments import (
+    ASSUMED,
+    Paired,
+    condition,
+    effects,
+    measured,
+    quantities,
+    within,
+)
 from gaitval_devices.study import Wearer
 
 
@@ -15,6 +24,26 @@ def test_every_quantity_has_a_source_a_device_and_a_band_around_its_value():
         assert any(
             year in quantity.source for year in ("2007", "2011", "2014", "2016", "2020", "2021")
         )
+
+
+def test_an_interval_follows_from_the_means_and_p_of_the_paper():
+    paired = [quantity for quantity in quantities() if quantity.kind == "interval"]
+    assert [quantity.device for quantity in paired] == ["hip_exo"]
+    for quantity in paired:
+        assert quantity.band == pytest.approx(quantity.paired.band(), abs=0.05)
+        change = 100.0 * (quantity.paired.after / quantity.paired.before - 1.0)
+        assert quantity.value == pytest.approx(change, abs=0.05)
+
+
+def test_an_interval_is_that_of_the_paired_t_test():
+    random = np.random.default_rng(3)
+    before = random.normal(1.2, 0.2, 9)
+    after = before + random.normal(-0.1, 0.1, 9)
+    found = ttest_rel(after, before)
+    low, high = found.confidence_interval(0.95)
+    paired = Paired(n=9, p=float(found.pvalue), before=before.mean(), after=after.mean())
+    expected = 100.0 * np.array([low, high]) / before.mean()
+    assert paired.band() == pytest.approx(tuple(expected))
 
 
 def test_a_mean_is_in_a_band_or_not():

@@ -4,7 +4,8 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval_devices import command, study
 from gaitval_devices.device import load_devices
-from gaitval_devices.page import figures_of, strap_loads, write_report
+from gaitval_devices.page import strap_loads, write_report
+from gaitval_devices.results import figures_of
 from gaitval_devices.study import ASSUMPTIONS, Wearer, outcomes, wearer
 
 

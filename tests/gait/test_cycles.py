@@ -21,6 +21,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import (
+    PLAUSIBLE_STRIDE,
     GaitCycle,
     average,
     belt_speed,
@@ -296,3 +297,162 @@ def test_wbds01_over_ground_walks_at_its_speed(gait_data: Path) -> None:
         found = spatiotemporal(recording, events, cycles, side, landmarks=landmarks)
         speeds.append(found.speed)
     assert np.mean(speeds) == pytest.approx(1.26, rel=0.02)
+
+
+# -- edges ----------------------------------------------------------------------------------------
+
+
+def one_cycle(start: float, end: float) -> GaitCycle:
+    return GaitCycle(
+        side="right", start=start, end=end, toe_off=start + 0.62 * (end - start),
+        opposite_toe_off=start + 0.12 * (end - start), opposite_strike=start + 0.5 * (end - start),
+        kinematics_valid=True, kinetics_valid=True,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "inside"),
+    [(2.0, 3.0, True), (1.91, 3.09, True), (1.89, 3.0, False), (2.0, 3.11, False)],
+)
+def test_a_cycle_may_begin_and_end_one_sample_beyond_the_values(
+    start: float, end: float, inside: bool
+) -> None:
+    """Events are found between samples; the values are constant there."""
+    time = 2.0 + np.arange(11) / 10.0
+    if not inside:
+        with pytest.raises(
+            RecordError, match=r"outside the values.*11 samples from 2.000 to 3.000"
+        ):
+            normalise(time, time, one_cycle(start, end))
+        return
+    expected = np.clip(np.linspace(start, end, 101), 2.0, 3.0)
+    np.testing.assert_allclose(normalise(time, time, one_cycle(start, end)), expected, atol=1e-12)
+
+
+def test_a_single_value_or_none_is_no_curve() -> None:
+    for count in (0, 1):
+        with pytest.raises(RecordError, match=f"which are {count} samples"):
+            normalise(np.zeros(count), np.zeros(count), one_cycle(0.0, 1.0))
+    assert normalise(np.array([0.0, 1.0]), np.ones((2, 3, 2)), one_cycle(0.0, 1.0)).shape == (
+        101, 3, 2,
+    )  # fmt: skip
+
+
+def test_one_cycle_has_no_deviation_of_the_same_shape_as_its_mean() -> None:
+    time = np.arange(11) / 10.0
+    found = average([(time, np.ones((11, 3, 2)), [one_cycle(0.0, 1.0)])])
+    assert found is not None
+    assert found.mean.shape == found.deviation.shape == (101, 3, 2)
+    assert np.isnan(found.deviation).all()
+
+
+def forces_from(start: float, end: float) -> FootForces:
+    nothing = np.zeros((round((end - start) * 500.0), 2, 3))
+    return FootForces(500.0, start, nothing, nothing, nothing, np.ones(nothing.shape[:2], bool))
+
+
+def test_forces_must_cover_the_cycle_but_for_a_sample_at_either_end() -> None:
+    """The first cycle is from 0.3 to 1.4 s; a sample is 2 ms."""
+    for start, end, valid in (
+        (0.3, 1.402, True), (0.3018, 1.402, True), (0.3022, 1.402, False), (0.3, 1.4, True),
+        (0.3, 1.398, False), (0.0, 2.0, True),
+    ):  # fmt: skip
+        first = cut_cycles(true_events(), "right", forces=forces_from(start, end))[0]
+        assert first.kinetics_valid == valid, (start, end)
+
+
+def test_what_plates_show_just_before_the_next_strike_does_not_matter() -> None:
+    """The next strike, at 1.4 s, may be found a little late."""
+    for at, valid in ((1.396, True), (1.35, False), (0.3, False), (0.298, True)):
+        forces = shown()
+        forces.valid[round(at * 500.0), 0] = False
+        first = cut_cycles(true_events(), "right", forces=forces)[0]
+        assert first.kinetics_valid == valid, at
+
+
+@pytest.mark.parametrize(
+    ("duration", "words"),
+    [(PLAUSIBLE_STRIDE[0] - 0.01, "it lasts"), (PLAUSIBLE_STRIDE[1] + 0.01, "it lasts")],
+)
+def test_strides_that_nobody_takes(duration: float, words: str) -> None:
+    events = []
+    for number in range(5):
+        strike = number * duration
+        for share, side, kind in (
+            (0.0, "right", "heel_strike"), (0.12, "left", "toe_off"),
+            (0.5, "left", "heel_strike"), (0.62, "right", "toe_off"),
+        ):  # fmt: skip
+            events.append(Event(strike + share * duration, side, kind))
+    cycles = cut_cycles(events, "right", fewest=0)
+    assert cycles
+    assert all(words in cycle.reasons[0] for cycle in cycles)
+    assert not any(cycle.kinematics_valid for cycle in cycles)
+
+
+@pytest.mark.parametrize(("longer", "valid"), [(0.19, True), (0.21, False), (-0.21, False)])
+def test_a_stride_a_fifth_off_the_median(longer: float, valid: bool) -> None:
+    durations = [1.0, 1.0, 1.0 + longer, 1.0, 1.0]
+    events, strike = [], 0.0
+    for duration in [*durations, 1.0]:
+        for share, side, kind in (
+            (0.0, "right", "heel_strike"), (0.12, "left", "toe_off"),
+            (0.5, "left", "heel_strike"), (0.62, "right", "toe_off"),
+        ):  # fmt: skip
+            events.append(Event(strike + share * duration, side, kind))
+        strike += duration
+    cycles = cut_cycles(events, "right")
+    assert [cycle.kinematics_valid for cycle in cycles] == [True, True, valid, True, True]
+
+
+def test_the_message_counts_strikes_and_cycles() -> None:
+    events = true_events(1.0)
+    with pytest.raises(RecordError, match=r"^no complete right gait cycle in the trial.* 1 right "
+                       r"heel strike found.*at least 2 times"):  # fmt: skip
+        cut_cycles(events, "right")
+    with pytest.raises(RecordError, match=r"^5 complete right gait cycles in.*at least 9 needed: 6 "
+                       r"right heel strikes found.*at least 10 times"):  # fmt: skip
+        cut_cycles(true_events(), "right", fewest=9)
+    with pytest.raises(RecordError, match=r"^1 complete right gait cycle in"):
+        cut_cycles(true_events(2.0), "right", fewest=2)
+
+
+@pytest.mark.parametrize("turn", [0.0, 90.0, 215.0])
+def test_the_belt_runs_against_the_way_that_the_person_faces(turn: float) -> None:
+    """Of steps forward and to the left, whichever way the laboratory's axes point."""
+    recording = walk(belt=SPEED)
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    around = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turned = recording.with_markers(recording.names, recording.markers @ around.T)
+    assert belt_speed(turned, true_events(), landmarks=LANDMARKS) == pytest.approx(SPEED, rel=1e-6)
+    for side in SIDES:
+        cycles = cut_cycles(true_events(), side)
+        found = spatiotemporal(turned, true_events(), cycles, side, landmarks=LANDMARKS)
+        np.testing.assert_allclose(found.step_width, 2 * WIDTH, atol=1e-6)
+        np.testing.assert_allclose(found.stride_length, SPEED * STRIDE, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("speed", "found"), [(0.09, 0.0), (-0.09, 0.0), (0.11, 0.11), (-0.11, -0.11)]
+)
+def test_what_is_slower_than_any_belt_is_the_ground(speed: float, found: float) -> None:
+    recording = walk()
+    recording.markers[:, :, 0] -= speed * recording.time[:, None]
+    assert belt_speed(recording, true_events(), landmarks=LANDMARKS) == pytest.approx(
+        found, abs=1e-6
+    )
+
+
+def test_a_foot_counts_while_it_is_flat() -> None:
+    """From 20 to 50 % of its stance, ends included: it may slide before and after."""
+    recording = walk()
+    time = recording.time
+    heels = {side: recording.names.index(f"{side[0].upper()}.Heel") for side in SIDES}
+    fronts = [i for i, name in enumerate(recording.names) if "MT" in name]
+    for side in SIDES:
+        for strike in strikes(side, 6.0):
+            into = (time - strike) / (STANCE * STRIDE)
+            sliding = ((into > -0.05) & (into < 0.18)) | ((into > 0.52) & (into < 1.0))
+            mine = [heels[side], *(i for i in fronts if recording.names[i][0] == side[0].upper())]
+            for marker in mine:
+                recording.markers[sliding, marker, 0] += 0.3 * into[sliding]
+    assert belt_speed(recording, true_events(), landmarks=LANDMARKS) == 0.0

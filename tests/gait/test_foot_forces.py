@@ -362,6 +362,146 @@ def test_forces_are_not_given_at_times_of_another_trial() -> None:
         resample_forces(forces, np.arange(0.0, 7.0, 0.01))
 
 
+@pytest.mark.parametrize(
+    ("frames", "fits"), [(1.4, True), (1.6, False), (-1.4, True), (-1.6, False)]
+)
+def test_forces_may_be_one_and_a_half_frames_longer_or_shorter(frames: float, fits: bool) -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    count = round((len(recording.markers) + frames) / recording.marker_rate * recording.force_rate)
+
+    def of_length(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([values, values])[:count]
+
+    plates = tuple(
+        replace(
+            plate,
+            force=of_length(plate.force),
+            centre_of_pressure=of_length(plate.centre_of_pressure),
+            free_moment=of_length(plate.free_moment),
+            moment=None,
+        )
+        for plate in recording.plates
+    )
+    if fits:
+        assigned(replace(recording, plates=plates))
+        return
+    with pytest.raises(RecordError, match="one of them is cut off or from another trial"):
+        assigned(replace(recording, plates=plates))
+
+
+def test_plates_of_different_lengths_are_refused() -> None:
+    recording = walk(belt=SPEED, plates=BELTS)
+    first, second = recording.plates
+    short = replace(
+        second, force=second.force[:-1], centre_of_pressure=second.centre_of_pressure[:-1],
+        free_moment=second.free_moment[:-1], moment=None,
+    )  # fmt: skip
+    with pytest.raises(RecordError, match="2999, 3000 samples at 500 Hz"):
+        assigned(replace(recording, plates=(first, short)))
+
+
+@pytest.mark.parametrize("height", [0.25, -0.1])
+def test_a_walk_on_a_raised_floor_has_its_centre_of_pressure_there(height: float) -> None:
+    """The lever of the horizontal forces about the origin is the plates' height."""
+    recording = walk(belt=SPEED, plates=BELTS)
+    up = np.array([0.0, 0.0, height])
+    plates = tuple(
+        replace(
+            plate,
+            corners=plate.corners + up,
+            centre_of_pressure=plate.centre_of_pressure + up,
+            moment=plate.moment + np.cross(up, plate.force),
+        )
+        for plate in recording.plates
+        if plate.moment is not None
+    )
+    raised = replace(recording, markers=recording.markers + up, plates=plates)
+    there, _ = assigned(raised)
+    here, _ = assigned(recording)
+    np.testing.assert_allclose(there.force, here.force, atol=1e-9)
+    np.testing.assert_allclose(there.free_moment, here.free_moment, atol=1e-9)
+    np.testing.assert_allclose(there.centre_of_pressure, here.centre_of_pressure + up, atol=1e-9)
+    times_there = np.arange(0.0, 5.9, 0.01)
+    np.testing.assert_allclose(
+        resample_forces(there, times_there).centre_of_pressure,
+        resample_forces(here, times_there).centre_of_pressure + up, atol=1e-9,
+    )  # fmt: skip
+
+
+def test_what_is_below_the_threshold_at_both_ends_of_a_contact_belongs_to_it() -> None:
+    """Else the filter would see a step there. The whole impulse of a stance is kept, with that of
+    the rise and the fall below 20 N, and each foot has its own."""
+    recording = walk(belt=SPEED, plates=BELTS)
+    forces, _ = assigned(recording, cutoff_hz=100.0)
+    for column, side in enumerate(SIDES):
+        shown = recording.plates[column].force[:, 2]
+        found = forces.force[:, column, 2]
+        strike = strikes(side, 6.0)[1]
+        off = strike + STANCE * STRIDE
+        for edge in (strike, off):
+            near = np.abs(times(forces) - edge) < 0.02
+            on = near & (found > 0.0) & (shown > 25.0)
+            assert on.sum() > 3
+            # A step of 20 N at the threshold, were it there, would ring by a fifth of it.
+            np.testing.assert_allclose(found[on], shown[on], atol=2.5)
+
+
+def linear(rate: float = 100.0, count: int = 50) -> FootForces:
+    """A right foot whose force and point change linearly; the left one is in the air."""
+    time = np.arange(count) / rate
+    force = np.zeros((count, 2, 3))
+    force[:, 0] = np.column_stack([10.0 + 20.0 * time, -5.0 * time, 500.0 + 100.0 * time])
+    point = np.full((count, 2, 3), np.nan)
+    point[:, 0] = np.column_stack([0.0 * time + 0.1, 0.0 * time - 0.2, 0.0 * time])
+    moment = np.zeros((count, 2, 3))
+    moment[:, 0, 2] = 4.0 * time
+    return FootForces(rate, 2.0, force, point, moment, np.ones((count, 2), dtype=bool))
+
+
+def test_between_samples_forces_are_on_the_line() -> None:
+    """Nothing is filtered where the rate does not fall. The last sample is the last."""
+    forces = linear()
+    wanted = 2.0 + np.arange(0.0, 0.49, 0.0049)
+    there = resample_forces(forces, wanted)
+    into = wanted - 2.0
+    np.testing.assert_allclose(there.force[:, 0, 2], 500.0 + 100.0 * into, atol=1e-9)
+    np.testing.assert_allclose(there.force[:, 0, 0], 10.0 + 20.0 * into, atol=1e-9)
+    np.testing.assert_allclose(there.free_moment[:, 0, 2], 4.0 * into, atol=1e-9)
+    np.testing.assert_allclose(there.centre_of_pressure[:, 0], [[0.1, -0.2, 0.0]] * len(wanted))
+    assert not there.force[:, 1].any()
+    assert np.isnan(there.centre_of_pressure[:, 1]).all()
+    beyond = resample_forces(forces, 2.0 + np.array([0.485, 0.49, 0.495]))
+    np.testing.assert_allclose(beyond.force[:, 0, 2], [548.5, 549.0, 549.0], atol=1e-9)
+    assert beyond.valid.all()
+    alone = resample_forces(forces, np.array([2.2]))
+    assert (alone.rate, alone.force[0, 0, 2]) == (100.0, pytest.approx(520.0))
+
+
+def test_a_time_next_to_a_sample_that_is_not_valid_is_not_valid() -> None:
+    forces = linear()
+    forces.valid[20, 0] = False
+    wanted = 2.0 + np.arange(0.17, 0.24, 0.0025)
+    there = resample_forces(forces, wanted)
+    into = np.round((wanted - 2.0) * 100.0, 6)
+    np.testing.assert_array_equal(there.valid[:, 0], ~((into > 19.0) & (into < 21.0)))
+    assert there.valid[:, 1].all()
+
+
+@pytest.mark.parametrize(("early", "late", "fits"), [(0.0049, 0.0049, True), (0.0051, 0.0, False),
+                                                      (0.0, 0.0051, False)])  # fmt: skip
+def test_times_may_be_one_of_their_own_steps_beyond_the_forces(
+    early: float, late: float, fits: bool
+) -> None:
+    forces = linear()
+    wanted = np.arange(2.0 - early, 2.49 + late + 1e-9, 0.005)
+    wanted[-1] = 2.49 + late
+    if fits:
+        assert len(resample_forces(forces, wanted).force) == len(wanted)
+        return
+    with pytest.raises(RecordError, match=r"Forces from 2\.000 to 2\.490 s cannot be resampled"):
+        resample_forces(forces, wanted)
+
+
 # -- WBDS01 T01 -----------------------------------------------------------------------------------
 
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from synthetic_recording import LANDMARKS as SYNTHETIC
+from synthetic_recording import walk as synthetic
 
 from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.mocap.recording import Recording
@@ -101,3 +103,12 @@ def test_a_marker_beside_which_there_is_none():
     columns = [NAMES.index(name) for name in one_side]
     lacking = replace(recording, names=tuple(one_side), markers=recording.markers[:, columns])
     assert not list(foot_marker_doubts(stood(R_MT1=-0.016), lacking, LANDMARKS))
+
+
+@pytest.mark.parametrize(("raised", "names"), [(0.0, []), (0.05, ["R.Heel"]), (-0.05, ["R.Heel"])])
+def test_a_marker_of_the_foot_that_is_higher_in_walking(raised, names):
+    standing, walking = synthetic(2.0), synthetic(6.0)
+    flat = np.tile(np.percentile(walking.markers, 15, axis=0), (len(standing.markers), 1, 1))
+    walking.markers[:, walking.names.index("R.Heel"), 2] += raised
+    found = foot_marker_doubts(standing.with_markers(standing.names, flat), walking, SYNTHETIC)
+    assert [doubt.where for doubt in found] == names

@@ -1,5 +1,7 @@
 """Bands hold the truth of the sample, name their sources, and grow with a fault that was found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -41,7 +43,7 @@ def test_bands_are_in_the_table_of_curves(found):
 def test_a_delay_that_was_found_widens_the_moments(found):
     seen = found.measurement.seen
     late = Found(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
-    wide = bands(found, type(seen)((late,), seen.data, seen.model, 0.03, seen.lag))
+    wide = bands(found, replace(seen, found=(late,)))
     name = "moment_hip_flexion_r"
     assert wide.half[name].mean() > 1.5 * found.measurement.bands.half[name].mean()
     angle = "angle_knee_angle_r"

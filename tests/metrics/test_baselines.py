@@ -7,7 +7,14 @@ import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
-from gaitval.metrics.baselines import others_line, skill
+from gaitval.metrics.baselines import (
+    change_added,
+    line_of_trials,
+    nearest_trial,
+    others_line,
+    predictions,
+    skill,
+)
 from gaitval.metrics.comparison import rms
 from gaitval.prediction.speed_line import dimensionless_speed
 
@@ -103,3 +110,99 @@ def test_the_built_in_people_are_about_as_predictable_as_was_found_before():
 )
 def test_skill(error, baseline, expected):
     assert skill(error, baseline) == expected
+
+
+# -- the person's own trials ----------------------------------------------------------------------
+
+TRIED = next(each for each in SUBJECTS if len(each.trials) >= 2)
+
+
+def trials_of(person):
+    return [person.on_trial(trial.name) for trial in person.trials]
+
+
+def _lines(monkeypatch, at_of) -> None:
+    """Curves of every record are a line of what `at_of` says of it."""
+    first = recorded_curves(SUBJECTS[0].record())
+
+    def curves(record):
+        at = at_of(record)
+        return Curves(
+            *(
+                {
+                    name: 1.0 + 3.0 * at + np.linspace(0.0, at, 101)
+                    for name in getattr(first, f.name)
+                }
+                for f in fields(Curves)
+            )
+        )
+
+    monkeypatch.setattr("gaitval.metrics.baselines.recorded_curves", curves)
+
+
+def test_the_nearest_trial_is_copied():
+    nearest = min(
+        trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
+    )
+    found = nearest_trial(TRIED)
+    assert (found.name, found.people) == ("nearest trial copied", 0)
+    assert found.told == f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s"
+    expected = recorded_curves(nearest.record())
+    for field in fields(Curves):
+        for name, curve in getattr(expected, field.name).items():
+            np.testing.assert_array_equal(getattr(found.curves, field.name)[name], curve)
+    alone = TRIED.model_copy(update={"trials": ()})
+    assert nearest_trial(alone) is None
+    assert line_of_trials(alone) is None
+    assert change_added(alone, SUBJECTS) is None
+
+
+def test_a_line_through_two_trials_is_exact_on_a_line_of_speed(monkeypatch):
+    _lines(monkeypatch, lambda record: record.speed)
+    speed = TRIED.walking_speed_m_s
+    found = line_of_trials(TRIED)
+    near = sorted(trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - speed))[:2]
+    assert found.told == f"the person's {near[0].trial} and {near[1].trial}"
+    assert (found.name, found.people) == ("line through two trials", 0)
+    expected = 1.0 + 3.0 * speed + np.linspace(0.0, speed, 101)
+    np.testing.assert_allclose(found.curves.moments["knee_angle_l"], expected, atol=1e-9)
+    same = TRIED.model_copy(update={"trials": (TRIED.trials[0], TRIED.trials[0])})
+    assert line_of_trials(same) is None, "one speed has no line"
+    one = TRIED.model_copy(update={"trials": TRIED.trials[:1]})
+    assert line_of_trials(one) is None
+
+
+def test_other_peoples_change_is_added_to_the_nearest_trial(monkeypatch):
+    """Exact where everybody's curves are lines of dimensionless speed with the same slope, whatever
+    the person's own level."""
+    people = {
+        each.record().stride_time: each
+        for subject in SUBJECTS
+        for each in (subject, *trials_of(subject))
+    }
+
+    def at(record):
+        person = people[record.stride_time]
+        own = 0.7 if person.is_person_of(TRIED) else 0.0
+        return dimensionless_speed(person) + own
+
+    _lines(monkeypatch, at)
+    found = change_added(TRIED, SUBJECTS)
+    others = [each for each in SUBJECTS if not TRIED.is_person_of(each)]
+    assert (found.name, found.people) == ("other people's change added", len(others))
+    assert found.told == nearest_trial(TRIED).told
+    here = dimensionless_speed(TRIED)
+    nearest = min(
+        trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
+    )
+    level = dimensionless_speed(nearest) + 0.7
+    change = here - dimensionless_speed(nearest)
+    expected = 1.0 + 3.0 * (level + change) + np.linspace(0.0, level + change, 101)
+    np.testing.assert_allclose(found.curves.angles["knee_angle_r"], expected, atol=1e-9)
+    assert change_added(TRIED, SUBJECTS[:2]) is None
+    assert [each.name for each in predictions(TRIED, SUBJECTS)] == [
+        "line through others", "nearest trial copied", "line through two trials",
+        "other people's change added",
+    ]  # fmt: skip
+    alone = TRIED.model_copy(update={"trials": ()})
+    assert [each.name for each in predictions(alone, SUBJECTS)] == ["line through others"]

@@ -14,7 +14,14 @@ from synthetic_walk import (
 )
 
 from gaitval.coordinates import SIDES
-from gaitval.metrics.cycles import cut, find_cycles, foot_events, spatiotemporal, walking_speed
+from gaitval.metrics.cycles import (
+    cut,
+    find_cycles,
+    foot_events,
+    spatiotemporal,
+    step_of,
+    walking_speed,
+)
 
 RECORD = synthetic_record()
 
@@ -128,3 +135,11 @@ def test_crossed_feet_have_a_negative_step_width():
     cycles = find_cycles(crossed, sharp_filter())
     found = spatiotemporal(crossed, cycles, _places(crossed, cycles))
     assert found["step_width"].mean() == pytest.approx(-STEP_WIDTH)
+
+
+def test_the_step_is_the_time_between_two_samples():
+    """One sample has none, and no cycles either."""
+    walk = perfect_walk(RECORD)
+    two = replace(walk, time=walk.time[:2])
+    assert step_of(two) == pytest.approx(walk.time[1] - walk.time[0])
+    assert step_of(replace(walk, time=walk.time[:1])) == 1.0

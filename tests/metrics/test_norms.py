@@ -9,6 +9,7 @@ from experiments import norms as made
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.norms import norms, norms_at
+from gaitval.metrics.unrecorded import STEP_WIDTH
 
 
 def test_the_shipped_file_is_what_the_data_give(gait_data: Path) -> None:
@@ -62,3 +63,61 @@ def test_children_have_the_curves_of_children_and_no_parameters() -> None:
     assert np.array_equal(found["angles/knee_angle"].mean, mean)
     assert np.array_equal(found["angles/knee_angle"].sd, sd)
     assert not any(name.startswith("parameter/") for name in found)
+
+
+def shipped() -> dict[str, np.ndarray]:
+    """Rows of norms.csv by curve: mean, slopes by speed, its square and age, SD, people, speeds."""
+    lines = [line for line in made.FILE.read_text("utf-8").splitlines() if not line.startswith("#")]
+    found: dict[str, list[list[float]]] = {}
+    for line in lines[1:]:
+        name, _, *values = line.split(",")
+        found.setdefault(name, []).append([float(each) for each in values])
+    return {name: np.array(rows) for name, rows in found.items()}
+
+
+@pytest.mark.parametrize("leg", [0.8, 0.95])
+@pytest.mark.parametrize(("speed", "age"), [(0.4, 40.0), (0.46, 65.0), (0.35, 22.0)])
+def test_each_norm_is_its_polynomial_in_dimensionless_speed_and_age(
+    leg: float, speed: float, age: float
+) -> None:
+    """Without dimension: speed over the root of g times leg, cadence times the root of leg over g,
+    lengths over leg; forces in % of body weight."""
+    root = np.sqrt(9.81 * leg)
+    found = norms_at(speed * root, leg, age)
+    units = {"parameter/cadence": 60.0 * np.sqrt(9.81 / leg), "parameter/step_length": leg,
+             "parameter/walking_speed": root}  # fmt: skip
+    for name, rows in shipped().items():
+        mean, slope, square, year, sd, people, *_ = rows.T
+        unit = units.get(name, 100.0 if name.startswith("forces/") else 1.0)
+        away = speed - 0.4
+        expected = unit * (mean + slope * away + square * away**2 + year * (age - 40.0))
+        np.testing.assert_allclose(found[name].mean, np.squeeze(expected), rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(found[name].sd, np.squeeze(unit * sd), rtol=1e-12)
+        assert (found[name].people, found[name].beyond) == (int(people[0]), False)
+
+
+def test_a_stride_is_two_steps_and_the_width_is_a_share_of_the_leg() -> None:
+    found = norms_at(1.2, 0.9, 40.0)
+    cadence, stride = found["parameter/cadence"], found["parameter/stride_time"]
+    assert stride.mean == pytest.approx(2.0 * 60.0 / cadence.mean)
+    assert stride.sd / stride.mean == pytest.approx(cadence.sd / cadence.mean)
+    assert stride.people == cadence.people
+    wide, narrow = (norms_at(1.2, leg, 40.0)["parameter/step_width"] for leg in (1.0, 0.5))
+    assert wide.mean == pytest.approx(2.0 * narrow.mean) == STEP_WIDTH[0]
+    assert wide.sd == pytest.approx(2.0 * narrow.sd) == STEP_WIDTH[1]
+
+
+def test_an_adult_of_unknown_age_is_forty() -> None:
+    unknown, forty, older = (norms_at(1.2, 0.9, age) for age in (None, 40.0, 60.0))
+    for name, norm in unknown.items():
+        np.testing.assert_array_equal(norm.mean, forty[name].mean)
+    assert not np.array_equal(older["angles/knee_angle"].mean, forty["angles/knee_angle"].mean)
+
+
+def test_the_fastest_and_the_slowest_are_not_beyond() -> None:
+    rows = shipped()["angles/knee_angle"]
+    slowest, fastest = rows[0, 6], rows[0, 7]
+    root = np.sqrt(9.81 * 0.9)
+    for speed, beyond in ((slowest + 1e-9, False), (fastest - 1e-9, False), (slowest - 1e-6, True),
+                          (fastest + 1e-6, True)):  # fmt: skip
+        assert norms_at(speed * root, 0.9, 40.0)["angles/knee_angle"].beyond == beyond

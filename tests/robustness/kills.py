@@ -368,7 +368,7 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
     alive += _still_there(again.pid)
     return {
         "returned": again.returncode,
-        "told": told[-500:] if again.returncode else "",
+        "told": masked(told, temporary)[-500:] if again.returncode else "",
         "processes": alive,
         "blocks": sorted(name for name in blocks if Path(name).exists()),
         "files": sorted(path.name for path in temporary.iterdir()),
@@ -498,7 +498,12 @@ def at_once(job: Job, wanted: Mapping[str, bytes], temporary: Path) -> Json:
     told = [process.communicate(timeout=SECONDS)[0] for process in both]
     codes = sorted(process.returncode for process in both)
     same = contents(job.folder) == wanted
-    return {"codes": codes, "same": same, "told": [text[-300:] for text in told]}
+    return {"codes": codes, "same": same, "told": [masked(text, temporary)[-300:] for text in told]}
+
+
+def masked(text: str, temporary: Path) -> str:
+    """What a job told, with the folders of this machine left out."""
+    return text.replace(f"{temporary.parent}/", "").replace(f"{ROOT}/", "")
 
 
 def survived(kill: Json) -> bool:

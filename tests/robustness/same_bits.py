@@ -96,17 +96,22 @@ def results(run: Path) -> dict[str, str]:
     return found | {f"{each['measure']} {each['target']}": repr(each["value"]) for each in measures}
 
 
+def apart(one: float | None, other: float | None, margin: float) -> float:
+    """How many margins two values differ by; some values, such as counts, have a margin of 0."""
+    if one == other:
+        return 0.0
+    if one is None or other is None or margin == 0.0:
+        return float("inf")
+    return abs(one - other) / margin
+
+
 def compared(way: str, seed: int, first: Path) -> Json:
     """What differs between a way and the `first` run."""
     with tempfile.TemporaryDirectory(prefix="gaitval-bits-") as name:
         run = studied(way, Path(name), seed)
         one, other = results(first), results(run)
         rows = compare(read_metrics(first), read_metrics(run))
-        steps = [
-            abs(row.current - row.baseline) / row.margin
-            for row in rows
-            if row.current is not None and row.baseline is not None
-        ]
+        steps = [apart(row.current, row.baseline, row.margin) for row in rows]
     return {
         "way": way,
         "ours": way in WAYS,

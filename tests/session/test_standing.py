@@ -7,15 +7,24 @@ import pytest
 from made_up_session import made_up_session
 from scipy.spatial.transform import Rotation
 
-from gaitval.configuration import Configuration
+from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
+from gaitval.session.read import read_session
+from gaitval.session.request import Request
 from gaitval.session.scale import knee_axis_remarks
 from gaitval.session.session import work_out
 from gaitval.session.standing import standing_places
-from gaitval.session.standing_pose import cut_to, on_floor, with_level_feet
+from gaitval.session.standing_pose import (
+    LENGTHS_OF_WALK,
+    cut_to,
+    on_floor,
+    standing_in_walk,
+    with_level_feet,
+)
+from gaitval_curves.sample import copy_sample
 
 SAGITTAL = [
     f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"
@@ -143,3 +152,25 @@ def test_a_knee_axis_off_its_marker_is_remarked_on_both_sides(stood):
         (remark,) = knee_axis_remarks(replace(fit, markers=moved), landmarks)
         assert remark.startswith(f"{side} knee: the axis that fits the walk is turned by 17° from")
         assert "in front of" in remark
+
+
+def test_a_walk_without_a_whole_stance_gives_a_standing_pose(tmp_path):
+    copy_sample(tmp_path)
+    request = Request(
+        static=tmp_path / "standing.c3d",
+        trials=(tmp_path / "walking.c3d",),
+        identifier="sample",
+        mass=64.95,
+        height=1.53,
+        sex="F",
+    )
+    session = read_session(request, ProcessingSettings())
+    walk, marker_set = session.walking[0], session.marker_set
+    second = round(walk.marker_rate)
+    short = replace(walk, markers=walk.markers[2 * second : round(2.9 * second)])
+    names = [marker_set.landmarks[f"R.{part}"] for part in ("ASIS", "Knee", "Ankle")]
+    lengths = []
+    for pose in (session.standing, standing_in_walk(short, marker_set)):
+        hip, knee, ankle = (np.median(pose.marker(name), axis=0) for name in names)
+        lengths.append((np.linalg.norm(hip - knee), np.linalg.norm(knee - ankle)))
+    np.testing.assert_allclose(*lengths, atol=LENGTHS_OF_WALK)

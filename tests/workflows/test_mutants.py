@@ -58,6 +58,15 @@ def test_there_are_mutants_of_all_four_folders_and_tests_of_each():
         assert all(Path(test).is_file() for test in mutants.tests_of(each.module)), each
 
 
+def test_every_fault_of_the_list_can_be_planted_and_has_tests():
+    found = mutants.planted()
+    assert len(found) >= 55
+    for each in found:
+        ast.parse(each.of(mutants.path_of(each.module).read_text(encoding="utf-8")))
+    for module in {each.module for each in found}:
+        assert mutants.importing(module), module
+
+
 @pytest.mark.slow
 def test_a_mutant_is_killed_by_the_tests_of_its_module(tmp_path):
     module = "gaitval.metrics.round_errors"

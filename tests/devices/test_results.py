@@ -1,0 +1,93 @@
+"""A stored result of devices is read, walked again, and shown beside others."""
+
+import csv
+
+import pytest
+from html_page import only_html
+
+from gaitval import wings
+from gaitval.artefacts import read_json, write_json
+from gaitval.errors import ArtefactError
+from gaitval_devices import results, study
+from gaitval_devices.device import load_devices, write_devices
+from gaitval_devices.drawn import WORN
+from gaitval_devices.results import MARGINS, RESULT, figures, stored, walk_again, write_result
+from gaitval_devices.study import Wearer, outcomes
+
+
+@pytest.fixture(scope="module")
+def who(person):
+    return Wearer("S05", person.task, person.policy, person.mu, origin="5")
+
+
+@pytest.fixture(scope="module")
+def folder(who, tmp_path_factory):
+    """A result of short walks, with the person's own policy as what was learned."""
+    folder = tmp_path_factory.mktemp("S05-ankle_spring")
+    devices = load_devices("ankle_spring")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "PUSHES", study.PUSHES[:1])
+        found, _ = outcomes(who, devices, samples=0, cycles=8.0)
+    write_devices(folder / WORN, devices)
+    write_result(folder, who, found, 8.0)
+    return folder
+
+
+def test_the_gate_finds_it_as_a_part():
+    assert wings.load(wings.PARTS, "device_results") is results
+
+
+def test_a_result_walked_again_is_the_same(folder, who, monkeypatch):
+    monkeypatch.setattr(study, "PUSHES", study.PUSHES[:1])
+    monkeypatch.setattr(study, "wearer", lambda name: who if name == "5" else None)
+    before, now = stored(folder), walk_again(folder)
+    assert results.person_of(folder) == "S05"
+    assert [each[:3] for each in before] == [each[:3] for each in now]
+    for old, new in zip(before, now, strict=True):
+        assert new.value == pytest.approx(old.value, rel=1e-5, abs=1e-5)
+    units = {each.unit for each in before}
+    assert units == set(MARGINS)
+
+
+def test_figures_have_side_and_assumption(folder):
+    found = {(each.quantity, each.of) for each in stored(folder)}
+    assert ("hip: largest moment of the muscles", "left, moments kept") in found
+    assert ("pushes survived", "without") in found
+    assert ("pushes survived", "kinematics kept") not in found  # where nothing can fall
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"version": 2}, "version 2, not 1"),
+        ({"figures": []}, "no figures"),
+        ({"figures": [{"quantity": "q", "of": "o", "unit": "ell", "value": 1.0}]}, "'ell'"),
+        ({"figures": [{"quantity": "q", "of": "o", "unit": "s"}]}, "value"),
+        ({"figures": 3}, "int"),
+        ({"cycles": -1.0}, "no figures, or not of whom"),
+    ],
+)
+def test_a_damaged_result_is_refused(folder, tmp_path, change, says):
+    write_json(tmp_path / RESULT, read_json(folder / RESULT) | change)
+    with pytest.raises(ArtefactError, match="not the result of devices") as error:
+        stored(tmp_path)
+    assert says in str(error.value)
+
+
+def test_results_are_shown_side_by_side(folder, tmp_path, monkeypatch):
+    only_html(monkeypatch)
+    rows = stored(folder)
+    other = [each._replace(value=None) for each in rows[:3]]
+    results.write_side_by_side(tmp_path, "devices", {"spring": rows, "other": other})
+    page = (tmp_path / "devices.html").read_text(encoding="utf-8")
+    assert "Nobody" not in page
+    assert "nobody knows which is right" in page
+    table = list(csv.reader((tmp_path / "devices.csv").open(encoding="utf-8")))
+    assert table[0] == ["quantity", "of", "unit", "spring", "other"]
+    assert len(table) == len(rows) + 1
+    assert table[1][3] == f"{rows[0].value:.6g}"
+    assert table[1][4] == ""
+
+
+def test_nothing_walked_has_no_figures():
+    assert figures([]) == []

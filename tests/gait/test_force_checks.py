@@ -1,0 +1,403 @@
+"""Warnings about the forces of plates: channels, and what walking never shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_recording import BELTS, LANDMARKS, STANCE, STRIDE, walk
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.gait.foot_forces import assign_forces
+from gaitval.gait.force_checks import (
+    Stance,
+    channel_doubts,
+    force_doubts,
+    place_doubts,
+    stance_figures,
+    whole_stances,
+)
+from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.recording import FootForces, Plate, Recording
+
+
+def waves(rate=500.0, seconds=4.0):
+    """A plate on which a foot stands for half of each second, with 700 N at most."""
+    (plate, _) = walk(plates=BELTS, belt=1.2, force_rate=rate, duration=seconds).plates
+    time = np.arange(len(plate.force)) / rate
+    load = np.clip(np.sin(2 * np.pi * time), 0.0, None)
+    along = np.sin(4 * np.pi * time)
+    force = np.column_stack([100 * load * along, 40 * load * np.cos(4 * np.pi * time), 700 * load])
+    point = np.column_stack([0.2 * along, -0.1 + 0.02 * along, 0 * time])
+    moment = np.cross(point, force) + np.outer(5 * load * along, [0, 0, 1.0])
+    return replace(plate, force=force, centre_of_pressure=point, moment=moment)
+
+
+def test_a_plate_that_works():
+    assert not list(channel_doubts(waves(), 500.0))
+
+
+@pytest.mark.parametrize(("axis", "words"), [(0, "fore-aft"), (1, "sideways")])
+@pytest.mark.parametrize(("left", "certain"), [(0.0, True), (0.03, False)])
+def test_a_dead_force(axis, words, left, certain):
+    plate = waves()
+    plate.force[:, axis] *= left
+    (doubt,) = [d for d in channel_doubts(plate, 500.0) if words in d.message]
+    assert (doubt.check, doubt.certain) == ("dead channel", certain)
+
+
+def test_a_dead_vertical_channel():
+    plate = waves()
+    plate.force[:, 2] *= 1e-3
+    (doubt,) = channel_doubts(plate, 500.0)
+    assert doubt.certain
+    assert "vertical channel is dead" in doubt.message
+
+
+def test_a_plate_that_nobody_steps_on():
+    plate = waves()
+    assert not list(channel_doubts(replace(plate, force=0.01 * plate.force), 500.0))
+
+
+@pytest.mark.parametrize(("step", "clipped"), [(0.0, False), (0.5, False), (None, True)])
+def test_a_clipped_force_but_not_one_stored_in_steps(step, clipped):
+    plate = waves(rate=1000.0)
+    vertical = plate.force[:, 2]
+    if step is None:
+        plate.force[:, 2] = np.minimum(vertical, 650.0)
+    elif step:
+        plate.force[:, 2] = np.round(vertical / step) * step
+    found = [d for d in channel_doubts(plate, 1000.0) if d.check == "saturated channel"]
+    assert len(found) == clipped
+
+
+@pytest.mark.parametrize("channel", ["force", "moment", "free_moment"])
+def test_a_channel_that_repeats_itself_for_a_while(channel):
+    plate = waves(rate=300.0)
+    plate = replace(plate, free_moment=np.gradient(plate.force, axis=0) * [0, 0, 1.0])
+    values = getattr(plate, channel)
+    assert not list(channel_doubts(plate, 300.0))
+    values[30:36] = values[30]  # 17 ms
+    assert not list(channel_doubts(plate, 300.0))
+    values[30:45] = values[30]
+    (doubt,) = channel_doubts(plate, 300.0)
+    assert (doubt.check, doubt.plate, doubt.certain) == ("stuck channel", plate.name, False)
+    assert doubt.value == pytest.approx(14 / 300.0)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_centre_of_pressure_that_is_cut_off(axis):
+    """A file without moments has it as a channel of its own."""
+    plate = replace(waves(rate=300.0), moment=None)
+    point = plate.centre_of_pressure
+    point[:, :2] = 0.05 * np.sin(np.linspace(0.0, 20.0, len(point)))[:, None]
+    assert not list(channel_doubts(plate, 300.0))
+    point[:, axis] = point[:, axis].clip(-0.03, 0.03)
+    (doubt,) = channel_doubts(plate, 300.0)
+    assert (doubt.check, doubt.plate) == ("stuck channel", plate.name)
+
+
+@pytest.mark.parametrize("step", [2.0, 5.0])
+def test_a_plate_that_stores_steps_is_not_stuck(step):
+    plate = waves(rate=1000.0)
+    force = np.round(plate.force / step) * step
+    longest = np.diff(np.flatnonzero(np.diff(force[:500, 1]))).max()
+    assert longest > 25, "it repeats itself at a peak"
+    found = channel_doubts(replace(plate, force=force, moment=None), 1000.0)
+    assert "stuck channel" not in {doubt.check for doubt in found}
+
+
+def test_figures_of_a_known_stance():
+    """The synthetic walk pushes forward and left by a tenth and a twentieth of the weight."""
+    recording = walk(plates=BELTS, belt=1.2)
+    forces, _ = assign_forces(recording, ProcessingSettings(), landmarks=LANDMARKS)
+    stances = whole_stances(recording, forces)
+    assert {(stance.side, stance.plate) for stance in stances} == {("right", "1"), ("left", "2")}
+    pelvis = np.tile([0.2, 0.0, 1.0], (len(forces.force), 1))
+    for stance in stances:
+        assert (stance.end - stance.begin) / forces.rate == pytest.approx(STANCE * STRIDE, abs=0.02)
+        figures = stance_figures(stance, forces, pelvis)
+        sign = 1.0 if stance.side == "right" else -1.0
+        assert figures.braking == pytest.approx(0.0, abs=2e-3)
+        assert figures.inward == pytest.approx(sign * 0.05 * 0.7, abs=3e-3)
+        assert figures.lean == pytest.approx(0.12, abs=2e-3)
+        assert figures.twist == pytest.approx(3.0 / 700.0, rel=0.05)
+        assert figures.late_twist == pytest.approx(3.0 / 700.0, rel=0.05)
+
+
+def test_a_centre_of_pressure_that_is_nowhere_under_the_foot():
+    assert not list(place_doubts("1", outside=2, used=3))
+    (doubt,) = place_doubts("1", outside=3, used=2)
+    assert "3 of 5" in doubt.message
+
+
+NO_CORNERS = np.full((4, 3), np.nan)
+PELVIS = np.array([0.0, 0.0, 1.0])
+"""m, above the origin; the feet of `stepped` stand 0.1 m beside it."""
+
+
+def stepped(
+    side="right",
+    early=-0.1,
+    late=0.1,
+    sideways=0.0,
+    inward=0.05,
+    twist=0.004,
+    late_twist=None,
+    steps=1,
+    where=0.1,
+):
+    """A plate with contacts of 100 samples of constant vertical force, and what it shows of a foot.
+
+    Parameters
+    ----------
+    early, late : fore-aft force in the first and last 40 samples, over the vertical one.
+    sideways : change of the sideways force, to the left, from the first to the last 40 samples.
+    inward : mean sideways force, towards the other foot.
+    twist, late_twist : m, free moment over vertical force, inwards, in both halves of the stance.
+    """
+    column, sign = (0, 1.0) if side == "right" else (1, -1.0)
+    one = np.zeros((100, 3))
+    one[:, 2] = 700.0
+    one[:40, 0], one[60:, 0] = 700.0 * early, 700.0 * late
+    one[:, 1] = 700.0 * sign * inward
+    one[60:, 1] += 700.0 * sideways / 2
+    one[:40, 1] -= 700.0 * sideways / 2
+    moment = np.zeros((100, 3))
+    moment[:50, 2] = 700.0 * sign * twist
+    moment[50:, 2] = 700.0 * sign * (twist if late_twist is None else late_twist)
+    rest = np.zeros((60, 3))
+    force = np.concatenate([rest, *[np.concatenate([one, rest]) for _ in range(steps)]])
+    free = np.concatenate([rest, *[np.concatenate([moment, rest]) for _ in range(steps)]])
+    on = force[:, 2] > 0.0
+    point = np.where(on[:, None], [0.0, -sign * where, 0.0], np.nan)
+    both = {"force": force, "point": point, "free": free}
+    both = {
+        name: np.stack([values if i == column else empty for i in (0, 1)], axis=1)
+        for name, values in both.items()
+        for empty in [np.full_like(values, np.nan) if name == "point" else 0.0 * values]
+    }
+    forces = FootForces(
+        200.0, 0.0, both["force"], both["point"], both["free"],
+        np.ones((len(force), 2), dtype=bool),
+    )  # fmt: skip
+    return Plate("1", NO_CORNERS, force, point, free), forces
+
+
+def doubts_of(plate, forces, pelvis=PELVIS):
+    """Those about whole stances."""
+    recording = Recording(
+        "w", "project", ("A",), np.zeros((len(forces.force) // 2, 1, 3)), 100.0, plates=(plate,),
+        force_rate=200.0,
+    )  # fmt: skip
+    found = force_doubts(recording, forces, np.tile(pelvis, (len(forces.force), 1)))
+    return [each for each in found if "channel" not in each.check]
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_figures_of_a_stance_of_constant_parts(side):
+    """Impulses of parts of a stance, over the vertical impulse of all of it."""
+    plate, forces = stepped(side, early=-0.2, late=0.1, sideways=0.06, late_twist=0.008)
+    (stance,) = whole_stances(
+        Recording("w", "project", ("A",), np.zeros((10, 1, 3)), 100.0, plates=(plate,)), forces
+    )
+    assert stance == Stance(side, "1", 60, 160)
+    figures = stance_figures(stance, forces, np.tile(PELVIS, (len(forces.force), 1)))
+    assert figures.braking == pytest.approx(0.4 * (0.1 + 0.2))
+    assert figures.sideways == pytest.approx(0.4 * 0.06)
+    # samples 15 to 84: 25 early and 25 late ones, whose changes cancel
+    assert figures.inward == pytest.approx(0.7 * 0.05)
+    assert figures.lean == pytest.approx(0.1)
+    assert figures.twist == pytest.approx(0.008)
+    assert figures.late_twist == pytest.approx(0.008)
+    assert not doubts_of(plate, forces)
+
+
+def test_a_stance_counts_from_heel_strike_to_toe_off_on_valid_plates():
+    plate, forces = stepped(steps=3)
+    recording = Recording("w", "project", ("A",), np.zeros((10, 1, 3)), 100.0, plates=(plate,))
+    assert [each.begin for each in whole_stances(recording, forces)] == [60, 220, 380]
+    forces.valid[230, 0] = False
+    assert [each.begin for each in whole_stances(recording, forces)] == [60, 380]
+    for cut, begins in ((slice(61, None), [159, 319]), (slice(0, 479), [60])):
+        part = replace(
+            forces, force=forces.force[cut], valid=forces.valid[cut],
+            centre_of_pressure=forces.centre_of_pressure[cut],
+            free_moment=forces.free_moment[cut],
+        )  # fmt: skip
+        found = [each.begin for each in whole_stances(recording, part)]
+        assert found == [each for each in begins if part.valid[each : each + 100].all()]
+
+
+def test_the_plate_of_a_stance_is_the_one_that_carries_most_of_it():
+    plate, forces = stepped()
+    names = ("few", "most", "none")
+    plates = tuple(
+        replace(plate, name=name, force=share * plate.force)
+        for name, share in zip(names, (0.4, 0.6, 0.0), strict=True)
+    )
+    recording = Recording("w", "project", ("A",), np.zeros((10, 1, 3)), 100.0, plates=plates)
+    assert [each.plate for each in whole_stances(recording, forces)] == ["most"]
+
+
+@pytest.mark.parametrize(
+    ("change", "certain"), [(0.03, None), (0.015, False), (-0.015, False), (-0.03, True)]
+)
+def test_braking_comes_before_propulsion(change, certain):
+    """Turned round it cannot be right; hardly any may be a person who shuffles."""
+    doubts = doubts_of(*stepped(early=-change / 0.8, late=change / 0.8))
+    assert [(each.check, each.certain) for each in doubts] == (
+        [] if certain is None else [("braking before propulsion", certain)]
+    )
+    for each in doubts:
+        assert each.value == pytest.approx(change)
+        assert f"changes by {100 * change:.1f} %" in each.message
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize(
+    ("sideways", "braking", "exchanged"),
+    [(0.06, 0.025, True), (-0.06, 0.025, True), (0.06, -0.025, True), (0.045, 0.025, False),
+     (0.028, 0.005, False), (0.032, 0.005, True)],
+)  # fmt: skip
+def test_axes_that_are_exchanged(side, sideways, braking, exchanged):
+    """The sideways force changes by more than 3 % and twice what the fore-aft one does."""
+    found = doubts_of(
+        *stepped(side, early=-braking / 0.8, late=braking / 0.8, sideways=sideways / 0.4)
+    )
+    doubts = [each for each in found if each.check == "fore-aft and sideways force"]
+    assert len(doubts) == exchanged
+    if exchanged:
+        assert found == doubts, "the other ones follow from it"
+        (doubt,) = doubts
+        assert doubt.certain
+        assert doubt.value == pytest.approx(0.06 if abs(sideways) == 0.06 else 0.032)
+        assert f"the fore-aft one by {100 * braking:.1f} %" in doubt.message
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize(
+    ("inward", "where", "certain"),
+    [(0.01, 0.1, None), (-0.01, 0.1, False), (-0.025, 0.1, True), (-0.025, 0.01, False)],
+)
+def test_a_foot_is_pushed_towards_the_body_that_it_carries(side, inward, where, certain):
+    """An outward push cannot be right only if the body is certainly inward of the foot."""
+    doubts = doubts_of(*stepped(side, inward=inward / 0.7, where=where))
+    assert [(each.check, each.certain) for each in doubts] == (
+        [] if certain is None else [("push towards the middle line", certain)]
+    )
+    for each in doubts:
+        assert each.value == pytest.approx(inward)
+        assert f"outwards by {-100 * inward:.1f} %" in each.message
+
+
+def test_without_a_pelvis_nothing_is_certain_of_an_outward_push():
+    (doubt,) = doubts_of(*stepped(inward=-0.05), pelvis=np.full(3, np.nan))
+    assert not doubt.certain
+
+
+@pytest.mark.parametrize(("twist", "certain"), [(0.029, None), (0.031, False), (0.2, True)])
+def test_the_size_of_the_free_moment(twist, certain):
+    doubts = doubts_of(*stepped(twist=twist))
+    assert [(each.check, each.certain) for each in doubts] == (
+        [] if certain is None else [("size of the free moment", certain)]
+    )
+    for each in doubts:
+        assert each.value == pytest.approx(twist)
+        assert f"is {100 * twist:.1f} cm times" in each.message
+        assert "(at most 3 cm in walking" in each.message
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize(("late", "doubted"), [(-0.001, False), (-0.003, True)])
+def test_the_ground_turns_the_foot_inwards_in_late_stance(side, late, doubted):
+    doubts = doubts_of(*stepped(side, twist=0.001, late_twist=late))
+    assert [each.check for each in doubts] == ["direction of the free moment"] * doubted
+    for each in doubts:
+        assert each.value == pytest.approx(late)
+        assert f"outwards ({-1000 * late:.1f} mm" in each.message
+
+
+def test_stances_of_both_feet_on_a_plate_count_together():
+    """A sign is wrong for a plate, not for a foot: one that brakes twice as much makes up for one
+    that does not brake."""
+    plate, forces = stepped(early=0.0, late=0.0, steps=2)
+    forces.force[220:320, 1] = forces.force[220:320, 0]
+    forces.force[220:320, 1, 0] = np.repeat([-140.0, 0.0, 140.0], [40, 20, 40])
+    forces.force[220:320, 1, 1] *= -1.0
+    forces.centre_of_pressure[220:320, 1] = -forces.centre_of_pressure[220:320, 0]
+    forces.free_moment[220:320, 1] = -forces.free_moment[220:320, 0]
+    forces.force[220:320, 0] = 0.0
+    assert not doubts_of(plate, forces)
+    forces.force[220:320, 1, 0] = 0.0
+    (doubt,) = doubts_of(plate, forces)
+    assert doubt.where == "plate 1 (right and left foot, 2 stances)"
+
+
+@pytest.mark.parametrize(
+    ("kind", "limit", "impossible"),
+    [("fore-aft", 0.01, 0.002), ("sideways", 0.01, 0.002), ("first", 0.005, 0.001),
+     ("second", 0.005, 0.001), ("vertical moment", 0.003, 0.0005)],
+)  # fmt: skip
+def test_the_range_below_which_a_channel_is_dead(kind, limit, impossible):
+    """Of forces and the moment over the weight, of the centre of pressure in m."""
+    for size, certain in ((1.1 * limit, None), (0.9 * limit, False), (0.9 * impossible, True)):
+        plate = waves()
+        loaded = plate.force[:, 2] > 100.0  # N
+        weight = np.percentile(plate.force[loaded, 2], 95.0)
+        sweep = np.linspace(-0.5, 0.5, loaded.sum()) * size
+        force, point, moment = (
+            values.copy() for values in (plate.force, plate.centre_of_pressure, plate.moment)
+        )
+        if kind in ("fore-aft", "sideways"):
+            force[loaded, ("fore-aft", "sideways").index(kind)] = weight * sweep
+        elif kind in ("first", "second"):
+            axes = np.asarray(plate_axes(plate.corners))
+            own = (point[loaded] - plate.corners.mean(axis=0)) @ axes
+            own[:, ("first", "second").index(kind)] = sweep
+            point[loaded] = own @ axes.T + plate.corners.mean(axis=0)
+        else:
+            about = moment - np.cross(plate.corners.mean(axis=0), force)
+            moment[loaded, 2] += weight * sweep - about[loaded, 2]
+        bent = replace(plate, force=force, centre_of_pressure=point, moment=moment)
+        doubts = [each for each in channel_doubts(bent, 500.0) if each.check == "dead channel"]
+        doubts = [each for each in doubts if kind in each.message]
+        assert [each.certain for each in doubts] == ([] if certain is None else [certain])
+        for each in doubts:
+            assert each.value == pytest.approx(size, rel=0.02)
+            assert each.limit == limit
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("milliseconds", "doubted"), [(22, False), (28, True)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_horizontal_force_that_stays_at_either_end_for_25_ms(axis, sign, milliseconds, doubted):
+    plate = waves(rate=1000.0)
+    plate.force[100 : 100 + milliseconds, axis] = sign * 200.0
+    found = [each for each in channel_doubts(plate, 1000.0) if "saturated" in each.check]
+    assert len(found) == doubted
+    for each in found:
+        assert each.value == pytest.approx(0.001 * milliseconds)
+        assert f"the {('fore-aft', 'sideways')[axis]} force" in each.message
+        assert f"for {milliseconds} ms" in each.message
+
+
+def test_a_force_that_stays_near_zero_is_not_cut_off():
+    """A fiftieth of the weight is the least that is looked at."""
+    for size, doubted in ((0.018, False), (0.022, True)):
+        plate = waves(rate=1000.0)
+        weight = np.percentile(plate.force[plate.force[:, 2] > 100.0, 2], 95.0)
+        plate.force[:, 1] = np.clip(plate.force[:, 1], -size * weight, size * weight)
+        found = [each for each in channel_doubts(plate, 1000.0) if "saturated" in each.check]
+        assert len(found) == doubted
+
+
+def test_a_plate_that_is_pushed_along_but_not_down():
+    """From 50 N along, and less than half of that down."""
+    for along, down, doubted in ((60.0, 20.0, True), (40.0, 10.0, False), (60.0, 40.0, False)):
+        plate = waves()
+        force = np.zeros_like(plate.force)
+        force[100:200] = [along, 0.0, down]
+        found = list(channel_doubts(replace(plate, force=force), 500.0))
+        assert len(found) == doubted
+        for each in found:
+            assert (each.value, each.limit, each.certain) == (down, along / 2, True)

@@ -1,0 +1,264 @@
+"""Warnings that Newton's law gives: forces that the motion of the body does not need."""
+
+import re
+
+import numpy as np
+import pytest
+
+from gaitval.constants import STANDARD_GRAVITY
+from gaitval.gait.force_checks import Stance
+from gaitval.gait.motion_checks import (
+    LEG_SHARE,
+    aid_doubts,
+    motion_doubts,
+    swing_doubts,
+    weight_doubts,
+)
+from gaitval.mocap.recording import Event, FootForces
+
+MASS = 70.0
+WEIGHT = MASS * STANDARD_GRAVITY
+RATE, PLATE_RATE = 100.0, 1000.0
+STEP = 0.5
+"""s, on each foot in turn, without double support."""
+STANCES = tuple(
+    Stance(side, plate, round((at + first) * PLATE_RATE), round((at + first + STEP) * PLATE_RATE))
+    for side, plate, first in (("right", "A", 0.0), ("left", "B", STEP))
+    for at in np.arange(0.0, 4.0, 2 * STEP)
+)
+
+
+def walked(seconds=4.0):
+    """Forces on both feet, at the frames of the markers: each foot carries the body in turn."""
+    time = np.arange(round(seconds * RATE)) / RATE
+    into = time % STEP / STEP
+    body = WEIGHT * np.column_stack(
+        [
+            -0.15 * np.cos(np.pi * into),
+            0.05 * np.where(time % (2 * STEP) < STEP, 1.0, -1.0),
+            1.0 + 0.2 * np.sin(2 * np.pi * into),
+        ]
+    )
+    right = (time % (2 * STEP) < STEP)[:, None]
+    force = np.stack([np.where(right, body, 0.0), np.where(right, 0.0, body)], axis=1)
+    valid = np.ones((len(time), 2), dtype=bool)
+    return FootForces(RATE, 10.0, force, np.full_like(force, np.nan), 0.0 * force, valid)
+
+
+def needs(loads):
+    """What the motion needs where the plates are right."""
+    return loads.force.sum(axis=1)
+
+
+def found(needed, loads, stances=STANCES):
+    return list(motion_doubts(needed, loads, stances, PLATE_RATE, MASS))
+
+
+def test_forces_that_the_motion_needs():
+    loads = walked()
+    assert not found(needs(loads), loads)
+    assert not list(weight_doubts(needs(loads), loads))
+
+
+@pytest.mark.parametrize(
+    ("carried", "limit"), [(1.25, 1.2), (1.19, None), (0.81, None), (0.75, 0.8)]
+)
+def test_plates_that_carry_another_weight(carried, limit):
+    """The vertical force alone says so; the limit named is the one that was passed."""
+    loads = walked()
+    needed = needs(loads) / carried
+    doubts = list(weight_doubts(needed, loads))
+    assert [each.limit for each in doubts] == ([] if limit is None else [pytest.approx(limit)])
+    for each in doubts:
+        assert each.value == pytest.approx(carried)
+        assert f"{carried:.2f} times" in each.message
+
+
+def test_with_an_aid_the_feet_carry_less():
+    loads = walked()
+    (doubt,) = aid_doubts("crutches", needs(loads) / 0.9, loads)
+    assert (doubt.check, doubt.value) == ("aid", pytest.approx(0.9))
+    assert "with crutches the feet carry 0.90 times" in doubt.message
+
+
+@pytest.mark.parametrize(("shown", "judged"), [(0.29, False), (0.31, True)])
+def test_of_less_than_0_3_s_nothing_is_concluded(shown, judged):
+    """0.1 s at each edge of the known part is not used, at an end of the trial all of it is."""
+    loads = walked()
+    loads.valid[:] = False
+    loads.valid[100 : 120 + round(shown * RATE)] = True
+    twice = 0.5 * needs(loads)
+    assert len(list(weight_doubts(twice, loads))) == judged
+    assert len(list(aid_doubts("a cane", twice, loads))) == judged
+    wrong = needs(loads) - [0.1 * WEIGHT, 0.0, 0.0]
+    assert bool(found(wrong, loads)) == judged
+    loads.valid[:] = False
+    loads.valid[: 10 + round(shown * RATE)] = True
+    assert len(list(weight_doubts(twice, loads))) == judged
+
+
+def test_both_feet_must_be_known():
+    loads = walked()
+    loads.valid[:, 1] = False
+    assert not list(weight_doubts(0.5 * needs(loads), loads))
+    assert not found(0.5 * needs(loads), loads)
+
+
+def with_rate(loads, ratio):
+    """What markers need whose vertical acceleration is `ratio` times the true one."""
+    needed = needs(loads)
+    needed[:, 2] = WEIGHT + ratio * (needed[:, 2] - WEIGHT)
+    return needed
+
+
+@pytest.mark.parametrize(
+    ("ratio", "limit", "certain"),
+    [(4.0, 1.8, True), (2.0, 1.8, False), (1.7, None, False), (0.55, None, False),
+     (0.45, 0.5, False), (0.25, 0.5, True), (-1.0, None, False)],
+)  # fmt: skip
+def test_a_frame_rate_changes_accelerations_by_its_square(ratio, limit, certain):
+    loads = walked()
+    doubts = [each for each in found(with_rate(loads, ratio), loads) if "rate" in each.check]
+    if limit is None:
+        assert not doubts
+        return
+    (doubt,) = doubts
+    assert f"looks {ratio**0.5:.1f} times the true one" in doubt.message
+    assert (doubt.limit, doubt.certain) == (limit, certain)
+    assert doubt.value == pytest.approx(ratio)
+
+
+def test_a_wrong_frame_rate_is_the_only_warning_and_a_wrong_mass_is_none():
+    loads = walked()
+    needed = with_rate(loads, 4.0) + np.array([0.1 * WEIGHT, 0.0, 0.0])
+    assert [each.check for each in found(needed, loads)] == ["frame rate"]
+    heavy = needs(loads) + np.array([0.0, 0.0, 0.15 * WEIGHT])
+    assert not found(heavy, loads)
+
+
+def test_no_frame_rate_from_forces_that_have_nothing_to_do_with_the_motion():
+    """Nor from a foot that no plate shows: the other one's force hardly changes."""
+    loads = walked()
+    needed = needs(loads)
+    needed[:, 2] = WEIGHT * (1.0 + 0.1 * np.sin(2 * np.pi * 3.3 * loads.time))
+    assert "frame rate" not in {each.check for each in found(needed, loads)}
+    loads.force[:, 1] = 0.0
+    assert "frame rate" not in {each.check for each in found(with_rate(loads, 4.0), loads)}
+
+
+@pytest.mark.parametrize(
+    ("ratio", "limit", "certain"),
+    [(-1.0, 0.4, True), (0.3, 0.4, False), (0.5, None, False), (1.7, None, False),
+     (2.0, 1.8, False)],
+)  # fmt: skip
+@pytest.mark.parametrize(("column", "plate"), [(0, "A"), (1, "B")])
+def test_the_fore_aft_force_of_one_plate(ratio, limit, certain, column, plate):
+    """The other plate is taken to be right, and is not blamed."""
+    loads = walked()
+    needed = needs(loads)
+    needed[:, 0] += (ratio - 1.0) * loads.force[:, column, 0]
+    doubts = [each for each in found(needed, loads) if each.check == "fore-aft force and motion"]
+    expected = [] if limit is None else [(plate, limit, certain)]
+    assert [(each.plate, each.limit, each.certain) for each in doubts] == expected
+    for each in doubts:
+        assert each.value == pytest.approx(ratio)
+
+
+def test_a_plate_that_carried_too_little_or_that_has_nothing_to_do_with_the_motion():
+    loads = walked()
+    needed = needs(loads)
+    needed[:, 0] -= 2.0 * loads.force[:, 0, 0]
+    short = Stance("right", "A", 0, round(0.29 * PLATE_RATE))
+    assert not [each for each in found(needed, loads, [short]) if "fore-aft" in each.check]
+    long = Stance("right", "A", 0, round(0.31 * PLATE_RATE))
+    assert [each.check for each in found(needed, loads, [long])] == ["fore-aft force and motion"]
+    needed[:, 0] = 0.15 * WEIGHT * np.sin(2 * np.pi * 7.3 * loads.time)
+    assert not [each for each in found(needed, loads) if "fore-aft" in each.check]
+
+
+@pytest.mark.parametrize(("axis", "words"), [(0, "6.0 % of its weight forward"), (1, "6.0 % to")])
+def test_a_horizontal_channel_that_is_not_zeroed(axis, words):
+    loads = walked()
+    for share, doubted in ((0.06, True), (0.04, False), (-0.06, True)):
+        needed = needs(loads)
+        needed[:, axis] -= share * WEIGHT
+        doubts = [each for each in found(needed, loads) if each.check == "horizontal impulse"]
+        assert len(doubts) == doubted
+        for each in doubts:
+            assert each.value == pytest.approx(0.06)
+            assert ("-" if share < 0.0 else "") + words in each.message
+
+
+@pytest.mark.parametrize(("off", "words"), [(-0.5, "50 % of the body weight less"),
+                                            (0.5, "50 % of the body weight more")])  # fmt: skip
+def test_a_plate_that_is_silent_for_a_moment(off, words):
+    """12.00 s on the recording's clock, which began at 10 s."""
+    loads = walked()
+    needed = needs(loads)
+    loads.force[197:204, 0, 2] += off * WEIGHT
+    (doubt,) = [each for each in found(needed, loads) if "vertical" in each.check]
+    assert doubt.value == pytest.approx(0.5)
+    assert words in doubt.message
+    assert re.search(r"at (12\.0[01]|11\.99) s", doubt.message)
+
+
+@pytest.mark.parametrize(
+    ("off", "frames", "doubted"),
+    [(0.31, 6, True), (0.29, 6, False), (0.5, 3, False), (0.62, 3, True), (2.0, 1, True)],
+)
+def test_a_short_fault_counts_by_its_mean_over_60_ms(off, frames, doubted):
+    loads = walked()
+    needed = needs(loads)
+    loads.force[120 : 120 + frames, 0, 2] += off * WEIGHT
+    assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == doubted
+
+
+def test_what_is_within_0_1_s_of_an_unknown_force_does_not_count():
+    """Where a foot lands beside the plates, its force is missing a little before that is known."""
+    for missing, doubted in ((slice(40, 50), False), (slice(30, 39), True)):
+        loads = walked()
+        needed = needs(loads)
+        loads.valid[50:100, 1] = False
+        loads.force[missing, 0, 2] -= 0.4 * WEIGHT
+        assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == doubted
+
+
+def swings(*lengths, side="right"):
+    """Events of one foot whose swings take so long, s, a second apart."""
+    return [
+        event
+        for number, length in enumerate(lengths)
+        for event in (
+            Event(float(number), side, "toe_off"),
+            Event(number + length, side, "heel_strike"),
+        )
+    ]
+
+
+@pytest.mark.parametrize(
+    ("relative", "words"),
+    [(0.97, "too high"), (1.03, None), (2.15, None), (2.25, "too low")],
+)
+def test_a_swing_of_a_pendulum(relative, words):
+    """A leg of 0.53 of the stature swings in 1 to 2.2 times the root of its length over g."""
+    height = 1.75
+    swing = relative * np.sqrt(LEG_SHARE * height / STANDARD_GRAVITY)
+    doubts = list(swing_doubts(swings(swing), height))
+    assert len(doubts) == (words is not None)
+    for each in doubts:
+        assert each.value == pytest.approx(relative)
+        assert each.limit == (1.0 if relative < 1.0 else 2.2)
+        assert f"a swing takes {swing:.2f} s" in each.message
+        assert words in each.message
+    with_forces = list(swing_doubts(swings(swing), height, forces=True))
+    assert len(with_forces) == (relative < 1.0)
+
+
+def test_the_median_swing_of_both_feet_counts():
+    usual, short = 0.4, 0.1
+    assert not list(swing_doubts(swings(usual, short, usual), 1.75))
+    assert list(swing_doubts(swings(short, usual, short), 1.75))
+    both = sorted(swings(usual) + swings(usual, short, side="left"), key=lambda event: event.time)
+    assert not list(swing_doubts(both, 1.75))
+    stance = [Event(0.0, "right", "heel_strike"), Event(0.1, "right", "toe_off")]
+    assert not list(swing_doubts(stance, 1.75))

@@ -1,0 +1,75 @@
+"""Errors of predictions of trials that are held out: whose trials, and their means."""
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import RecordSettings
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.comparison import rms
+from gaitval.metrics.groups import GROUPS
+from gaitval.metrics.held_out import prediction_errors
+from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.typed import sided
+from gaitval.prediction.known import told
+
+
+@pytest.fixture(scope="module")
+def people():
+    return builtin_subjects()
+
+
+def with_trials(people, fewest, most=99):
+    return next(each for each in people if fewest <= len(each.trials) <= most)
+
+
+def expected(person, people):
+    """Of each trial, by its definition: RMS of each recorded curve, mean over those of a group."""
+    rows = []
+    for name in (person.trial, *(trial.name for trial in person.trials)):
+        guess = told(person, RecordSettings(holdout=name), people, forced=True).record
+        predicted = by_kind(recorded_curves(guess))
+        recorded = by_kind(recorded_curves(person.on_trial(name).record()))
+        rows.append(
+            {
+                group: np.mean(
+                    [rms(predicted[kind][each] - recorded[kind][each]) for each in sided(names)]
+                )
+                for group, (kind, names) in GROUPS.items()
+            }
+        )
+    return rows
+
+
+def test_the_persons_own_trials_are_held_out_one_by_one(people):
+    person = with_trials(people, 1)
+    found = prediction_errors(person, RecordSettings(), people)
+    rows = expected(person, people)
+    assert found is not None
+    assert (found.own, found.people, found.trials) == (True, 1, len(rows))
+    for group in found.groups:
+        values = [row[group.group] for row in rows]
+        assert group.mean == pytest.approx(np.mean(values))
+        assert group.sd == pytest.approx(np.std(values, ddof=1))
+
+
+def test_of_somebody_with_one_trial_the_others_are_held_out(people):
+    """Those who can be: each by their own other trials."""
+    several = [each for each in people if each.trials][:2]
+    alone = with_trials(people, 1).model_copy(update={"trials": ()})
+    found = prediction_errors(alone, RecordSettings(), several)
+    assert found is not None
+    assert not found.own
+    assert found.people == len(several)
+    assert found.trials == sum(1 + len(each.trials) for each in several)
+
+
+def test_without_anybody_there_is_no_error(people):
+    alone = with_trials(people, 1).model_copy(update={"trials": ()})
+    assert prediction_errors(alone, RecordSettings(), []) is None
+
+
+def test_trials_without_kinetics_do_not_count(people, monkeypatch):
+    person = with_trials(people, 1)
+    monkeypatch.setattr(type(person), "has_kinetics", property(lambda self: False))
+    assert prediction_errors(person, RecordSettings(), []) is None

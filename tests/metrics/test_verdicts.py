@@ -1,0 +1,173 @@
+"""The verdict in words: which rows fail, which is the worst, and what is not judged."""
+
+from pathlib import Path
+
+import pytest
+
+from gaitval.metrics.results import read_metrics
+from gaitval.metrics.tolerances import Verdict
+from gaitval.metrics.verdicts import (
+    LimitVerdict,
+    bound_text,
+    close_text,
+    failed_limits,
+    limit_verdicts,
+    sentence,
+    spread_text,
+    target_text,
+    unit_text,
+    value_text,
+)
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def metrics():
+    return read_metrics(ROOT / "reports" / "S05" / "baseline")
+
+
+def row(metrics, **changes):
+    """A verdict with other values."""
+    values = metrics.tolerances[0].model_dump() | {"spread": None} | changes
+    return Verdict.model_validate(values)
+
+
+def of(metrics, limit, *values, tolerance=2.0):
+    return LimitVerdict(
+        tuple(
+            row(
+                metrics, limit=limit, value=value, target=f"t{i}", tolerance=tolerance, unit="deg",
+                passed=value is not None
+                and (value >= tolerance if limit == "at_least" else value <= tolerance),
+            )
+            for i, value in enumerate(values)
+        ),
+        "do this",
+    )  # fmt: skip
+
+
+def test_the_worst_row_is_on_the_wrong_side_of_its_limit(metrics):
+    assert of(metrics, "at_most", 1.0, 3.0, 2.0).worst.target == "t1"
+    assert of(metrics, "at_least", 3.0, 1.0, 2.0).worst.target == "t1"
+    assert of(metrics, "at_least", 3.0, None, 1.0).worst.target == "t1", "not measured is worse"
+    assert of(metrics, "at_most", 3.0, None).value_text() == "not measured"
+    two = of(metrics, "at_most", 1.0, 3.0)
+    assert not two.passed
+    assert [each.target for each in two.failed] == ["t1"]
+    assert two.first.target == "t0"
+    assert of(metrics, "at_most", 1.0, 2.0).passed
+    assert (two.value_text(), two.limit_text()) == ("3°", "≤ 2°")
+    assert of(metrics, "at_least", 3.0).limit_text() == "≥ 2°"
+
+
+def test_numbers_have_three_digits_and_units_as_one_writes_them(metrics):
+    assert [unit_text(each) for each in ("deg", "1", "N", "% BW")] == ["°", "", " N", " % BW"]
+    assert value_text(row(metrics, value=12.3456, unit="mm")) == "12.3 mm"
+    assert bound_text(row(metrics, limit="exactly", unit="1"), 0.0) == "= 0"
+    assert bound_text(row(metrics), None) == ""
+
+
+def spread(**values):
+    return {"repeats": 8, "kept": 8, "low": None, "high": None, "close": True, **values}
+
+
+def test_what_repeats_said(metrics):
+    assert spread_text(row(metrics)) == ""
+    walks = row(metrics, measure="falls", unit="deg", spread=spread(kept=7))
+    assert spread_text(walks) == "7 of 8 walks"
+    known = row(metrics, measure="falls", unit="deg", spread=spread(low=0.8712, high=1.1234))
+    assert spread_text(known) == "0.871–1.12°, 8 of 8 walks"
+    pushes = row(metrics, measure="push_survival", unit="%", spread=spread(kept=6))
+    assert spread_text(pushes) == "6 of 8 pushes"
+    assert close_text(pushes) == "passes, but one push less survived would fail it"
+    assert close_text(walks) == "passes, but not in every repeated walk"
+    assert close_text(known) == "passes, but one more walk may fail it"
+    assert close_text(row(metrics, measure="falls")) == "passes, but one more walk may fail it"
+
+
+def test_close_are_rows_that_pass_but_might_not_again(metrics):
+    rows = [
+        row(metrics, passed=passed, target=f"{passed} {close}", spread=spread(close=close))
+        for passed in (True, False)
+        for close in (True, False)
+    ]
+    found = LimitVerdict((*rows, row(metrics, passed=True)), "").close
+    assert [each.target for each in found] == ["True True"]
+
+
+def test_targets_in_the_words_of_gait_analysis():
+    assert target_text("walk") == ""
+    assert target_text("knee_angle_l") == "left knee flexion"
+    assert target_text("medial_r") == "right medial force"
+    assert target_text("toe_clearance_r") == "right toe clearance"
+    assert target_text("start phase 0.5") == "start phase 0.5"
+
+
+def test_limits_of_a_role_failed_ones_first(metrics):
+    every = limit_verdicts(metrics)
+    assert sum(len(each.rows) for each in every) == len(metrics.tolerances)
+    assert [each.passed for each in every] == sorted(each.passed for each in every)
+    by_role = {role: limit_verdicts(metrics, role) for role in ("acceptance", "context")}
+    assert {each.first.role for each in by_role["context"]} == {"context"}
+    assert sum(map(len, by_role.values())) == len(every)
+    for each in every:
+        assert len({one.id for one in each.rows}) == 1
+        assert each.remedy
+
+
+def with_rows(metrics, change):
+    return metrics.model_copy(update={"tolerances": [change(each) for each in metrics.tolerances]})
+
+
+def test_the_sentence_counts_what_failed_by_role_and_what_passes_narrowly(metrics):
+    def passed(each):
+        return each.model_copy(update={"passed": True, "spread": None})
+
+    good = with_rows(metrics, passed)
+    counts = {role: len(limit_verdicts(good, role)) for role in ("acceptance", "context")}
+    assert sentence(good).startswith(
+        f"All {counts['acceptance']} acceptance limits passed; all {counts['context']} context "
+        "limits passed."
+    )
+    assert failed_limits(good) == []
+    first = {role: limit_verdicts(good, role)[0].first.id for role in counts}
+
+    def failing(role):
+        return with_rows(
+            good, lambda each: each.model_copy(update={"passed": each.id != first[role]})
+        )
+
+    for role in counts:
+        said = sentence(failing(role))
+        assert f"1 of {counts[role]} {role} limits failed" in said.replace("All", "all")
+        assert [each.first.id for each in failed_limits(failing(role))] == [first[role]]
+    assert sentence(failing("acceptance"))[0].isdigit()
+    both = with_rows(good, lambda each: each.model_copy(update={"passed": False}))
+    roles = [each.first.role for each in failed_limits(both)]
+    assert roles == ["acceptance"] * counts["acceptance"] + ["context"] * counts["context"]
+    narrow = spread(low=0.1, high=0.2)
+    accepted = [each for each in good.tolerances if each.role == "acceptance"]
+    for number, words in ((1, " 1 accepted value passes narrowly."),
+                          (2, " 2 accepted values pass narrowly.")):  # fmt: skip
+        chosen = {(each.id, each.target) for each in accepted[:number]}
+        close = with_rows(
+            good,
+            lambda each, chosen=chosen: Verdict.model_validate(
+                each.model_dump() | {"spread": narrow if (each.id, each.target) in chosen else None}
+            ),
+        )
+        assert words in sentence(close)
+    assert "narrowly" not in sentence(good)
+
+
+def test_nothing_recorded_is_not_judged(metrics, monkeypatch):
+    monkeypatch.setattr(type(metrics), "is_recorded_at_all", False)
+    said = sentence(metrics)
+    every = limit_verdicts(metrics)
+    kept = sum(each.passed for each in every)
+    speed = metrics.record.spatiotemporal.walking_speed
+    assert said == (
+        f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
+        f"{kept} of {len(every)} limits kept."
+    )
