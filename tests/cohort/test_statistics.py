@@ -134,3 +134,20 @@ def test_among_fewer_than_ten_none_stands_out():
 def test_equal_values_have_no_outliers():
     rows = pd.DataFrame({"study": list("abc"), "name": "n", "unit": "", "value": [1.0, 1.0, 1.0]})
     assert outliers(rows).empty
+
+
+def test_an_outlier_is_told_by_the_median_and_its_absolute_deviation():
+    """By hand: of 0 to 9 and 90 the median is 5 and the median deviation 3. The farther of two
+    comes first, and those on the other side count as well."""
+    values = [*range(10), 90.0]
+    rows = pd.DataFrame({"study": [f"s{i}" for i in range(11)], "name": "error", "unit": "deg",
+                         "value": values})  # fmt: skip
+    (found,) = outliers(rows).itertuples()
+    assert (found.study, found.median) == ("s10", 5.0)
+    assert found.z == pytest.approx(0.6745 * (90.0 - 5.0) / 3.0)
+    both = pd.DataFrame({"study": [f"s{i}" for i in range(13)], "name": "error", "unit": "deg",
+                         "value": [*range(10), 60.0, -90.0, np.nan]})  # fmt: skip
+    found = outliers(both)
+    assert found["study"].tolist() == ["s11", "s10"]
+    assert set(found["median"]) == {4.5}
+    assert found["z"].tolist() == pytest.approx([0.6745 * -94.5 / 3.0, 0.6745 * 55.5 / 3.0])

@@ -21,6 +21,8 @@ from synthetic_walk import (
 from gaitval.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.comparison import low_pass_of, simulated_curves
+from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.validation import validate
@@ -269,3 +271,25 @@ def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):
     assert {origins[name] for name in unrecorded} == {"expected"}
     assert origins["angle_rmse"] == "recorded"
     assert origins["falls"] is None
+
+
+def test_the_spread_of_cycles_is_that_of_a_sample():
+    """n - 1: of ten cycles the other one is 5 % smaller."""
+    walk = perfect_walk(RECORD, cycles=14.0)
+    random = np.random.default_rng(1)
+    positions = walk.positions.copy()
+    positions[:, 6:] += 0.02 * random.normal(size=(len(positions), 25)).cumsum(axis=0) * 0.01
+    walk = replace(walk, positions=positions)
+    configuration = sharp_filter(cycles=10, start_phases=(0.0,))
+    found = validate(
+        SUBJECT, RECORD, MODEL, walks_of([walk], configuration), None, configuration
+    ).as_dict()["walks"]["nominal"]
+    cycles = find_cycles(walk, configuration).first(10)
+    filters = low_pass_of(RECORD, configuration.validation.filter_frequency)
+    curves = simulated_curves(walk, cycles, mass=MODEL.mass, filters=filters)
+    knee = np.degrees(curves.angles["knee_angle_r"])
+    assert len(knee) == 10
+    stored = found["curves"]["angles"]["knee_angle_r"]
+    np.testing.assert_allclose(stored["mean"], knee.mean(axis=0), rtol=1e-5)
+    np.testing.assert_allclose(stored["sd"], np.std(knee, axis=0, ddof=1), rtol=1e-4)
+    assert min(stored["sd"]) > 0.0

@@ -16,6 +16,7 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap import c3d_contents
 from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.c3d_plates import _zero_samples
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
@@ -681,3 +682,21 @@ class TestRefusals:
         blob = blob[: at.end()] + b"\0\0\0\0" + blob[at.end() + 4 :]
         path.write_bytes(blob[:20] + b"\0\0\0\0" + blob[24:])  # the header has it again
         self.refuse(path, "POINT:RATE is 0")
+
+
+@pytest.mark.parametrize(
+    ("declared", "samples"),
+    [([1, 4], (0, 20)), ([3, 3], (10, 15)), ([1, 10], (0, 50)), ([1, 11], (0, 0)),
+     ([0, 0], (0, 0)), ([0, 4], (0, 0)), ([5, 4], (0, 0)), ([3], (0, 0)), ([], (0, 0))],
+)  # fmt: skip
+def test_frames_that_the_file_declares_unloaded_are_counted_from_one(
+    declared: list[int], samples: tuple[int, int]
+) -> None:
+    """Five samples a frame, 50 in all; the last frame is included."""
+
+    class Contents:
+        def get(self, group: str, name: str) -> list[int]:
+            assert (group, name) == ("FORCE_PLATFORM", "ZERO")
+            return declared
+
+    assert _zero_samples(Contents(), 0, 5, 50) == samples  # type: ignore[arg-type]

@@ -285,6 +285,24 @@ def test_one_seed_gives_one_policy(task, tmp_path):
     )
 
 
+def test_each_seed_and_each_checkpoint_has_episodes_of_its_own(task, monkeypatch, tmp_path):
+    """Not only weights: what a training meets on its way follows from the seed as well."""
+    told = []
+
+    class Watched(LocalWorkers):
+        def begin(self, seed):
+            told.append(seed)
+            super().begin(seed)
+
+    monkeypatch.setattr("gaitval.policy.training.WalkingWorkers", Watched)
+    tiny = changed(task, **INTERRUPTED)
+    for seed, name in ((3, "a"), (4, "b"), (3, "c")):
+        train(with_seed(tiny, seed), tmp_path / name, samples=4 * UPDATE)
+    first, second, again = told[:2], told[2:4], told[4:]
+    assert first == again
+    assert len({*first, *second}) == 4
+
+
 # ---- Interrupted. ----
 
 SCRIPT = """

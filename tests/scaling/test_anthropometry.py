@@ -102,3 +102,30 @@ def test_parallel_axis_theorem_for_a_point_mass():
     np.testing.assert_allclose(
         shifted_inertia(2.0, np.array([0.0, 3.0, 0.0])), np.diag([18.0, 0.0, 18.0])
     )
+
+
+PUBLISHED = {
+    "head": ("6.68 6.94", "48.41 50.02", "27.1 30.3", "29.5 31.5", "26.1 26.1"),
+    "upper trunk": ("15.45 15.96", "50.50 50.66", "46.6 50.5", "31.4 32.0", "44.9 46.5"),
+    "middle trunk": ("14.65 16.33", "45.12 45.02", "43.3 48.2", "35.4 38.3", "41.5 46.8"),
+    "lower trunk": ("12.47 11.17", "49.20 61.15", "43.3 61.5", "40.2 55.1", "44.4 58.7"),
+    "upper arm": ("2.55 2.71", "57.54 57.72", "27.8 28.5", "26.0 26.9", "14.8 15.8"),
+    "forearm": ("1.38 1.62", "45.59 45.74", "26.1 27.6", "25.7 26.5", "9.4 12.1"),
+    "hand": ("0.56 0.61", "74.74 79.00", "53.1 62.8", "45.4 51.3", "33.5 40.1"),
+    "thigh": ("14.78 14.16", "36.12 40.95", "36.9 32.9", "36.4 32.9", "16.2 14.9"),
+    "shank": ("4.81 4.33", "43.52 43.95", "26.7 25.1", "26.3 24.6", "9.2 10.2"),
+    "foot": ("1.29 1.37", "40.14 44.15", "29.9 25.7", "27.9 24.5", "13.9 12.4"),
+}
+"""de Leva (1996), Table 4, as printed, women and men: mass, centre of mass and sagittal, transverse
+and longitudinal radius of gyration, in % of the body's mass and of the segment's length."""
+
+
+@pytest.mark.parametrize("segment", DE_LEVA["F"])
+def test_the_table_has_the_digits_of_the_paper(segment):
+    for column, sex in enumerate(("F", "M")):
+        ours = DE_LEVA[sex][segment]
+        mass, centre, *radii = (float(each.split()[column]) for each in PUBLISHED[segment])
+        assert 100.0 * ours.mass == pytest.approx(mass)
+        assert 100.0 * ours.centre_of_mass == pytest.approx(centre)
+        seen = [100.0 * each for each in (ours.sagittal, ours.transverse, ours.longitudinal)]
+        assert seen == pytest.approx(radii)

@@ -161,3 +161,60 @@ def test_floor_far_from_zero_is_refused():
     markers = {name: (x, y, z + 0.3) for name, (x, y, z) in load_subject("S05").markers.items()}
     with pytest.raises(ScalingError, match="ankle height"):
         scale_subject(person(markers=markers))
+
+
+def gyration(table, mass, length, axes):
+    """Inertia (3, 3) about the centre of mass with these of de Leva's radii along x, y, z."""
+    return np.diag([mass * (getattr(table, axis) * length) ** 2 for axis in axes])
+
+
+@pytest.mark.parametrize("identifier", ["S01", "S05"])
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_forearm_and_hand_turn_about_their_common_centre(identifier, side):
+    """By the theorem of parallel axes. The palm faces the thigh, so what the hand's table calls
+    sagittal, from back to front, lies sideways here."""
+    subject = load_subject(identifier)
+    scaled = scale_subject(subject)
+    rows = {row.segment: row for row in scaled.table if row.side in (None, side)}
+    forearm, hand = rows["forearm"], rows["hand"]
+    tables = DE_LEVA[subject.sex]
+    places = [
+        -tables["forearm"].centre_of_mass * forearm.length_m,
+        -forearm.length_m - tables["hand"].centre_of_mass * hand.length_m,
+    ]
+    masses = [forearm.mass_kg, hand.mass_kg]
+    centre = float(np.dot(masses, places)) / sum(masses)
+    inertia = gyration(
+        tables["forearm"], masses[0], forearm.length_m, ("sagittal", "transverse", "longitudinal")
+    )
+    inertia += gyration(
+        tables["hand"], masses[1], hand.length_m, ("transverse", "sagittal", "longitudinal")
+    )
+    for mass, place in zip(masses, places, strict=True):
+        inertia += mass * (place - centre) ** 2 * np.diag([1.0, 1.0, 0.0])
+    segment = scaled.model[f"forearm_{side[0]}"]
+    assert segment.mass == pytest.approx(sum(masses))
+    np.testing.assert_allclose(segment.centre_of_mass, [0.0, 0.0, centre], atol=1e-12)
+    np.testing.assert_allclose(segment.inertia, inertia, atol=1e-12)
+
+
+def test_middle_and_upper_trunk_and_head_are_stacked_on_the_lumbar_joint():
+    """Each from its own end points, as one rigid body."""
+    subject = load_subject("S05")
+    scaled = scale_subject(subject)
+    rows = {row.segment: row for row in scaled.table}
+    top, parts = 0.0, []
+    for name in ("middle trunk", "upper trunk", "head"):
+        table, row = DE_LEVA[subject.sex][name], rows[name]
+        top += row.length_m
+        own = gyration(table, row.mass_kg, row.length_m, ("sagittal", "transverse", "longitudinal"))
+        parts.append((row.mass_kg, top - table.centre_of_mass * row.length_m, own))
+    mass = sum(part[0] for part in parts)
+    centre = sum(part[0] * part[1] for part in parts) / mass
+    expected = sum(
+        own + each * (place - centre) ** 2 * np.diag([1.0, 1.0, 0.0]) for each, place, own in parts
+    )
+    torso = scaled.model["torso"]
+    assert torso.mass == pytest.approx(mass)
+    np.testing.assert_allclose(torso.centre_of_mass, [0.0, 0.0, centre], atol=1e-12)
+    np.testing.assert_allclose(torso.inertia, expected, atol=1e-12)
