@@ -45,6 +45,7 @@ MEASURES = {
             "extras/gaitval_patients/records.py",
             "extras/gaitval_patients/rolling_foot.py",
             "extras/gaitval_patients/told.py",
+            "extras/gaitval_patients/turned_feet.py",
             "extras/gaitval_patients/walk.py:walk",
             "@walk",
         ),

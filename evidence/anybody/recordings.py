@@ -91,7 +91,8 @@ def recordings(arguments: Namespace) -> list[evidence.Row]:
         if result.get("peer"):
             kept["peer"] = result["peer"]
         store[recording["name"]] = kept
-        write_json(STORE, {"recordings": list(store.values())})
+        names = [each["name"] for each in listed]
+        write_json(STORE, {"recordings": [store[name] for name in names if name in store]})
         print(
             f"{recording['name']}: {result['became']}"
             f"{'' if right(recording, result) else ' (not as it should be)'}; "

@@ -55,6 +55,8 @@ MEASURES = {
             "experiments/ten_bodies.py",
         ),
         "results": ("reports/identification/ten_shared.json",),
+        "allowed": 6,
+        "why": "an apostrophe in the path of a URDF that is written; a message on names of markers",
     },
 }
 """What the rows depend on; see evidence/stale.py."""

@@ -24,7 +24,13 @@ MODELS = ("Rajagopal2016.osim", "RajagopalLaiUhlrich2023.osim")
 MASS, HEIGHT = 85.0668, 1.829
 """kg and m, of the person in the scaling set-up."""
 FORCES = ("pelvis_tx_force", "pelvis_ty_force", "pelvis_tz_force")
-MEASURES = {"*": {"code": ("@judged", "experiments/opensim_pipeline.py")}}
+MEASURES = {
+    "*": {
+        "code": ("@judged", "experiments/opensim_pipeline.py"),
+        "allowed": 3,
+        "why": "an apostrophe in the path of a URDF that is written",
+    }
+}
 """What the rows depend on; see evidence/stale.py."""
 
 

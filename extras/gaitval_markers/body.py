@@ -24,26 +24,32 @@ PEOPLE: Final = 3000
 STATURE_M: Final = (1.55, 0.25)
 """m. Mean and standard deviation of the people drawn: children and adults."""
 
-HANG: Final = ((10.0, 6.0), (5.0, 12.0), (15.0, 12.0), (10.0, 30.0))
-"""Arms that hang: abduction, flexion, flexion of the elbow and turn of the forearm (palm forward is
-positive), degrees, mean and standard deviation."""
+HANG: Final = ((10.0, 6.0), (5.0, 12.0), (15.0, 12.0), (10.0, 30.0), (0.0, 0.0))
+"""Arms that hang: abduction, flexion, flexion of the elbow, turn of the forearm (palm forward is
+positive) and inward turn of the upper arm, degrees, mean and standard deviation."""
 
-UPRIGHT: Final = ((0.0, 4.0), (0.0, 3.0))
-"""Legs of a standing person: flexion of the right hip, which is the left one's extension, and
-abduction of both, likewise."""
+UPRIGHT: Final = ((0.0, 4.0), (0.0, 3.0), (0.0, 0.0))
+"""Legs of a standing person: flexion of the right hip, which is the left one's extension, abduction
+of both, and how far both knees are bent, the hips half as much, likewise."""
 
 POSES: Final = {
     "arms hang": (HANG, UPRIGHT),
-    "arms out": (((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0)), UPRIGHT),
-    "arms level": (((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0)), UPRIGHT),
-    "elbows bent": (((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0)), UPRIGHT),
-    "arms forward": (((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0)), UPRIGHT),
-    "astride": (HANG, ((0.0, 4.0), (20.0, 7.0))),
-    "right foot ahead": (HANG, ((16.0, 6.0), (0.0, 3.0))),
-    "left foot ahead": (HANG, ((-16.0, 6.0), (0.0, 3.0))),
+    "arms out": (((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0), (0.0, 0.0)), UPRIGHT),
+    "arms level": (((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0), (0.0, 0.0)), UPRIGHT),
+    "forearms hang": (
+        ((80.0, 12.0), (5.0, 10.0), (80.0, 18.0), (0.0, 35.0), (60.0, 20.0)),
+        UPRIGHT,
+    ),
+    "elbows bent": (((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0), (0.0, 0.0)), UPRIGHT),
+    "arms forward": (((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0), (0.0, 0.0)), UPRIGHT),
+    "astride": (HANG, ((0.0, 4.0), (20.0, 7.0), (0.0, 0.0))),
+    "crouched": (HANG, ((0.0, 4.0), (0.0, 3.0), (25.0, 10.0))),
+    "right foot ahead": (HANG, ((16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
+    "left foot ahead": (HANG, ((-16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
 }
 """Ways to stand, each a distribution of its own: how the arms are held, and the legs: feet side by
-side, astride a belt, or one ahead of the other."""
+side, astride a belt, knees bent (crouch of cerebral palsy: 20 degrees and more, Rodda et al. 2004),
+or one foot ahead of the other."""
 
 POSTURE: Final = {
     "lean": 6.0, "tilt": 6.0, "sway": 2.5, "hip": 3.0, "abduction": 2.0, "turn": 7.0,
@@ -182,7 +188,7 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
         return np.radians(random.normal(mean, deviation, n))
 
     arms, legs = POSES[pose]
-    stride, wide = (angle(sd, mean) for mean, sd in legs)
+    stride, wide, bent = (angle(sd, mean) for mean, sd in legs)
     lean, sway = angle(POSTURE["lean"]), angle(POSTURE["sway"])
     tilt = angle(POSTURE["tilt"])
     hips = np.zeros((n, 3))
@@ -196,10 +202,10 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
         thigh = (
             _yaw(sign * angle(POSTURE["turn"]))
             @ _roll(sign * (wide + angle(POSTURE["abduction"])))
-            @ _pitch(sign * stride - angle(POSTURE["hip"]))
+            @ _pitch(sign * stride - angle(POSTURE["hip"]) - bent / 2.0)
         )
         knee = hip - _up(thigh, lengths["hip_height"] - lengths["knee_height"])
-        shank = thigh @ _pitch(angle(POSTURE["knee"], KNEE_FLEXION_DEG))
+        shank = thigh @ _pitch(angle(POSTURE["knee"], KNEE_FLEXION_DEG) + bent)
         ankle = knee - _up(shank, lengths["knee_height"] - lengths["ankle_height"])
         # Feet stand on the floor.
         ankle[:, 2] = lengths["ankle_height"]
@@ -221,10 +227,10 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
                 axis=1,
             ),
         )
-        abduction, flexion, bend, turn = (angle(sd, mean) for mean, sd in arms)
+        abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in arms)
         arm = torso @ _roll(sign * abduction) @ _pitch(-flexion)
         elbow = shoulder - _up(arm, lengths["upper_arm"])
-        forearm = arm @ _pitch(-bend) @ _yaw(sign * turn)
+        forearm = arm @ _yaw(-sign * inwards) @ _pitch(-bend) @ _yaw(sign * turn)
         for part, origin, axes in (
             ("thigh", hip, thigh),
             ("shank", knee, shank),

@@ -19,6 +19,13 @@ CERTAIN: Final = 0.95
 """Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table
 of results contains, so that none of their wrong guesses reaches it."""
 
+CERTAIN_BY_NAME: Final = 0.8
+"""The same where the name says the place and not the next likely one; of the sets on which it was
+chosen all such guesses between the two are right."""
+
+FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
+"""Places of which one marker is taken for another's: a user is asked where no name says which."""
+
 NAMES_COUNT: Final = 0.6
 """Share of the names that must say what the places of their markers say; below it the labels are
 taken to be exchanged or to mean something else, and only the places count."""
@@ -30,6 +37,10 @@ likeliest."""
 NOWHERE_SHARE: Final = 0.1
 """Share of the markers on no known place above which the body was not recognised: the person may
 not stand, and nothing is used unseen."""
+
+OF_EVERY_SET: Final = 0.95
+"""Share of marker sets with a marker on a place from which on a body is not recognised without one:
+ASIS, knee, ankle and heel of both sides, which gaitval needs."""
 
 FEWEST: Final = 8
 """Markers without which a body is not recognised: those of legs that gaitval can use."""
@@ -48,6 +59,8 @@ class Guess:
     at : (3,) m in standing, forward, left, up.
     static_only, walking_only : whether only the standing, or only the walking trial has it.
     recognised : whether the whole body was: of few markers nothing is known.
+    alone : whether the place is one of a side and the other side's has no marker.
+    rivalled : whether the name says nothing that tells the place from the next likely one.
     """
 
     name: str
@@ -59,18 +72,24 @@ class Guess:
     static_only: bool = False
     walking_only: bool = False
     recognised: bool = True
+    alone: bool = False
+    rivalled: bool = True
 
     @property
     def used(self) -> bool:
         """Whether it is used without having been looked at.
 
-        One that is on no known place never is, nor one on an arm whose name does not say so: arms
-        are held in any way, and a whole arm may be taken for a shorter or a longer one.
+        One that is on no known place never is, nor one whose name does not say so on an arm, on the
+        forefoot, or on a place that the other side has no marker on: arms are held in any way, and
+        a whole arm may be taken for a shorter or a longer one; a marker on the forefoot may be on
+        any metatarsal, as shoes are wide or narrow; and sets of markers are of both sides.
         """
         known = self.recognised and self.named is not False
-        if self.site is None or not known or self.certainty < CERTAIN:
+        least = CERTAIN_BY_NAME if self.named and not self.rivalled else CERTAIN
+        if self.site is None or not known or self.certainty < least:
             return False
-        return self.named is True or self.site.part not in ("upper_arm", "forearm")
+        unclear = self.site.part in ("upper_arm", "forearm") or self.site.name in FOREFOOT
+        return self.named is True or not (unclear or self.alone)
 
 
 @dataclass(frozen=True)
@@ -166,9 +185,12 @@ def draft_of(places: Places) -> Draft:
     said = read_names(places.names)
     match, agree = _match(said, places)
     guesses = []
-    # The mean of a walk is not a standing person: then names must agree.
+    taken = {match.sites[place].label for place in match.chosen if place >= 0}
+    whole = all(site.label in taken for site in match.sites if site.there >= OF_EVERY_SET)
+    # The mean of a walk is not a standing person, nor is one known whose knee is not: then names
+    # must agree.
     recognised = bool(np.mean(match.chosen < 0) <= NOWHERE_SHARE) and (
-        places.stood or agree >= NAMES_COUNT
+        (places.stood and whole) or agree >= NAMES_COUNT
     )
     for number, (name, word) in enumerate(zip(places.names, said, strict=True)):
         site = match.site(number)
@@ -184,6 +206,8 @@ def draft_of(places: Places) -> Draft:
                 match.points[number],
                 static_only=name in places.static_only,
                 recognised=recognised,
+                alone=site is not None and site.mirrored not in taken,
+                rivalled=silent or (second >= 0 and word.fits(match.sites[second])),
             )
         )
     nowhere = np.full(3, np.nan)

@@ -10,7 +10,7 @@ probability of its place against all changes that were tried.
 It is long because the changes, their likelihood and what it is made of are read together.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -110,17 +110,20 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
         so_far = max((each[0] for each in best), default=-np.inf)
         best.append((*search.refined(start.chosen, so_far), search, start))
 
-    # The likeliest of each way to face; then other statures and ways to stand of the best.
+    # The likeliest of each way to face; then every way to stand of the best, in all statures. Which
+    # way that is may be open until then.
     facings = {start.frame: start for start in reversed(starts)}
     for start in sorted(facings.values(), key=lambda start: start.cost)[:FACINGS]:
         refine(start)
-    likeliest = max(best, key=lambda each: each[0])[3]
-    here = [start for start in starts if start.frame == likeliest.frame]
-    ways = {id(start): start for key in (_stature_of, _pose_of) for start in _first_of(here, key)}
-    tried = {likeliest.chosen.tobytes()}
-    for start in ways.values():
-        if start.chosen.tobytes() not in tried:
-            tried.add(start.chosen.tobytes())
+    top = max(each[0] for each in best)
+    likely = {each[3].frame for each in best if each[0] > top - HOPELESS / 2}
+    tried = {(each[3].frame, each[3].chosen.tobytes()) for each in best}
+    for start in starts:
+        if start.stature not in STATURES_M[::2]:  # those between lead to the same bodies
+            continue
+        key = (start.frame, start.chosen.tobytes())
+        if start.frame in likely and key not in tried:
+            tried.add(key)
             refine(start)
     score, chosen, search, _ = max(best, key=lambda each: each[0])
     certainty, second = search.certainties(score, chosen)
@@ -152,19 +155,6 @@ class _Start:
     points: Array
     people: Population
     chosen: Index
-
-
-def _first_of(starts: list[_Start], key: Callable[[_Start], object]) -> list[_Start]:
-    """The first of the starts of each kind."""
-    return list({key(start): start for start in reversed(starts)}.values())
-
-
-def _stature_of(start: _Start) -> object:
-    return start.stature
-
-
-def _pose_of(start: _Start) -> object:
-    return start.pose
 
 
 def _starts(points: Array, names: Array | None) -> Iterator[_Start]:

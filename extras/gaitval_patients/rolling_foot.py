@@ -50,9 +50,11 @@ class Feet(NamedTuple):
     stance: Mapping[Side, float]
 
 
-def balls(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyModel) -> Array:
-    """Where the ball of each foot is relative to the pelvis in its own cycle, (2, `POINTS`, 3) m in
-    the axes of the world, right and left.
+def leg_frames(
+    angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyModel, side: Side
+) -> Array:
+    """Frames of the segments (`POINTS`, 14, 3, 4) at the phases of a side's own cycle, relative to
+    the pelvis in the axes of the world; the other leg is straight.
 
     Parameters
     ----------
@@ -61,27 +63,34 @@ def balls(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyMod
     model : the scaled body.
     """
     phase = np.arange(POINTS) / POINTS
-    found = np.empty((len(SIDES), POINTS, 3))
+    positions = np.zeros((POINTS, ROOT_DOFS + len(ACTUATED)))
+    # The pelvis as both sides saw it, in this side's time.
+    other, shift = ("l", -left_phase) if side == "right" else ("r", left_phase)
+    pelvis = [
+        0.5
+        * (
+            angles[f"pelvis_{name}_{side[0]}"](phase)
+            + sign * angles[f"pelvis_{name}_{other}"](phase + shift)
+        )
+        for name, sign in (("tilt", 1.0), ("list", -1.0), ("rotation", -1.0))
+    ]
+    mirror = 1.0 if side == "right" else -1.0
+    rotation = pelvis_rotation(pelvis[0], mirror * pelvis[1], mirror * pelvis[2])
+    positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
+    for name in RECORDED_ANGLES:
+        column = ROOT_DOFS + ACTUATED.index(f"{name}_{side[0]}")
+        positions[:, column] = angles[f"{name}_{side[0]}"](phase)
+    return segment_frames(model, positions)
+
+
+def balls(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyModel) -> Array:
+    """Where the ball of each foot is relative to the pelvis in its own cycle, (2, `POINTS`, 3) m in
+    the axes of the world, right and left; parameters as `leg_frames` takes them.
+    """
+    found, tree = np.empty((len(SIDES), POINTS, 3)), tree_arrays(model)
+    names = [sphere.name for sphere in model.spheres]
     for number, side in enumerate(SIDES):
-        positions = np.zeros((POINTS, ROOT_DOFS + len(ACTUATED)))
-        # The pelvis as both sides saw it, in this side's time.
-        other, shift = ("l", -left_phase) if side == "right" else ("r", left_phase)
-        pelvis = [
-            0.5
-            * (
-                angles[f"pelvis_{name}_{side[0]}"](phase)
-                + sign * angles[f"pelvis_{name}_{other}"](phase + shift)
-            )
-            for name, sign in (("tilt", 1.0), ("list", -1.0), ("rotation", -1.0))
-        ]
-        mirror = 1.0 if side == "right" else -1.0
-        rotation = pelvis_rotation(pelvis[0], mirror * pelvis[1], mirror * pelvis[2])
-        positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
-        for name in RECORDED_ANGLES:
-            column = ROOT_DOFS + ACTUATED.index(f"{name}_{side[0]}")
-            positions[:, column] = angles[f"{name}_{side[0]}"](phase)
-        frames, tree = segment_frames(model, positions), tree_arrays(model)
-        names = [sphere.name for sphere in model.spheres]
+        frames = leg_frames(angles, left_phase, model, side)
         each = []
         for part in ("medial", "lateral"):
             at = names.index(f"contact_ball_{part}_{side[0]}")

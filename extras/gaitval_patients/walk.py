@@ -33,6 +33,7 @@ from gaitval.simulation.walker import WalkingTask
 from gaitval_patients.gentle_fit import gentle_reference
 from gaitval_patients.records import Patient, two_sided
 from gaitval_patients.told import expected_record, told_record
+from gaitval_patients.turned_feet import turned_feet, with_turned_feet
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
@@ -56,8 +57,10 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
         None if no start walked.
     """
     subject, others = patient.subject, builtin_subjects()
-    model = scale_subject(subject, symmetric=not two_sided(patient.person)).model
+    straight = scale_subject(subject, symmetric=not two_sided(patient.person)).model
     record = told_record(subject, others)
+    turns = turned_feet(patient.strides, record, straight)
+    model = with_turned_feet(straight, turns)
     reference = gentle_reference(record, model, configuration.contact, KINEMATIC_ACCURACY)
     task = WalkingTask(model=model, record=record, reference=reference, configuration=configuration)
     group = WalkingGroup([task] * 8)
@@ -72,7 +75,10 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
         if rollout.fell[0] or not all(cycles.count(side) for side in SIDES):
             continue
         curves = curves_of(task, rollout, cycles)
-        for name, values in (curves.angles | foot_progression(rollout, cycles, model)).items():
+        pointing = foot_progression(rollout, cycles, model)
+        for side, turn in turns.items():
+            pointing[f"foot_progression_{side[0]}"] -= turn
+        for name, values in (curves.angles | pointing).items():
             angles.setdefault(name, []).append(np.degrees(values))
         for name, values in curves.moments.items():
             moments.setdefault(name, []).append(values)

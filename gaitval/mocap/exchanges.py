@@ -1,7 +1,7 @@
 """Markers that change places within a trial, and labels with left and right exchanged."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import partial
 from itertools import combinations
 from typing import Final
@@ -157,11 +157,10 @@ def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -
     """
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])
-    left_of = {name: _side(name, landmarks, recording.names) for name in recording.names}
     wrong = []
     for name in recording.names:
         partner = opposite_marker(name, recording.names)
-        if left_of[name] != "left" or partner is None:
+        if partner is None or not _is_left(name, partner, landmarks):
             continue
         apart = (recording.marker(name) - recording.marker(partner)) @ leftward
         apart = apart[np.isfinite(apart)]
@@ -174,19 +173,15 @@ def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -
         raise RecordError(
             f"{recording.source}: left and right are exchanged for {pairs}: seen in the direction "
             "that the person faces, the markers labelled left are on the right in most frames. "
-            "Exchange these labels in the recording program and export the trial again (if all "
-            "markers are listed, check also that the axes of the laboratory are right-handed)."
+            "Exchange these labels in the recording program and export the trial again; if all "
+            "markers are listed, the file is mirrored: its axes must be right-handed."
         )
 
 
-def _side(name: str, landmarks: Mapping[str, str], names: Sequence[str]) -> str | None:
-    """Side that the name states: by the landmark it marks, else by its first L or left."""
-    for landmark, marker in landmarks.items():
-        if marker == name and landmark[:2] in ("L.", "R."):
-            return "left" if landmark.startswith("L.") else "right"
-    partner = opposite_marker(name, names)
-    if partner is None:
-        return None
-    # The first letter that differs is the one that marks the side.
-    place = next(i for i, (a, b) in enumerate(zip(name, partner, strict=False)) if a != b)
-    return "left" if name[place] in "Ll" else "right"
+def _is_left(name: str, partner: str, landmarks: Mapping[str, str]) -> bool:
+    """Whether a name is the left one of two: by the landmark that it marks, else by the first
+    letter that differs from its `partner`.
+    """
+    marked = [at[0] for at, marker in landmarks.items() if marker == name and at[1:2] == "."]
+    differing = (a for a, b in zip(name, partner, strict=False) if a != b)
+    return next(iter((*marked, *differing))) in "Ll"

@@ -12,7 +12,7 @@ from gaitval.mocap.axes import (
     LETTERS,
     LaboratoryAxes,
     axis_name,
-    check_sides,
+    check_pelvis,
     facing_of,
     nearest_axis,
     standing_points,
@@ -114,7 +114,7 @@ def check_axes(axes: LaboratoryAxes, recording: Recording, landmarks: Mapping[st
             f"in the standing trial the feet point {np.degrees(turn):.0f}° off it (nearest: "
             f"{axis_name(nearest_axis(facing)[0])}). Correct --axes, or leave it out."
         )
-    check_sides(recording.source, points, axes)
+    check_pelvis(recording.source, points, axes)
 
 
 def _given(vector: Array | None) -> Array:

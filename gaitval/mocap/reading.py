@@ -66,28 +66,26 @@ def read_recording(path: Path, *, forces: Path | None = None, plates: bool = Tru
 
 
 def _each_once(recording: Recording) -> Recording:
-    """The trial with each name once: of copies of a marker the first, of others with one name
-    none, because it is unknown which is right.
+    """The trial with each name once: of copies of a marker the first; others with one name are
+    numbered, as NAME#1, because it is unknown which is right.
     """
-    names, kept = recording.names, list[int]()
-    left_out = dict[str, None]()
-    for number, name in enumerate(names):
-        first = names.index(name)
-        if names.count(name) == 1:
-            kept.append(number)
-        elif number == first:
-            own = recording.markers[:, [n for n, each in enumerate(names) if each == name]]
+    names, kept, twice = list(recording.names), list[int](), dict[str, None]()
+    for first, name in enumerate(recording.names):
+        same = [number for number, each in enumerate(recording.names) if each == name]
+        if first == same[0] and len(same) > 1:
+            twice[name] = None
+            own = recording.markers[:, same]
             if np.nanmax(np.abs(own - own[:, :1]), initial=0.0) < SAME_PLACE_M:
-                kept.append(number)
-            else:
-                left_out[name] = None
-    if len(kept) == len(names):
+                same = same[:1]
+            for number, column in enumerate(same if len(same) > 1 else (), start=1):
+                names[column] = f"{name}#{number}"
+        kept += same if first == same[0] else []
+    if not twice:
         return recording
-    said = f"; {', '.join(left_out)} are left out" if left_out else ""
-    twice = sorted({name for name in names if names.count(name) > 1})
+    kept.sort()
     warnings.warn(
         f"{recording.source}: more than one marker has the name {', '.join(twice)}. Copies are "
-        f"taken once{said}. Give each marker its own name in the recording program",
+        "taken once, others numbered, as NAME#1. Give each its own name in the recording program",
         RecordWarning,
         stacklevel=2,
     )

@@ -67,9 +67,9 @@ def write_urdf(model: BodyModel, path: Path) -> None:
     with scratch(Path(path).resolve().parent) as folder:  # xacro looks from its template's
         body = folder / "body.json"
         body.write_text(json.dumps(_template_values(model)), encoding="utf-8")
-        document = xacro.process_file(
-            str(template_folder() / TEMPLATE), mappings={"name": model.name, "body": str(body)}
-        )
+        said = str(body).replace("'", "\\'")  # the template has it in a text between quotes
+        values = {"name": model.name, "body": said}
+        document = xacro.process_file(str(template_folder() / TEMPLATE), mappings=values)
     # The document also contains xacro's banner, which names a folder of this machine.
     text = document.documentElement.toprettyxml(indent="  ")
     write_text(Path(path), '<?xml version="1.0" encoding="utf-8"?>\n' + text)

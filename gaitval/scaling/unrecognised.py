@@ -51,8 +51,10 @@ def unknown(
         [name for name in names if not nearest.present([name])],
         {marker: (marker, *nearest.markers[marker].aliases) for marker in score.missing},
     )
+    twice = ", ".join(name[:-2] for name in names if name.endswith("#2"))
+    said = f" Several markers have one name: {twice}." if twice else ""
     lines = [
-        f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).",
+        f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).{said}",
         f"  found: {', '.join(names) or 'none'}",
         f"  the nearest is {nearest.name} ({nearest.title}): {score.required - len(score.missing)} "
         f"of {score.required} required markers, at least {least:.0%} are needed; "

@@ -216,7 +216,8 @@ def _floor(
     tell: Tell,
 ) -> float:
     """Height of the floor in the standing trial, m: as the user says, else that of the plates'
-    corners if it is not about 0 and the lowest marker fits it.
+    corners if it is not about 0 and the lowest marker fits it, or of a platform that lifts this
+    marker above where it is in the first walk.
     """
     if request.floor is not None:
         return request.floor
@@ -224,14 +225,19 @@ def _floor(
         [plate.corners @ axes.rotation[2] for walk in walking for plate in walk.plates]
     ).ravel()
     heights = heights[np.isfinite(heights)]
-    if not len(heights) or np.ptp(heights) > UNEVEN_PLATES:
-        return 0.0
-    floor = float(np.median(heights))
-    lowest = float(np.nanmin(np.nanmedian(standing.markers @ axes.rotation[2], axis=0)))
+    even = len(heights) > 0 and np.ptp(heights) <= UNEVEN_PLATES
+    floor, said = float(np.median(heights)) if even else 0.0, "the corners of the plates"
+    lowest, walked = (
+        float(np.nanmin(np.nanpercentile(markers @ axes.rotation[2], share, axis=0)))
+        for each, share in ((standing, 50), (walking[0], 5))
+        for markers in [each.markers[:, np.isfinite(each.markers).any(axis=(0, 2))]]
+    )
     low, high = LOWEST_MARKER
-    if abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
+    if lowest > high and low <= walked <= high:
+        floor, said = lowest - walked, "the feet, which are as much lower in the walk"
+    elif abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
         return 0.0
-    tell("axes", f"the floor is at {floor:.3f} m, by the corners of the plates (--floor says else)")
+    tell("axes", f"the floor is at {floor:.3f} m, by {said} (--floor says else)")
     return floor
 
 
@@ -344,15 +350,11 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
 
 def _described(recording: Recording) -> str:
     frames, count = recording.markers.shape[:2]
-    plates = (
-        f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
-        if recording.plates
-        else ""
-    )
-    return (
-        f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
-        f"{recording.marker_rate:g} Hz{plates}"
-    )
+    said = f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
+    said += f"{recording.marker_rate:g} Hz"
+    if recording.plates:
+        said += f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
+    return said
 
 
 def named(recording: Recording, marker_set: MarkerSet) -> Recording:

@@ -192,18 +192,24 @@ def _usable_walks(
     session, body = known.session, known.body
     assert session is not None
     assert body is not None
-    walks: list[WalkingTrial] = []
-    last = RecordError("no walking trial")
+    walks, failed = list[WalkingTrial](), list[tuple[str, RecordError]]()
     for trial, recording in zip(request.trials, session.walking, strict=True):
         try:
             walk = work_out_trial(request, processing, session, body, trial.name, recording, noted)
             known.trials.append(walk)
-            refuse_certain(recording.source, walk.doubts, len(recording.plates))
+        except RecordError as error:
+            failed.append((trial.name, error))
+    # What cannot be right in one trial is no chance in another of the same plates.
+    wrong = {doubt.check for walk in known.trials for doubt in walk.doubts if doubt.certain}
+    for walk in known.trials:
+        doubts = [replace(doubt, certain=True) for doubt in walk.doubts if doubt.check in wrong]
+        try:
+            refuse_certain(walk.recording.source, doubts, len(walk.recording.plates))
             walks.append(walk)
         except RecordError as error:
-            last = error
-            if len(request.trials) > 1:
-                noted("trials", f"{trial.name} is left out: {error}")
+            failed.append((walk.name, error))
     if not walks:
-        raise last
+        raise failed[-1][1]
+    for name, why in failed:
+        noted("trials", f"{name} is left out: {why}")
     return walks

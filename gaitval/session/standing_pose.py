@@ -136,20 +136,22 @@ def standing_in_walk(recording: Recording, marker_set: MarkerSet) -> Recording:
 
 
 def _mid_stances(recording: Recording, landmarks: Mapping[str, str], side: Side) -> list[int]:
-    """The frame in the middle of `MID_STANCE` of each whole stance of a foot; of a walk that is too
-    short to have one, those in which the ankle falls behind the pelvis.
+    """The frame in `MID_STANCE` of each whole stance of a foot in which its heel is lowest; of a
+    walk that is too short to have one, those in which the ankle falls behind the pelvis.
     """
     mine = [event for event in marker_events(recording, landmarks=landmarks) if event.side == side]
-    frames = []
+    heel, ankle = (landmarks[f"{side[0].upper()}.{part}"] for part in ("Heel", "Ankle"))
+    height, frames = recording.marker(heel)[:, 2], list[int]()
     for strike, off in pairwise(mine):
         if (strike.kind, off.kind) == ("heel_strike", "toe_off"):
-            at = strike.time + np.mean(MID_STANCE) * (off.time - strike.time)
-            frames.append(int(np.argmin(np.abs(recording.time - at))))
+            times = strike.time + np.array(MID_STANCE) * (off.time - strike.time)
+            first, last = np.searchsorted(recording.time, times)
+            frames.append(int(first) + int(np.nanargmin([*height[first:last], np.inf])))
     if frames:
         return frames
     parts = {landmarks.get(name) for name in PELVIS} & {*recording.names}
     pelvis = np.mean([recording.marker(str(name))[:, 0] for name in parts], axis=0)
-    behind = recording.marker(landmarks[f"{side[0].upper()}.Ankle"])[:, 0] < pelvis
+    behind = recording.marker(ankle)[:, 0] < pelvis
     return [int(i) for i in np.flatnonzero(behind[1:] & ~behind[:-1])]
 
 

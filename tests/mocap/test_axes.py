@@ -135,16 +135,13 @@ class TestDetect:
         assert "standing.c3d" in str(caught.value)
         assert words in str(caught.value)
 
-    @pytest.mark.parametrize("name", ["ASIS", "Knee", "Heel", "MT5"])
-    def test_left_and_right_exchanged(self, name):
-        points = PERSON | {f"R.{name}": PERSON[f"L.{name}"], f"L.{name}": PERSON[f"R.{name}"]}
-        with pytest.raises(RecordError, match=rf"left and right are exchanged in {name}:"):
-            detect_axes(standing(points=points), LANDMARKS)
-
-    def test_a_mirrored_laboratory(self):
-        """Axes that are left-handed put every left marker on the right."""
-        with pytest.raises(RecordError, match=r"exchanged in ASIS, PSIS, Knee, .* mirrored"):
-            detect_axes(standing(np.diag([1.0, -1, 1])), LANDMARKS)
+    def test_a_person_who_turns_has_no_axes(self):
+        """Medians over a person who turns mix what is forward with what is left."""
+        still = standing()
+        turning = [about_z(angle) @ still.markers[0].T for angle in np.linspace(0, 300, 60)]
+        turns = still.with_markers(still.names, np.array(turning).transpose(0, 2, 1))
+        with pytest.raises(RecordError, match="the person turns"):
+            detect_axes(turns, LANDMARKS)
 
     def test_front_and_rear_of_the_pelvis_exchanged(self):
         points = dict(PERSON)
@@ -272,6 +269,19 @@ class TestWalkingDirection:
     def test_walking_backwards(self):
         with pytest.raises(RecordError, match="backwards"):
             turn_to_walking_direction(walking(-1.2, belt=False), LANDMARKS)
+
+    @pytest.mark.parametrize(("speed", "rises"), [(3.5, True), (3.5, False), (1.0, True)])
+    def test_who_runs_is_highest_when_the_feet_are_furthest_apart(self, speed, rises):
+        """In walking the pelvis is lowest then; a limp may raise it, but not at a run's speed."""
+        recording = walking(speed, belt=True)
+        right, left = (recording.marker(f"{side}_Heel")[:, 0] for side in "RL")
+        pelvis = [i for i, name in enumerate(recording.names) if name.endswith("SIS")]
+        recording.markers[:, pelvis, 2] += (0.1 if rises else -0.1) * np.abs(right - left)[:, None]
+        if rises and speed > 2.0:
+            with pytest.raises(RecordError, match="is it running"):
+                turn_to_walking_direction(recording, LANDMARKS)
+        else:
+            turn_to_walking_direction(recording, LANDMARKS)
 
     def test_a_standing_trial(self):
         with pytest.raises(RecordError, match="not a walking trial"):

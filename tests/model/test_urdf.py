@@ -62,6 +62,13 @@ def test_a_model_survives_writing_and_reading_bit_for_bit(identifier, tmp_path):
     assert_equal(read_urdf(tmp_path / "model.urdf"), model)
 
 
+def test_a_folder_may_have_an_apostrophe(model, tmp_path):
+    folder = tmp_path / "the dean's"
+    folder.mkdir()
+    write_urdf(model, folder / "model.urdf")
+    assert read_urdf(folder / "model.urdf").name == model.name
+
+
 def test_so_does_a_model_changed_by_mu(model, tmp_path):
     rng = np.random.default_rng(1)
     mu = nominal_parameters()

@@ -10,8 +10,10 @@ from scipy.spatial.transform import Rotation
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
+from gaitval.mocap.axes import LaboratoryAxes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
+from gaitval.session.read import _floor as floor_of
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
 from gaitval.session.scale import knee_axis_remarks
@@ -103,6 +105,16 @@ def test_standing_on_a_step_is_standing_on_the_floor(made_up, stood, processing)
     told = work_out(made_up.request.model_copy(update={"floor": 0.01}), processing)
     lower = stood.body.chosen.right.ankle_height - told.body.chosen.right.ankle_height
     assert lower == pytest.approx(0.01, abs=0.003)
+
+
+def test_a_platform_is_seen_by_the_feet(made_up, stood):
+    """Who stands 26 cm above the floor on which they walk stood on a platform."""
+    walk, axes = stood.session.walking[0], LaboratoryAxes(np.eye(3), "")
+    for height in (0.0, 0.26):
+        standing = on_floor(stood.session.standing, -height)
+        walks = [replace(walk, plates=())]
+        found = floor_of(made_up.request, axes, standing, walks, lambda *_: None)
+        assert found == pytest.approx(height, abs=0.02)
 
 
 @pytest.mark.parametrize("lift", [-15.0, 25.0])

@@ -303,7 +303,7 @@ def test_a_truncated_text_file(laboratory: Laboratory, name: str) -> None:
 
 
 def test_a_name_twice_in_a_trial(laboratory: Laboratory) -> None:
-    """Which of the two is right is unknown, and no leg needs either: both are left out."""
+    """Which of the two is right is unknown, and no leg needs either: neither is used."""
     request = laboratory.text("walk.trc", lambda text: text.replace("R.TT", "R.HF"))
     said: list[str] = []
     session = read_session(
@@ -696,8 +696,9 @@ def test_a_walk_that_is_too_short(
 
 def test_a_person_who_turns_round(raw: Path, laboratory: Laboratory) -> None:
     there = read_recording(raw / "WBDS01walkO01Cmkr.txt")
-    back = there.with_markers(there.names, np.concatenate([there.markers, there.markers[::-1]]))
-    refuse(laboratory.without_plates(back), "walk.trc", "turns round", "Cut the trial")
+    back = there.markers * [-1.0, 1.0, -1.0] + there.markers[-1:].mean(axis=1) * [2.0, 0.0, 2.0]
+    both = there.with_markers(there.names, np.concatenate([there.markers, back]))
+    refuse(laboratory.without_plates(both), "walk.trc", "the person turns", "Cut the trial")
 
 
 def test_a_person_who_walks_backwards(laboratory: Laboratory) -> None:
