@@ -14,13 +14,14 @@ COPY . /gaitval
 RUN python -m pip install --no-cache-dir --constraint /gaitval/constraints.txt "/gaitval${EXTRAS}" \
     && rm -rf /gaitval
 # Not as root: what it writes into /work belongs to this user, or to that of `docker run --user`.
-# What is compiled once, in a minute, is kept for any user; a named volume there keeps it from run to run:
+# What is compiled once, in a minute, is kept in a folder that any user may write. A named volume there, of one user, keeps
+# it from run to run; each version has its own folder in it.
 #   docker run --rm --volume gaitval-compiled:/compiled --volume "$PWD:/work" gaitval check --quick --baseline S05
 RUN useradd --create-home walker \
     && install --directory --owner=walker /work \
     && install --directory --mode=1777 /compiled
 USER walker
-ENV NUMBA_CACHE_DIR=/compiled
+ENV XDG_CACHE_HOME=/compiled
 WORKDIR /work
 ENTRYPOINT ["gaitval"]
 CMD ["--help"]

@@ -45,7 +45,7 @@ FROM: Final = option(
     required=True,
     help="folder of the clones, OWNER+NAME, as for experiments.public_recordings",
 )
-ONLY: Final = option("--only", nargs="*", help="recordings; the others are those stored before")
+ONLY: Final = option("--only", nargs="*", help="recordings; those stored of this commit are kept")
 STORE: Final = ROOT / "reports" / "measurement" / "planted.jsonl"
 SAMPLE: Final = {
     "name": "sample",
@@ -292,12 +292,10 @@ def _all_cases(base: Path, names: Sequence[str]) -> Iterator[dict[str, Any]]:
 @evidence.measurement(FROM, ONLY)
 def planted(arguments: Namespace) -> list[evidence.Row]:
     """Faults planted in recordings of other laboratories: warned of, and named."""
-    names = arguments.only or PLANTED
     lines = STORE.read_text(encoding="utf-8").splitlines() if STORE.exists() else []
-    cases = [
-        case for case in map(json.loads, lines)
-        if case["recording"] not in names and case.get("commit") == STARTED
-    ]  # fmt: skip
+    cases = [case for case in map(json.loads, lines) if case.get("commit") == STARTED]
+    known = {case["recording"] for case in cases}
+    names = [name for name in arguments.only or PLANTED if name not in known]
     # No row needs the bands of a curve.
     with patch.object(wing, "bands", lambda *_: None):
         cases += _all_cases(arguments.clones, names)

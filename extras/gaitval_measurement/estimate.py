@@ -441,10 +441,15 @@ def _sets(model: Balance, among: Sequence[Cause]) -> dict[frozenset[Cause], floa
 
 
 def _apart(some: frozenset[Cause], plates: int) -> bool:
-    """Whether none says what others say together: what all plates have is one cause."""
+    """Whether none says what others say together: what all plates have is one cause, and an offset
+    under load differs from a gain only while the load comes and goes.
+    """
+    names = {cause.name for cause in some}
+    if any(f"offset {name.removeprefix('gain ')}" in names for name in names):
+        return False
     for kind, common in SHARED.items():
         own = sum(cause.name.startswith(kind) and cause.name != common for cause in some)
-        shared = any(cause.name == common for cause in some)
+        shared = common in names
         if own + shared > plates or own == plates > 1:
             return False
     return True

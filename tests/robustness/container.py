@@ -34,6 +34,8 @@ PYTHON = (
     " python3 python3-venv python3-pip ca-certificates >/dev/null && python3 -m venv /usr/local"
 )
 CALLS = (["--help"], ["check", "--quick", "--baseline", "S05"])
+WRITTEN = ("compiled", "tmp")
+"""Folders of the image in which a call leaves something; the next container is new."""
 STRANGER = "4242"
 """Somebody who is not in the image, as `docker run --user` makes them."""
 MEASURES = {
@@ -152,6 +154,8 @@ def main() -> None:
             done += 1
         for words, user in calls:
             print(f"gaitval {shlex.join(words)}, as {user or image.user}", flush=True)
+            for left in (each for name in WRITTEN for each in (root / name).iterdir()):
+                shutil.rmtree(left) if left.is_dir() else left.unlink()
             image.run([*image.entry, *words], user)
             done += 1
     except subprocess.CalledProcessError as error:

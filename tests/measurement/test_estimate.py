@@ -1,0 +1,110 @@
+"""Sets of faults are weighed by the probability of the data, and their sizes are the posterior."""
+
+import numpy as np
+import pytest
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import multivariate_normal
+
+from gaitval_measurement.estimate import (
+    Balance,
+    Cause,
+    Lag,
+    _apart,
+    _evidence,
+    _of_set,
+    _sizes,
+    faults_of,
+    weigh,
+)
+from gaitval_measurement.expected import USUAL
+
+GAINS = tuple(Cause(f"gain {plate}", (f"gain {plate}",)) for plate in "12")
+MASS = Cause("mass", ("mass",))
+PLACE = Cause("place 1", ("place x 1", "place y 1"))
+NAMES = ("gain 1", "gain 2", "mass", "place x 1", "place y 1")
+COUNT = 40
+
+
+@pytest.fixture
+def model():
+    """Data of two plates of which each shows a half of the weight."""
+    random = np.random.default_rng(39)
+    half = np.repeat([1.0, 0.0], COUNT // 2)
+    effects = np.column_stack(
+        [half, 1.0 - half, -np.ones(COUNT), *random.standard_normal((2, COUNT))]
+    )
+    usual = [USUAL[name.split(" ")[0]] for name in NAMES]
+    sound = np.array([each.sound for each in usual])
+    own = np.diag(np.full(COUNT, 0.03**2))
+    covariance = own + (effects * sound**2) @ effects.T
+    factor = cho_factor(covariance, lower=True)
+    solved = cho_solve(factor, effects)
+
+    def of(faults):
+        rest = effects @ np.array([faults.get(name, 0.0) for name in NAMES])
+        rest = rest + 0.002 * random.standard_normal(COUNT)
+        return Balance(
+            rest=rest, factor=factor, left=1.0, order={n: i for i, n in enumerate(NAMES)},
+            effects=effects, precision=effects.T @ solved, towards=solved.T @ rest,
+            prior=np.array([each.faulty for each in usual]), sound=sound,
+        )  # fmt: skip
+
+    return of, own, covariance
+
+
+def test_evidence_is_the_ratio_of_the_probabilities_of_the_data(model):
+    of, _, covariance = model
+    seen = of({"gain 1": 0.1})
+    effect = seen.effects[:, [0, 3]] * seen.prior[[0, 3]]
+    with_faults = multivariate_normal(cov=covariance + effect @ effect.T)
+    expected = with_faults.logpdf(seen.rest) - multivariate_normal(cov=covariance).logpdf(seen.rest)
+    assert _evidence(seen, ("gain 1", "place x 1")) == pytest.approx(expected, rel=1e-6)
+
+
+def test_sizes_are_the_posterior_of_the_whole_fault(model):
+    of, own, _ = model
+    seen = of({"gain 1": 0.1, "gain 2": -0.05})
+    at = [0, 1]
+    others = [2, 3, 4]
+    rest_covariance = own + (seen.effects[:, others] * seen.sound[others] ** 2) @ (
+        seen.effects[:, others].T
+    )
+    prior = np.diag(seen.prior[at] ** 2 + seen.sound[at] ** 2)
+    effect = seen.effects[:, at]
+    gain = prior @ effect.T @ np.linalg.inv(rest_covariance + effect @ prior @ effect.T)
+    values, covariance = _sizes(seen, ("gain 1", "gain 2"))
+    np.testing.assert_allclose(values, gain @ seen.rest, rtol=1e-6)
+    np.testing.assert_allclose(covariance, prior - gain @ effect @ prior, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("faults", "named"),
+    [
+        ({}, set()),
+        ({"mass": 0.1}, {"mass"}),
+        ({"gain 2": -0.12}, {"gain 2"}),
+        ({"place x 1": 0.05}, {"place 1"}),
+        ({"mass": 0.15, "place y 1": -0.06}, {"mass", "place 1"}),
+    ],
+)
+def test_the_fewest_faults_that_explain_the_data_are_named(model, faults, named):
+    seen = model[0](faults)
+    weighed = weigh(seen, (*GAINS, MASS, PLACE), None)
+    best = max(weighed, key=lambda one: weighed[one])
+    found = faults_of(weighed, best, seen, Lag(0.0, 0.004, -5.0))
+    assert {f.cause.name for f in found} == named
+    for f in found:
+        assert f.cause.name not in {cause.name for cause, _ in f.others}
+
+
+def test_what_all_plates_have_is_one_cause():
+    assert not _apart(frozenset(GAINS), 2)
+    assert not _apart(frozenset({GAINS[0], MASS}), 1)
+    assert _apart(frozenset({GAINS[0], MASS}), 2)
+    assert _apart(frozenset({GAINS[0]}), 1)
+
+
+def test_a_fault_may_be_along_one_axis(model):
+    seen = model[0]({"place x 1": 0.05})
+    along, both = _evidence(seen, ("place x 1",)), _evidence(seen, PLACE.parts)
+    assert both < _of_set(seen, frozenset({PLACE})) < along
