@@ -21,7 +21,7 @@ from gaitval_bodies.offsets import OFFSETS, estimated
 
 Row = evidence.Row
 MEASURES = {
-    "harsh world: *": {
+    "harsh world*": {
         "code": (
             "@body",
             "@scaled",
@@ -176,13 +176,14 @@ def epsilon_rows(people: list[dict[str, Any]]) -> list[Row]:
     """What the general policy gains by the identified body, and by the true one."""
     epsilons = walked_harsh(people)
     gains = {name: 1.0 - each / epsilons["scaled"] for name, each in epsilons.items()}
+    identified, truth = (float(np.median(gains[name])) for name in ("identified", "truth"))
     n = len(epsilons["scaled"])
     return [
         Row("harsh world: epsilon of the general policy lower as identified than as scaled",
             float(np.mean(gains["identified"] > 0.0)), "1", ">=", 0.8, 0.7, n),
-        Row("harsh world: median gain of epsilon as identified over that with the true body",
-            float(np.median(gains["identified"]) / np.median(gains["truth"])), "1", ">=", 0.5,
-            1 / 3, n),
+        # As a difference: the true body's gain, by which one would divide, may be none.
+        Row("harsh world: median gain of epsilon as identified, less a third of that with the true "
+            "body", 100.0 * (identified - truth / 3), "%", ">=", max(0.0, 100.0 * truth / 6), 0, n),
     ]  # fmt: skip
 
 
