@@ -41,6 +41,8 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/identification/harsh.json",),
+        "allowed": 2,
+        "why": "a row is a difference instead of a ratio; the stored people are the same",
     },
     "shared errors, the ten: *": {
         "code": (
