@@ -58,8 +58,8 @@ MEASURES = {
         ),
         "results": ("reports/identification/ten_shared.json",),
         "allowed": 8,
-        "why": "an apostrophe in the path of a URDF that is written, a message on names of markers, "
-        "and a row of the harsh world that is a difference",
+        "why": "an apostrophe in the path of a URDF that is written, a message on names of "
+        "markers, and a row of the harsh world that is a difference",
     },
 }
 """What the rows depend on; see evidence/stale.py."""
