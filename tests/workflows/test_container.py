@@ -46,7 +46,7 @@ def test_the_container_gets_what_the_wheel_is_built_of_and_no_more() -> None:
         "tests/conftest.py",
         "reports/S05/report.html",
         ".git/HEAD",
-        "gaitval/__pycache__/a.pyc",
+        "/".join(("gaitval", "__pycache__", "a.pyc")),  # no file that is here
     ):
         assert container.is_ignored(name, patterns)
 
