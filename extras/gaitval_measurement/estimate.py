@@ -147,10 +147,9 @@ def examined(
     if linear.left > LARGEST_LEFT:
         return Examined((), tried[0.0], linear, 0.0, lag, weighed)
     best = max(weighed, key=lambda one: weighed[one])
-    found = faults_of(weighed, best, linear, lag)
     if DELAY in best and late is not None and later is not None:
         return Examined(faults_of(weighed, best, late, lag), later, late, lag.value, lag, weighed)
-    return Examined(found, tried[0.0], linear, 0.0, lag, weighed)
+    return Examined(faults_of(weighed, best, linear, lag), tried[0.0], linear, 0.0, lag, weighed)
 
 
 @dataclass(frozen=True)
