@@ -55,6 +55,15 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "extras/gaitval_devices/phase_estimate.py",
         "extras/gaitval_devices/walking.py",
     ),
+    "body with shared errors": (
+        "@body",
+        "@scaled",
+        "@reference",
+        "gaitval/identification/body_fit.py",
+        "gaitval/identification/prior.py",
+        "gaitval/identification/verdicts.py",
+        "extras/gaitval_bodies/shared_errors.py",
+    ),
     "errors": (
         "gaitval/gait/cycle_curves.py",
         "gaitval/gait/cycles.py",

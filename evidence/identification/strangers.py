@@ -23,13 +23,7 @@ Row = evidence.Row
 MEASURES = {
     "harsh world*": {
         "code": (
-            "@body",
-            "@scaled",
-            "@reference",
-            "gaitval/identification/body_fit.py",
-            "gaitval/identification/prior.py",
-            "gaitval/identification/verdicts.py",
-            "extras/gaitval_bodies/shared_errors.py",
+            "@body with shared errors",
             "extras/gaitval_bodies/legs.py",
             "extras/gaitval_bodies/joints.py",
             "gaitval/gait/accuracy.py",
@@ -46,13 +40,7 @@ MEASURES = {
     },
     "shared errors, the ten: *": {
         "code": (
-            "@body",
-            "@scaled",
-            "@reference",
-            "gaitval/identification/body_fit.py",
-            "gaitval/identification/prior.py",
-            "gaitval/identification/verdicts.py",
-            "extras/gaitval_bodies/shared_errors.py",
+            "@body with shared errors",
             "extras/gaitval_bodies/offsets.py",
             "experiments/ten_bodies.py",
         ),
