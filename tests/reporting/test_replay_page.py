@@ -83,8 +83,28 @@ class Opened:
         )
 
     def pixels(self) -> np.ndarray:
+        """What is shown once the browser has stopped changing it."""
+        before, now = self._screenshot(), self._screenshot()
+        end = time.monotonic() + 20
+        while (before != now).any() and time.monotonic() < end:
+            before, now = now, self._screenshot()
+        return now
+
+    def _screenshot(self) -> np.ndarray:
         data = self.page.locator(".replay-canvas").screenshot()
         return np.array(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)
+
+    def shows(self, picture) -> bool:
+        """Whether it comes to show a picture again, but for the edges of what is drawn.
+
+        A browser composes frames at its own pace and may place a canvas between two pixels.
+        """
+        end = time.monotonic() + 20
+        while (np.abs(self.pixels() - picture).max(axis=-1) > 40).mean() > 0.002:
+            if time.monotonic() > end:
+                return False
+            self.page.wait_for_timeout(50)
+        return True
 
     def value(self) -> int:
         return int(self.page.locator(".replay-slider input").input_value())
@@ -127,7 +147,7 @@ def test_a_walker_is_drawn_and_moves(still):
     still.go(0, 60)
     assert (np.abs(still.pixels() - first).max(axis=-1) > 40).mean() > 0.01
     still.go(0, 10)
-    assert (still.pixels() == first).all()
+    assert still.shows(first)
 
 
 def test_right_and_left_and_forward_are_where_a_viewer_expects_them(still):
@@ -187,7 +207,7 @@ def test_side_by_side_the_record_stands_apart(still):
     assert (np.abs(left - apart[2, -2]).max(axis=-1) > 25).mean() > 0.5 * walker.mean()
     switch.uncheck()
     still.settle()
-    assert (still.pixels() == together).all()
+    assert still.shows(together)
 
 
 def test_a_picture_a_video_and_a_page_are_saved(chromium, still, tmp_path):
