@@ -238,3 +238,18 @@ def test_a_trace_begins_a_cycle_before_its_push(monkeypatch, task):
     assert trace.cycles[-1] == pytest.approx(2.75, abs=2 * each)
     np.testing.assert_allclose(trace.velocity[:, 0].mean(), SPEED, rtol=0.02)
     assert not trace.fell
+
+
+def test_progress_counts_the_cases_that_are_done():
+    heard: list[int] = []
+    largest_survived(
+        lambda pushes: [push.force <= 150.0 for push in pushes],
+        (0.0, 0.5),
+        (0.0, 1.0),
+        step=100.0,
+        resolution=50.0,
+        ceiling=300.0,
+        on_progress=heard.append,
+    )
+    assert set(heard) == {0, 4}
+    assert heard[-1] == 4

@@ -5,7 +5,7 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.metrics.recorded import by_kind, recorded_part
+from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import WalkedCurves
 from gaitval.metrics.typed import numbers
@@ -58,16 +58,3 @@ def test_a_walk_like_the_told_trial_is_as_far_from_the_other_as_the_trials_are()
     for kind in ("angles", "moments", "forces"):
         assert row["rmse"][kind] == pytest.approx(row["between"][kind])
     assert 0.9 < row["multiple_correlation"]["angles"]["knee_angle_r"] < 1.0
-
-
-def test_the_record_says_what_was_done_to_its_plates():
-    """As measured beside as corrected; a record alone has neither."""
-    part = recorded_part(PERSON.record(), PERSON)
-    assert part.plates is not None
-    assert part.plates.model_dump() == PERSON.plates.model_dump()
-    assert part.as_measured is not None
-    moments = by_kind(recorded_curves(PERSON.measured()))["moments"]
-    np.testing.assert_allclose(part.as_measured.moments["knee_angle_r"], moments["knee_angle_r"])
-    alone = recorded_part(PERSON.record())
-    assert alone.plates is None
-    assert alone.as_measured is None

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference_figures import figures, inference_figures, of_s05, same
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subject
 
@@ -26,6 +27,7 @@ from gaitval.reference.dynamic_fit import (
     consistent_reference,
     fit_problem,
 )
+from gaitval.reference.dynamic_fit import fitted as fit_of
 from gaitval.reference.motion import HIP_SIGNS, about_record, side_phase
 from gaitval.simulation.walker import Trajectory, Walker
 
@@ -333,3 +335,11 @@ def test_a_foot_swings_from_after_its_toe_off_until_before_its_heel_strike():
         toe_off = task.record.stance_fraction[side]
         expected = (own > toe_off + 0.04) & (own < 0.96)
         np.testing.assert_array_equal(problem.swinging[:, i], expected)
+
+
+def test_no_number_of_a_fit_changes():
+    """Of the walker's reference and of the identification's; a change that is meant is written by
+    `tests/support/reference_figures.py`."""
+    record, model, built = of_s05()
+    same(figures(fit_of(built, record, model, ContactSettings())), "fitted")
+    same(inference_figures(record, model, built), "inference")
