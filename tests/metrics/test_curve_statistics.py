@@ -166,3 +166,14 @@ def test_groups_of_unlike_size_are_exchanged_completely(permutations):
     own = np.abs(found.t).max()
     assert found.p == pytest.approx(np.mean(np.array(largest) >= own * (1.0 - 1e-9)))
     assert not two_sample_test(one, other, permutations=34).exact
+
+
+def test_two_curves_a_group_are_enough_and_the_usual_seed_is_zero():
+    found = two_sample_test(smooth_curves(2, 15.0, 1), smooth_curves(2, 15.0, 2))
+    assert found.permutations == 6
+    one, other = smooth_curves(20, 15.0, 7), smooth_curves(20, 15.0, 8)
+    usual = two_sample_test(one, other, permutations=200)
+    assert usual.threshold == two_sample_test(one, other, permutations=200, seed=0).threshold
+    assert usual.threshold != two_sample_test(one, other, permutations=200, seed=1).threshold
+    alone = one_sample_test(one, permutations=200)
+    assert alone.threshold == one_sample_test(one, permutations=200, seed=0).threshold
