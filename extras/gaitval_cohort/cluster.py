@@ -17,6 +17,7 @@ from distributed.security import Security
 
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval_cohort.task import SAFE
+from gaitval_cohort.temporary import temporary_folder
 
 LOOPBACK: Final = "127.0.0.1"
 """The only address at which a local cluster listens. Other users of the machine reach it too: who
@@ -96,7 +97,7 @@ def client_of(
         count, security = workers or max(processors() // threads, 1), Security.temporary()
         with (
             _environment_kept(),
-            tempfile.TemporaryDirectory(prefix="gaitval-dask-") as folder,
+            temporary_folder("gaitval-dask-") as folder,
             # Dask's own folder has a name that anybody can know, and plant a link of
             dask.config.set({**ours, "temporary-directory": folder}),
             _local(count, security) as cluster,

@@ -9,7 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any, Final
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval_cohort.store import LOG, Store
+from gaitval_cohort.temporary import temporary_folder
 
 THREADS: Final = (
     "OMP_NUM_THREADS",
@@ -115,7 +115,7 @@ def pinned(threads: int) -> dict[str, str]:
 
 def _watched(order: Json, folder: Path) -> tuple[Json, int]:
     """Run a study's process to its end; what it reported, and its largest memory, bytes."""
-    with tempfile.TemporaryDirectory(prefix="gaitval-study-") as temporary:
+    with temporary_folder("gaitval-study-") as temporary:
         told = Path(temporary) / "told.json"
         sent = {**order, "folder": str(folder), "told": str(told)}
         with (folder / LOG).open("ab") as log:

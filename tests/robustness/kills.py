@@ -67,7 +67,7 @@ TIME: Final = re.compile(
     rb"|data:text/csv[^\"]*"
 )
 """Dates and durations on a page, and the tables of its figures, which are files beside it too."""
-BARE: Final = (".lock", "log.txt", "events.out.tfevents")
+BARE: Final = (".lock", "log.txt", "study.log", "events.out.tfevents")
 """How the names of files begin whose contents are nobody's."""
 ENDING_SECONDS: Final = 300.0
 """s in which what a killed process started has to end: a worker that is only just starting takes
