@@ -1,12 +1,19 @@
 """A study's identification by another method: its bounds decide nothing, its body is shrunk."""
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies import methods
 from gaitval_bodies.methods import WIDE, _bounded
+from gaitval_bodies.offsets import offset_of
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))
@@ -29,3 +36,26 @@ def test_what_is_beyond_the_wide_bounds_is_cut_and_said_to_be():
     np.testing.assert_allclose(found.identified[hip], nominal_parameters()[hip] - WIDE * SD[hip])
     assert [name for name, at in zip(PARAMETERS, found.on_bound, strict=True) if at] == ["hip_y"]
     assert set(found.verdicts) == {"not identified"}
+
+
+class Asked(Exception):
+    """Instead of a fit, which takes seconds."""
+
+
+def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_body_has(monkeypatch):
+    subject, given = load_subject("S05"), []
+
+    def identified(fit, held, offset):
+        given.append(offset)
+        raise Asked
+
+    monkeypatch.setattr(methods, "identified", identified)
+    model, record = scale_subject(subject).model, subject.record()
+    fit = SimpleNamespace(extended=())
+    with pytest.raises(Asked):
+        methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+    np.testing.assert_array_equal(given[0], offset_of(subject))
+    assert given[0].any()
+    fit.extended = ("sole",)
+    with pytest.raises(ConfigurationError, match=r"identification\.parameters"):
+        methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
