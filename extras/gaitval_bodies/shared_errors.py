@@ -25,8 +25,8 @@ descriptions at once are wider than any study, so each has `NARROWER` of its SD.
 | left hip centre forward, up | 5 mm | what of Harrington's (2007) 5-13 mm is of one side |
 | heel's, forefoot's contact forward | 10 mm | a shoe's heel and rocker, `model.extended` |
 
-Those of skin and excursions are studies' SDs, of which the fit takes `NARROWER`: two descriptions of
-the same skin at once are wider than any study's.
+Those of skin and excursions are studies' SDs, of which the fit takes `NARROWER`: two descriptions
+of the same skin at once are wider than any study's.
 
 1. Fiorentino et al. 2020, J Biomech 108:109890: markers underestimate the hip's range.
 2. Ancillao et al. 2021 (CAMS-Knee data): clusters turn by up to 10 and 7°.
