@@ -11,6 +11,7 @@ from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.scaling.scaling import scale_subject
+from gaitval.study import stages
 from gaitval_bodies import methods
 from gaitval_bodies.methods import WIDE, _bounded
 from gaitval_bodies.offsets import offset_of
@@ -59,3 +60,21 @@ def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_bod
     fit.extended = ("sole",)
     with pytest.raises(ConfigurationError, match=r"identification\.parameters"):
         methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+
+
+def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
+    subject, asked = load_subject("S05"), []
+
+    def rollouts(*given):
+        asked.append(given)
+        return "found"
+
+    monkeypatch.setattr(methods, "rollouts_identification", rollouts)
+    monkeypatch.setattr(stages, "_identified_from", lambda run: ("record", "model", True))
+    configuration = load_configuration(settings=["identification.method=rollouts"])
+    run = SimpleNamespace(
+        subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told")
+    )
+    begun = ("fit", "held")
+    assert stages._searched(run, SD, tmp_path, lambda: begun) == "found"
+    assert asked == [(*begun, subject, "record", "model", configuration, "told")]
