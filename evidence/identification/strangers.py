@@ -268,7 +268,24 @@ def harsh_table(people: list[dict[str, Any]]) -> list[str]:
             + "".join(f"| {100 * rms(e):.1f}, {100 * within(e / s, 0.9):.0f} % " for e, s in moved)
             + "|"
         )
-    return lines
+    said = [f"by {by} {ratio_of(people, by)}" for by in ("markers", "stature")]
+    return [*lines, "", f"Found over scaled, RMS: {'; '.join(said)}."]
+
+
+def ratio_of(people: list[dict[str, Any]], by: str) -> str:
+    """The ratio of the legs' errors, its interval by drawing people again, and what is expected
+    of the posterior's SDs if the prior is right.
+    """
+    part, random = [each for each in people if each["by"] == by], np.random.default_rng(0)
+    error, sd, scaled = leg_errors(part)
+    drawn = random.integers(len(part), size=(4000, len(part)))
+    ratios = np.sqrt(np.mean(error[drawn] ** 2, axis=1) / np.mean(scaled[drawn] ** 2, axis=1))
+    low, high = np.percentile(ratios, [2.5, 97.5])
+    expected = rms(sd) / rms([each["leg"]["prior_sd"] for each in part])
+    return (
+        f"{rms(error) / rms(scaled):.2f} ({low:.2f} to {high:.2f} by drawing people again; "
+        f"{expected:.2f} by the fit's own SDs)"
+    )
 
 
 @evidence.measurement()
