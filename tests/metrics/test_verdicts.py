@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from gaitval.metrics.origin import everything
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.verdicts import (
@@ -16,6 +17,7 @@ from gaitval.metrics.verdicts import (
     spread_text,
     target_text,
     unit_text,
+    unjudged_text,
     value_text,
 )
 
@@ -171,3 +173,32 @@ def test_nothing_recorded_is_not_judged(metrics, monkeypatch):
         f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
         f"{kept} of {len(every)} limits kept."
     )
+
+
+def test_a_limit_of_ones_own_says_itself_what_to_do(metrics):
+    """Else the registry of limits does."""
+    (usual,) = [
+        each for each in limit_verdicts(metrics) if each.first.id == metrics.tolerances[0].id
+    ]
+    assert usual.remedy
+    own = [
+        each.model_copy(update={"remedy": "do that"}) if each.id == usual.first.id else each
+        for each in metrics.tolerances
+    ]
+    changed = metrics.model_copy(update={"tolerances": own})
+    (found,) = [each for each in limit_verdicts(changed) if each.first.id == usual.first.id]
+    assert found.remedy == "do that"
+
+
+def test_what_was_not_recorded_is_listed_by_reason_with_its_side():
+    found = everything("recorded")
+    assert unjudged_text(found) == ""
+    found["moments"] = {"right": "mirrored", "left": "mirrored"}
+    found["forces"]["left"] = "mirrored"
+    found["stance"]["right"] = "expected"
+    assert unjudged_text(found) == (
+        " Not recorded, so not judged: moments and left forces (mirrored from the other side); "
+        "right stance (only expected)."
+    )
+    found["angles"]["left"] = "mirrored"
+    assert "left angles, moments and left forces (mirrored" in unjudged_text(found)
