@@ -40,6 +40,8 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/identification/harsh.json",),
+        "allowed": 10,
+        "why": "a line of intervals below a table; rows and stored people are the same",
     },
     "shared errors, the ten: *": {
         "code": (
