@@ -1,15 +1,17 @@
 """Identify virtual people of the harsh world, with and without shared errors, and keep what was
 found.
 
-    python -m experiments.harsh_people --people 64
+    python -m experiments.harsh_people
 
 The seed is not chosen: it is the first eight hexadecimal digits of the SHA-256 of `RULE`, modulo
-100,000, so it was not used while anything was written. Person n is drawn around built-in subject
-1 + n // 2 % 10; every other pair is measured by markers, the others by stature alone. Every fourth
-has a left leg that is 20 to 30 mm longer or shorter; the others' legs differ as people's do. Each
-is also identified with a range-of-motion trial. At the end the first `WALKED` of them walk with the
-general policy, as scaled, as identified and with their true body. Writes
-`reports/identification/harsh.json` after every person; interrupted, the same command resumes.
+100,000, so it was not used while anything was written (the rule's first version gave the 64 people
+of seed 66889, on whom constants were chosen later). Person n is drawn around built-in subject
+1 + n // 2 % 10; every other pair is measured by markers, the others by stature alone. Every fourth,
+as often of these as of those, has a left leg that is 20 to 30 mm longer or shorter; the others'
+legs differ as people's do. Each is also identified with a range-of-motion trial. At the end the
+first `WALKED` of them walk with the general policy, as scaled, as identified and with their true
+body. Writes `reports/identification/harsh.json` after every person; interrupted, the same command
+resumes.
 `evidence/identification/strangers.py` makes rows of it.
 """
 
@@ -27,15 +29,15 @@ from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.coordinates import Side
 from gaitval.errors import GaitvalError
-from gaitval.identification.verdicts import combinations, judged_combinations
+from gaitval.identification.prior import measured_by
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.joints import FunctionalHip, with_joints
+from gaitval_bodies.joints import ANKLE, KNEE, FunctionalLeg, judged_lengths, lengths, with_joints
 from gaitval_bodies.shared_errors import identified
 from gaitval_virtual.harsh import HarshPerson, harsh_person
-from gaitval_virtual.range_of_motion import functional_hips
+from gaitval_virtual.range_of_motion import functional_legs
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"
@@ -43,40 +45,52 @@ PLAIN: Final = 10
 """People who are also identified without shared errors."""
 WALKED: Final = 24
 """People who also walk."""
-RULE: Final = "gaitval: harsh virtual people, " + "issue" + " 40"
+RULE: Final = "gaitval: harsh virtual people, " + "issue" + " 40, second"
 SEED: Final = int(hashlib.sha256(RULE.encode()).hexdigest()[:8], 16) % 100_000
 
 
 def planted(number: int, seed: int) -> float | None:
     """m, by which the left leg of this person is longer; None: as people's are."""
-    if number % 4 != 3:
+    if number % 8 not in (3, 5):
         return None
     random = np.random.default_rng([seed, number, 3])
     return float(random.choice([-1.0, 1.0]) * random.uniform(0.020, 0.030))
 
 
 def leg(posterior: Any, model: Any, truth: Any, index: int = 0) -> dict[str, float]:
-    """Thigh + shank (or hip to ankle, 1), m about the scaled one: truth, mean, SD, prior's SD."""
-    found = judged_combinations(posterior, model)[index]
-    true = float(combinations(model)[index].weights @ (truth - posterior.prior_mean))
+    """Thigh + shank (or another of `lengths`), m about the scaled one: truth, mean, SD, prior's
+    SD.
+    """
+    found = judged_lengths(posterior, model)[index]
+    true = float(lengths(model)[index].weights @ (truth - posterior.prior_mean))
     return {"truth": true, "mean": found.mean, "sd": found.sd, "prior_sd": found.prior_sd}
 
 
-def hips_of(
+def legs_of(
     person: HarshPerson, model: BodyModel, configuration: Configuration, number: int, seed: int
-) -> dict[Side, FunctionalHip]:
-    """What a range-of-motion trial finds of a person's hips, against the body as scaled."""
+) -> dict[Side, FunctionalLeg]:
+    """What a range-of-motion trial finds of a person's legs, against the body as scaled.
+
+    Who was scaled by markers was scaled by the palpated knee, so only the functional one is new;
+    who was scaled by stature alone is palpated for the first time.
+    """
     true, _ = person.faults.body(apply_parameters(model, person.truth), configuration.contact)
     random = np.random.default_rng([seed, number, 4])
-    found: dict[Side, FunctionalHip] = {}
-    for side, hip in functional_hips(true, random).items():
-        joints = {name: model[f"{name}_{side[0]}"].joint_position for name in
-                  ("thigh", "shank", "foot")}  # fmt: skip
-        scaled = -float(joints["shank"][2] + joints["foot"][2])
-        found[side] = FunctionalHip(
-            difference=hip.found.centre - joints["thigh"],
-            longer=hip.to_ankle - scaled,
-            standard_error=hip.found.standard_error,
+    found: dict[Side, FunctionalLeg] = {}
+    for side, leg in functional_legs(true, random).items():
+        hip, knee, ankle = (model[f"{name}_{side[0]}"].joint_position for name in
+                            ("thigh", "shank", "foot"))  # fmt: skip
+        height, error = leg.knee.point[2], KNEE
+        if measured_by(person.subject)["shank_length"] != "markers":
+            weights = np.array([KNEE, ANKLE]) ** -2.0
+            height = weights @ [height, leg.palpated_knee[2]] / weights.sum()
+            error = float(weights.sum() ** -0.5)
+        found[side] = FunctionalLeg(
+            difference=leg.hip.centre - hip,
+            longer=float(leg.hip.centre[2] - leg.ankle[2] + knee[2] + ankle[2]),
+            standard_error=leg.hip.standard_error,
+            shank_longer=float(height - leg.ankle[2] + ankle[2]),
+            knee_error=error,
         )
     return found
 
@@ -111,7 +125,7 @@ def one(number: int, seed: int) -> dict[str, Any]:
             "leg": leg(plain, model, person.truth),
         }
     posterior, faults = found.posterior, person.faults
-    joints = with_joints(posterior, model, hips_of(person, model, configuration, number, seed))
+    joints = with_joints(posterior, model, legs_of(person, model, configuration, number, seed))
     return about | {
         "faults": person.about(),
         "truth": person.truth.tolist(),
@@ -126,7 +140,11 @@ def one(number: int, seed: int) -> dict[str, Any]:
             "mean": joints.mean.tolist(),
             "sd": joints.sd.tolist(),
             "leg": leg(joints, model, person.truth),
-            "hip to ankle": leg(joints, model, person.truth, 1),
+            **{
+                each.name: leg(joints, model, person.truth, index)
+                for index, each in enumerate(lengths(model))
+                if index
+            },
         },
         # A longer leg and a lower hip centre are one to the ground.
         "leg_difference": {
@@ -163,7 +181,7 @@ def epsilons(each: dict[str, Any]) -> dict[str, float | None]:
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--people", type=int, default=64)
+    parser.add_argument("--people", type=int, default=96)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--store", type=Path, default=STORE)
     arguments = parser.parse_args()

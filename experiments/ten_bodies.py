@@ -1,4 +1,4 @@
-"""What the records of the ten built-in people say of their bodies with shared errors.
+"""Shipped: extras/gaitval_bodies/offsets.json, of what ten records say with shared errors.
 
     python -m experiments.ten_bodies
 

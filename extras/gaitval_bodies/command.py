@@ -23,7 +23,7 @@ def body(
         typer.Option(
             "--session",
             metavar="FOLDER",
-            help="Import with --functional: its hip centres count as measured.",
+            help="Import with --functional: its hips and knees count as measured.",
         ),
     ] = None,
     config: ConfigOption = None,
@@ -41,13 +41,14 @@ def body(
     from gaitval.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
+    from gaitval.errors import ArtefactError
     from gaitval.identification.identify import begin
-    from gaitval.identification.prior import prior_sd
+    from gaitval.identification.prior import measured_by, prior_sd
     from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import nominal_parameters
     from gaitval.scaling.scaling import scale_subject
     from gaitval.session.stored import Session
-    from gaitval_bodies.joints import hips_of_session, with_joints
+    from gaitval_bodies.joints import legs_of_session, with_joints
     from gaitval_bodies.offsets import offset_of
     from gaitval_bodies.page import tables, write_body_page
     from gaitval_bodies.plausible import implausible
@@ -69,8 +70,13 @@ def body(
     fit, held = begin(person.record(), model, prior_sd(person), configuration, person.has_kinetics)
     found = identified(fit, held, offset_of(person))
     if session is not None:
-        hips = hips_of_session(Session.load(session).record, str(session))
-        found = replace(found, posterior=with_joints(found.posterior, model, hips))
+        if measured_by(person)["thigh_length"] != "markers":
+            raise ArtefactError(
+                f"{person.identifier} was not scaled by markers, so the hips and knees of "
+                f"{session} are not about its body. Give the subject.toml that this import wrote."
+            )
+        legs = legs_of_session(Session.load(session).record, str(session))
+        found = replace(found, posterior=with_joints(found.posterior, model, legs))
     said, shown = sentences(found, model), tables(found, model)
     display.plain(said)
     for title, rows in shown:

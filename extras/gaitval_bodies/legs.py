@@ -15,10 +15,11 @@ import numpy as np
 MORE: Final = 0.020
 """m, SD of what a difference is beside what people's are: 20 mm are seen in one of a thousand
 (Guichet et al. 1991, Clin Orthop 272:235), and are why somebody is measured."""
-ODDS: Final = 0.78
-"""Ratio of the likelihoods from which on legs are said to differ by more than people's. Of 18
-people of the harsh world, of seed 515151, whose legs differ as people's do, the record alone says
-5.9 mm (RMS); 5 % of such people are beyond 11.6 mm, which has this ratio, and one of the 18 is."""
+ODDS: Final = 0.93
+"""Ratio of the likelihoods from which on legs are said to differ by more than people's: beyond
+13.6 mm. Chosen on people of the harsh world of seeds 66889 and 424242: 4 of 78 whose legs differ as
+people's do are called different, of whom 3 have legs that are 13 to 16 mm apart, and 23 of 24 are
+found whose legs differ by 20 to 30 mm."""
 
 
 @dataclass(frozen=True)

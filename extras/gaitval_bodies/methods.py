@@ -13,6 +13,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
+from gaitval.datasets.subject import Subject
+from gaitval.errors import ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.unidentified import unidentified
@@ -22,9 +24,12 @@ from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution
+from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.shared_errors import STUCK, identified
 
 WIDE: Final = 2.5
+Progress = Callable[[dict[str, float]], None]
+"""Told the generation, how many there are at most, and the value, as `identify` does."""
 
 
 def _bounded(mu: Array, prior_sd: Array, configuration: Configuration) -> FoundParameters:
@@ -47,23 +52,34 @@ def _bounded(mu: Array, prior_sd: Array, configuration: Configuration) -> FoundP
 def shared_identification(
     fit: BodyFit,
     held: Solution,
+    subject: Subject,
     record: GaitRecord,
     model: BodyModel,
     configuration: Configuration,
-    on_generation: Callable[[int, float], None],
+    on_progress: Progress,
 ) -> FoundParameters:
     """`identification.method=shared`: the posterior with errors that angles and belt share.
 
     Parameters
     ----------
     fit, held : of `record`, and its solution with the body as scaled.
+    subject : whose record it is; the prior's mean has the offset of other people.
     record, model : the record and the body as scaled.
     configuration : its bounds of damping and friction are used.
-    on_generation : called once, with the sum of squares.
+    on_progress : called once, with the sum of squares.
+
+    Raises
+    ------
+    ConfigurationError : the extended parameters are asked for, which are among its errors already.
     """
-    shared = identified(fit, held)
+    if fit.extended:
+        raise ConfigurationError(
+            "identification.method = shared: sole and legs that differ are among its errors "
+            "already. Leave identification.parameters at paper."
+        )
+    shared = identified(fit, held, offset_of(subject))
     posterior = shared.posterior
-    on_generation(1, shared.cost)
+    on_progress({"generation": 1, "total": 1, "value": shared.cost})
     return _bounded(posterior.mean, posterior.prior_sd, configuration).model_copy(
         update={
             "posterior_mean": posterior.mean.tolist(),
@@ -88,10 +104,11 @@ def shared_identification(
 def rollouts_identification(
     fit: BodyFit,
     held: Solution,
+    subject: Subject,
     record: GaitRecord,
     model: BodyModel,
     configuration: Configuration,
-    on_generation: Callable[[int, float], None],
+    on_progress: Progress,
 ) -> FoundParameters:
     """`identification.method=rollouts`: the paper's own, with the general policy. It has no
     posterior, so no parameter is identified by it; the walker takes its body all the same.
@@ -99,12 +116,18 @@ def rollouts_identification(
     Parameters
     ----------
     fit, held : of `record`; only the prior of `fit` is used.
+    subject : not used.
     record, model : the record and the body as scaled.
     configuration : settings of the search and of walking.
-    on_generation : called after each generation with its number and best epsilon.
+    on_progress : called after each generation, with its best epsilon.
     """
     from gaitval.study.stored_policy import general_walker
     from gaitval_bodies.rollouts import Walks, identified_by_rollouts
+
+    most = configuration.identification.generations
+
+    def on_generation(generation: int, best: float) -> None:
+        on_progress({"generation": generation, "total": most, "value": best})
 
     found = identified_by_rollouts(
         Walks(record, model, general_walker(configuration.environment), configuration),

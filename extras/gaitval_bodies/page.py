@@ -6,11 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.identification.verdicts import judged, judged_combinations
+from gaitval.identification.verdicts import judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
+from gaitval_bodies.joints import judged_lengths
 from gaitval_bodies.shared_errors import NAMES, Shared
 from gaitval_bodies.words import next_trials, sentences
 
@@ -28,7 +29,7 @@ def tables(found: Shared, model: BodyModel) -> list[Table]:
     model : the body as scaled.
     """
     body = [["parameter", "expected", "found", "SD", "SD / prior SD", "verdict"]]
-    for each in (*judged(found.posterior), *judged_combinations(found.posterior, model)):
+    for each in (*judged(found.posterior), *judged_lengths(found.posterior, model)):
         body.append(
             [each.name, f"{each.prior_mean:.4g}", f"{each.mean:.4g}", f"{each.sd:.2g}",
              f"{each.contraction:.2f}", each.verdict]
@@ -47,7 +48,7 @@ def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> P
     """Write the page of the person `name` to `path`; other parameters are those of `tables`."""
     shown = [
         *(each for each in judged(found.posterior) if each.name in PARAMETERS[2:]),
-        *judged_combinations(found.posterior, model),
+        *judged_lengths(found.posterior, model),
     ]
     legs = found.legs
     mean, sd = legs.estimate

@@ -9,6 +9,9 @@ with a prior, found together with motion and body, and integrated out of the pos
 The residuals' covariance is then that of the noise model plus J S Jᵀ, with J the derivative by
 these unknowns and S their prior.
 
+Of soft tissue the SDs of this table are what a study sees of one segment or of one joint; both
+descriptions at once are wider than any study, so each has `NARROWER` of its SD.
+
 | unknown | SD | source |
 |---|---|---|
 | thigh's skin, share of the hip's excursion | -3 ± 6 % | [1], [2] |
@@ -21,6 +24,9 @@ these unknowns and S their prior.
 | left leg longer, right one shorter | 0.5 % | 6.5 mm between the legs [7] |
 | left hip centre forward, up | 5 mm | what of Harrington's (2007) 5-13 mm is of one side |
 | heel's, forefoot's contact forward | 10 mm | a shoe's heel and rocker, `model.extended` |
+
+Those of skin and excursions are studies' SDs, of which the fit takes `NARROWER`: two descriptions
+of the same skin at once are wider than any study's.
 
 1. Fiorentino et al. 2020, J Biomech 108:109890: markers underestimate the hip's range.
 2. Ancillao et al. 2021 (CAMS-Knee data): clusters turn by up to 10 and 7°.
@@ -86,13 +92,17 @@ NAMES: Final = (
     *BODY_ERRORS,
 )
 """Unknowns, in their order among `Shared.values`."""
+NARROWER: Final = 0.6
+"""Factor on the SDs of `SKIN`, so that a hip's excursion is known to 4.7 % instead of 7.8 %. The
+records of the ten built-in people are likelier with it (`experiments.skin_width`), as are the legs
+of 38 harsh people of seed 424242, whose intervals still hold."""
 _SIZES: Final = np.array(
-    [*(size for _, sd, _, _ in SKIN.values() for size in (sd, _OWN * sd)),
+    [*(NARROWER * size for _, sd, _, _ in SKIN.values() for size in (sd, _OWN * sd)),
      BELT, LEFT_LEG, LEFT_HIP, LEFT_HIP, SOLE, SOLE]
 )  # fmt: skip
 _MEANS: Final = np.array(
     [
-        *(mean for each, sd, _, _ in SKIN.values() for mean in (each / sd, 0.0)),
+        *(mean for each, sd, _, _ in SKIN.values() for mean in (each / (NARROWER * sd), 0.0)),
         *(0.0 for _ in ("belt", *BODY_ERRORS)),
     ]
 )

@@ -9,7 +9,7 @@ from gaitval.coordinates import SIDES
 from gaitval.identification.verdicts import Judged, judged_combinations
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
-from gaitval_bodies.joints import FunctionalHip, with_joints
+from gaitval_bodies.joints import FunctionalLeg, with_joints
 from gaitval_bodies.shared_errors import Shared
 
 _LITTLE: Final = 0.9
@@ -45,7 +45,7 @@ def sentences(found: Shared, model: BodyModel) -> str:
 NEXT: Final = (
     "this record",
     "another trial of the session, at another speed",
-    "a range-of-motion trial of the hips",
+    "a range-of-motion trial of hips and knees",
 )
 _AGAIN: Final = 1.09
 """Factor on what the record says, of another trial of its session. They share markers and skin: of
@@ -66,7 +66,7 @@ def next_trials(found: Shared, model: BodyModel) -> list[list[str]]:
     prior = np.diag(1.0 / posterior.prior_sd**2)
     told = np.linalg.inv(posterior.covariance) - prior
     again = np.asarray(np.linalg.inv(prior + _AGAIN * told), dtype=np.float64)
-    unmoved = FunctionalHip(np.zeros(3), 0.0, 0.0)
+    unmoved = FunctionalLeg(np.zeros(3), 0.0, 0.0, 0.0)
     moved = with_joints(posterior, model, dict.fromkeys(SIDES, unmoved))
     shown = ("thigh_length", "shank_length", "foot_length", "hip_y")
     rows = [["trials", "leg", *shown]]

@@ -97,11 +97,13 @@ class FunctionalKnee:
     angle : rad, between both.
     rotation : rad, of the functional axis against the other about the thigh's long axis; internal
         rotation is positive on both sides.
+    higher : m, by which the functional axis passes above the joint centre, along the thigh.
     """
 
     found: HingeAxis
     angle: float
     rotation: float
+    higher: float
 
     def __str__(self) -> str:
         return (
@@ -191,13 +193,8 @@ def chosen_hips(
 
 def functional_record(joint: FunctionalJoint) -> dict[str, Any]:
     """The joint in `import.json`."""
-    record: dict[str, Any] = {
-        "trial": joint.trial,
-        "side": joint.side,
-        "joint": joint.joint,
-        "refused": joint.refused,
-    }
-    found = joint.found
+    found, record = joint.found, vars(joint).copy()
+    del record["found"]
     if isinstance(found, FunctionalHip):
         record["hip"] = {
             "difference_m": found.difference.tolist(),
@@ -214,6 +211,7 @@ def functional_record(joint: FunctionalJoint) -> dict[str, Any]:
         record["knee"] = {
             "angle_rad": found.angle,
             "rotation_rad": found.rotation,
+            "higher_m": found.higher,
             "standard_error_rad": found.found.standard_error,
             "images_apart_rad": found.found.between_images,
             "residual_m": found.found.residual,
@@ -380,4 +378,5 @@ def _knee(leg: _Leg) -> FunctionalKnee:
         found=found,
         angle=float(np.arccos(np.clip(across @ found.direction, -1.0, 1.0))),
         rotation=turned if side == "R" else -turned,
+        higher=float((found.point - centre) @ up),
     )

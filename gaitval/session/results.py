@@ -160,6 +160,8 @@ class FunctionalKneeResult(Result):
     angle_rad: Number
     rotation_rad: Number
     """About the thigh's long axis, internal positive."""
+    higher_m: Number | None = None
+    """By which the axis passes above the knee's centre; None in an older import."""
     standard_error_rad: Number
     images_apart_rad: Number
     residual_m: Number

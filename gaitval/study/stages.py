@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval import file_gate, wings
 from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
 from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
@@ -400,19 +400,18 @@ def _searched(
     """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
     that is interrupted, `begun` what the record and the body gave before.
     """
-    from gaitval.identification.identify import identify
+    from gaitval.identification.identify import begin, identify
 
-    record, model, own = _identified_from(run)
-    return identify(
-        record,
-        model,
-        prior,
-        run.configuration,
-        folder,
-        kinetics_told=own,
-        begun=begun,
-        on_progress=run.observer.progress,
-    )
+    (record, model, own), configuration = _identified_from(run), run.configuration
+    progress, method = run.observer.progress, configuration.identification.method
+    if method == "posterior":
+        return identify(
+            record, model, prior, configuration, folder,
+            kinetics_told=own, begun=begun, on_progress=progress,
+        )  # fmt: skip
+    other: Callable[..., FoundParameters] = wings.load(wings.PARTS, f"{method}_identification")
+    fit, held = begun() if begun else begin(record, model, prior, configuration, own)
+    return other(fit, held, run.subject, record, model, configuration, progress)
 
 
 def save_identified_reference(run: Run, folder: Path) -> None:

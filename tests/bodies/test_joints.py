@@ -7,14 +7,15 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.verdicts import judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.joints import (
     ANKLE,
+    KNEE,
     MISSED,
-    FunctionalHip,
-    hips_of_session,
+    FunctionalLeg,
+    judged_lengths,
+    legs_of_session,
     with_joints,
 )
 
@@ -31,16 +32,16 @@ def unseen() -> BodyPosterior:
     )  # fmt: skip
 
 
-def hips(forward=0.0, out=0.0, longer=0.0):
-    """Of a person whose hips both lie so."""
+def legs(forward=0.0, out=0.0, longer=0.0, shank=None, error=KNEE):
+    """Of a person whose legs both are so."""
     return {
-        side: FunctionalHip(np.array([forward, sign * out, 0.0]), longer, 0.0)
+        side: FunctionalLeg(np.array([forward, sign * out, 0.0]), longer, 0.0, shank, error)
         for side, sign in (("right", -1.0), ("left", 1.0))
     }
 
 
 def test_a_hip_that_lies_forward_and_further_out_is_moved_by_what_the_trial_knows():
-    found = with_joints(unseen(), MODEL, hips(forward=0.01, out=0.01))
+    found = with_joints(unseen(), MODEL, legs(forward=0.01, out=0.01))
     error = MISSED / np.sqrt(2)
     kept = 0.01**2 / (0.01**2 + error**2)
     hip = PARAMETERS.index("hip_x")
@@ -51,12 +52,36 @@ def test_a_hip_that_lies_forward_and_further_out_is_moved_by_what_the_trial_know
 
 
 def test_a_longer_leg_is_shared_among_what_makes_it():
-    found = with_joints(unseen(), MODEL, hips(longer=0.02))
-    leg, reach = judged_combinations(found, MODEL)
+    found = with_joints(unseen(), MODEL, legs(longer=0.02))
+    leg, reach = judged_lengths(found, MODEL)[:2]
     assert 0.0 < leg.mean < reach.mean < 0.02
     assert reach.sd == pytest.approx(np.hypot(MISSED, ANKLE) / np.sqrt(2), rel=0.15)
     foot = PARAMETERS.index("foot_length")
     assert found.sd[foot] == prior_sd(SUBJECT)[foot]
+
+
+def test_a_knee_that_is_known_tells_shank_from_thigh_and_no_more_of_the_leg():
+    without, known = (
+        with_joints(unseen(), MODEL, legs(longer=0.02, shank=shank, error=0.001))
+        for shank in (None, 0.02)
+    )
+    before, after = judged_lengths(without, MODEL), judged_lengths(known, MODEL)
+    reach, thigh, shank = after[1:]
+    assert shank.sd < ANKLE / np.sqrt(2)
+    assert shank.mean == pytest.approx(0.02, abs=0.003)
+    assert reach.mean == pytest.approx(thigh.mean + shank.mean)
+    assert reach.sd == pytest.approx(before[1].sd, rel=0.1)
+    # what the knee is too low in the thigh, the thigh is too short: only their sum is seen
+    alone = known.sd[PARAMETERS.index("thigh_length")]
+    assert alone / prior_sd(SUBJECT)[PARAMETERS.index("thigh_length")] > 0.4
+
+
+def test_one_knee_alone_does_not_count():
+    both = legs(longer=0.02, shank=0.02)
+    one = both | {"left": legs(longer=0.02)["left"]}
+    expected = with_joints(unseen(), MODEL, legs(longer=0.02))
+    np.testing.assert_allclose(with_joints(unseen(), MODEL, one).mean, expected.mean)
+    assert not np.allclose(with_joints(unseen(), MODEL, both).mean, expected.mean)
 
 
 def hip(side, error, forward):
@@ -69,21 +94,34 @@ def hip(side, error, forward):
     }  # fmt: skip
 
 
+def knee(side, bent, higher):
+    """Without `higher_m` if it is None, as an import before had it."""
+    found = {"ranges_deg": [bent, 5.0, 3.0]} | ({} if higher is None else {"higher_m": higher})
+    return {"trial": "rom.c3d", "side": side, "joint": "knee", "refused": "", "knee": found}
+
+
 def session(*joints, thigh="markers"):
     return {"measurements": {"sources": {"thigh": thigh}}, "functional": list(joints)}
 
 
 def test_of_several_trials_of_a_session_the_best_counts():
     joints = [hip("right", 0.004, 0.02), hip("right", 0.002, 0.01), hip("left", 0.003, 0.0)]
-    found = hips_of_session(session(*joints), "here")
+    found = legs_of_session(session(*joints), "here")
     assert found["right"].difference[0] == 0.01
     assert found["left"].longer == pytest.approx(0.01)
 
 
+def test_the_knee_that_bent_furthest_counts():
+    joints = [hip(side, 0.002, 0.0) for side in ("right", "left")]
+    joints += [knee("right", 60.0, 0.02), knee("right", 90.0, 0.01), knee("left", 80.0, None)]
+    found = legs_of_session(session(*joints), "here")
+    assert found["right"].shank_longer == 0.01
+    assert found["left"].shank_longer is None
+
+
 def test_a_hip_that_is_missing_or_counts_already_is_said():
-    knee = {"trial": "rom.c3d", "side": "left", "joint": "knee", "refused": "", "knee": {}}
     with pytest.raises(ArtefactError, match="left hip"):
-        hips_of_session(session(hip("right", 0.002, 0.0), knee), "here")
+        legs_of_session(session(hip("right", 0.002, 0.0), knee("left", 80.0, 0.0)), "here")
     used = session(thigh="markers, hip functional (Ehrig 2006)")
     with pytest.raises(ArtefactError, match="count twice"):
-        hips_of_session(used, "here")
+        legs_of_session(used, "here")

@@ -1,12 +1,20 @@
 """A study's identification by another method: its bounds decide nothing, its body is shrunk."""
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.scaling.scaling import scale_subject
+from gaitval.study import stages
+from gaitval_bodies import methods
 from gaitval_bodies.methods import WIDE, _bounded
+from gaitval_bodies.offsets import offset_of
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))
@@ -29,3 +37,44 @@ def test_what_is_beyond_the_wide_bounds_is_cut_and_said_to_be():
     np.testing.assert_allclose(found.identified[hip], nominal_parameters()[hip] - WIDE * SD[hip])
     assert [name for name, at in zip(PARAMETERS, found.on_bound, strict=True) if at] == ["hip_y"]
     assert set(found.verdicts) == {"not identified"}
+
+
+class Asked(Exception):
+    """Instead of a fit, which takes seconds."""
+
+
+def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_body_has(monkeypatch):
+    subject, given = load_subject("S05"), []
+
+    def identified(fit, held, offset):
+        given.append(offset)
+        raise Asked
+
+    monkeypatch.setattr(methods, "identified", identified)
+    model, record = scale_subject(subject).model, subject.record()
+    fit = SimpleNamespace(extended=())
+    with pytest.raises(Asked):
+        methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+    np.testing.assert_array_equal(given[0], offset_of(subject))
+    assert given[0].any()
+    fit.extended = ("sole",)
+    with pytest.raises(ConfigurationError, match=r"identification\.parameters"):
+        methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+
+
+def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
+    subject, asked = load_subject("S05"), []
+
+    def rollouts(*given):
+        asked.append(given)
+        return "found"
+
+    monkeypatch.setattr(methods, "rollouts_identification", rollouts)
+    monkeypatch.setattr(stages, "_identified_from", lambda run: ("record", "model", True))
+    configuration = load_configuration(settings=["identification.method=rollouts"])
+    run = SimpleNamespace(
+        subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told")
+    )
+    begun = ("fit", "held")
+    assert stages._searched(run, SD, tmp_path, lambda: begun) == "found"
+    assert asked == [(*begun, subject, "record", "model", configuration, "told")]

@@ -19,6 +19,6 @@ def test_sentences_come_before_the_picture_and_the_tables(tmp_path: Path) -> Non
 
 def test_every_parameter_and_error_has_its_row() -> None:
     (_, body), (_, errors), (_, trials) = tables(made_up(0.5, 0.004), MODEL)
-    assert len(body) == 1 + 14 + 2
+    assert len(body) == 1 + 14 + 4
     assert "forefoot forward" in {row[0] for row in errors}
     assert len(trials) == 4

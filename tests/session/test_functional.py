@@ -118,6 +118,7 @@ def test_a_swinging_leg_shows_the_hip_and_the_knee_of_the_body(tmp_path, side):
     assert abs(knee.found.direction @ flexion_axis) == pytest.approx(1.0, abs=1e-9)
     assert knee.found.ranges[0] == pytest.approx(60.0, abs=1.0)
     assert knee.angle < 1e-4
+    assert abs(knee.higher) < 1e-5
 
 
 def test_a_misplaced_asis_moves_the_regression_and_not_the_functional_centre(tmp_path):
