@@ -50,12 +50,13 @@ FOLDER: Final = "keenon+nimblephysics/data/regression/Arnold2013Synthetic"
 SUBJECTS: Final = ("01", "02", "04")
 SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 CENTRES: Final = {
-    "hip_flexion": ("thigh", "HJC"),
-    "knee_angle": ("shank", "KJC"),
-    "ankle_angle": ("foot", "AJC"),
+    "hip_flexion": ("thigh", "HJC", 1.0),
+    "knee_angle": ("shank", "KJC", -1.0),
+    "ankle_angle": ("foot", "AJC", 1.0),
 }
-"""Segment below the joint, and the marker on its true centre. All turn the segment about the axis
-to the right: flexion of the hip, extension of the knee, dorsiflexion."""
+"""Segment below the joint, the marker on its true centre, and the sign of the coordinate about the
+axis to the right: the knee's is flexion. The walkers' knees have no one centre, because the shank
+slides on the thigh."""
 EDGE: Final = 0.1
 """s at both ends, where filters have no neighbours."""
 CUTOFF_HZ: Final = 8.0
@@ -208,11 +209,11 @@ def between_centres(
     turn, _ = Rotation.align_vectors(ours[seen] - middles[1], theirs[seen] - middles[0])
     frames = segment_frames(model, positions)
     found = {}
-    for joint, (segment, marker) in CENTRES.items():
+    for joint, (segment, marker, sign) in CENTRES.items():
         for foot, side in enumerate("rl"):
             centre = turn.apply(true.marker(f"{side.upper()}{marker}") - middles[0]) + middles[1]
             aside = frames[:, SEGMENTS.index(f"{segment}_{side}"), :3, 3] - centre
-            found[f"{joint}_{side}"] = np.cross(aside, force[:, foot])[:, 1]
+            found[f"{joint}_{side}"] = sign * np.cross(aside, force[:, foot])[:, 1]
     return found
 
 
