@@ -74,13 +74,13 @@ class Usual(NamedTuple):
 
 
 USUAL: Final[Mapping[str, Usual]] = {
-    "delay": Usual(0.005, 0.030, 0.010),
+    "delay": Usual(0.003, 0.030, 0.010),
     "place": Usual(0.004, 0.025, 0.010),
     "rotation": Usual(0.010, 0.09, 0.04),
     "gain": Usual(0.015, 0.08, 0.05),
     "cross-talk": Usual(0.006, 0.045, 0.02),
     "offset": Usual(0.006, 0.04, 0.025),
-    "mass": Usual(0.02, 0.09, 0.06),
+    "mass": Usual(0.02, 0.09, 0.04),
     "scale": Usual(0.003, 0.025, 0.01),
     "rate": Usual(0.003, 0.08, 0.04),
     "tilt": Usual(0.004, 0.035, 0.015),

@@ -57,6 +57,14 @@ class Measurement:
         half = {} if self.bands is None else self.bands.half
         return {f"{name}_band90": values for name, values in half.items()}
 
+    def uncertainty(self) -> dict[str, float]:
+        """Half of the median width of each band, and of those of lengths: the subject's file."""
+        if self.bands is None:
+            return {}
+        half = {name: float(np.median(values)) for name, values in self.bands.half.items()}
+        half |= {f"length_{name}": m for name, m in self.bands.lengths.items()}
+        return {name: value for name, value in half.items() if np.isfinite(value)}
+
     def drawings(self) -> dict[str, Callable[[], str]]:
         """The figures of the page."""
         return {"bands": partial(draw_bands, self.curves)} if self.curves else {}

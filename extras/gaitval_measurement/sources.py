@@ -2,7 +2,8 @@
 
 Sizes are standard deviations. Landmarks: iliac spines are found within 15 to 20 mm by different
 examiners, the others within 12 to 16 mm (root mean square of the distance; Della Croce et al. 1999,
-2005, Gait Posture 21:226), which is divided among three directions. Soft tissue: 5 to 30 mm on the
+2005, Gait Posture 21:226), which is divided among three directions. A marker on the sacrum is put
+midway between the two posterior spines, so their errors average. Soft tissue: 5 to 30 mm on the
 thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture 21:212), in phase with the joint
 above. Hip centres: Harrington et al. 2007 (J Biomech 40:595), 12 mm on average against imaging
 (Mantovani et al. 2016). Plates: `expected.USUAL`.
@@ -13,7 +14,7 @@ from typing import Final
 LANDMARKS: Final = {
     "ASIS": 0.009,
     "PSIS": 0.009,
-    "Sacrum": 0.009,
+    "Sacrum": 0.0064,
     "Knee": 0.008,
     "Knee.Medial": 0.008,
     "Ankle": 0.006,

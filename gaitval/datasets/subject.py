@@ -170,6 +170,10 @@ class Subject(Displayed, StoredPart):
     measurements: dict[str, Number | Position | dict[str, str]] = Field(default_factory=dict)
     """Lengths of the body as `scaling.measurements.Measurements.to_dict` gives them, m; they take
     precedence over the markers. Empty if scaling finds them from the markers."""
+    uncertainty: dict[str, Annotated[Number, Field(ge=0)]] = Field(default_factory=dict)
+    """Half the width of the 90 % band of a mean curve of the own trial, median over the cycle (rad,
+    Nm/kg, body weights), by its name in `curves.csv`, and of "length_thigh_right" and others (m).
+    """
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:
@@ -242,7 +246,7 @@ class Subject(Displayed, StoredPart):
         rest = [trial for trial in self.trials if trial is not chosen]
         taken = {field: getattr(chosen, field) for field in Trial.model_fields if field != "name"}
         taken |= {"plates": plates}
-        about = {"trial": name, "source": f"{self.person} {name}"}
+        about = {"trial": name, "source": f"{self.person} {name}", "uncertainty": {}}
         return self.model_copy(update=taken | about | {"trials": (self.as_trial(), *rest)})
 
     def is_person_of(self, other: "Subject") -> bool:

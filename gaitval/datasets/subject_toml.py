@@ -24,12 +24,12 @@ def _curve_line(name: str, curve: Curve) -> str:
     )
 
 
-def _table_lines(values: BaseModel, without: Sequence[str] = ()) -> list[str]:
+def _table_lines(values: BaseModel) -> list[str]:
     lines = []
     for name in type(values).model_fields:
         value = getattr(values, name)
-        if name in without or value is None:
-            continue
+        if not isinstance(value, str | int | float):
+            continue  # a table of its own
         # JSON's string escapes are a subset of TOML's.
         text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else _figure(value)
         lines.append(f"{name} = {text}")
@@ -49,37 +49,20 @@ def toml_of(subject: Any) -> str:
         "# m, kg, s, rad; axes x forward, y left, z up; moments Nm/kg; forces in body weights.",
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
-    tables = (
-        "trials",
-        "stance_fraction",
-        "low_pass",
-        "plates",
-        "paper",
-        "gait",
-        "markers",
-        "tape",
-        "measurements",
-    )
-    lines += _table_lines(subject, tables)
+    lines += _table_lines(subject)
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
-    if subject.low_pass is not None:
-        lines += ["", "[low_pass]", *_table_lines(subject.low_pass)]
-    if subject.plates is not None:
-        lines += ["", "[plates]", *_table_lines(subject.plates)]
-    if subject.paper is not None:
-        lines += ["", "[paper]", *_table_lines(subject.paper)]
+    for part in ("low_pass", "plates", "paper"):
+        if (value := getattr(subject, part)) is not None:
+            lines += ["", f"[{part}]", *_table_lines(value)]
     if subject.markers:
         lines += ["", "[markers]"]
         lines += [f'"{name}" = {_figures(at)}' for name, at in subject.markers.items()]
-    if subject.tape:
-        lines += ["", "[tape]"]
-        lines += [_value_line(name, value) for name, value in subject.tape.items()]
-    if subject.measurements:
-        lines += ["", "[measurements]"]
-        lines += [_value_line(name, value) for name, value in subject.measurements.items()]
+    for part in ("tape", "measurements", "uncertainty"):
+        if values := getattr(subject, part):
+            lines += ["", f"[{part}]", *(_value_line(*each) for each in values.items())]
     lines += _gait_lines(subject.gait, "gait")
     for trial in subject.trials:
-        lines += ["", "[[trials]]", *_table_lines(trial, (*_PARTS, "gait"))]
+        lines += ["", "[[trials]]", *_table_lines(trial)]
         for part in _PARTS:
             value = getattr(trial, part)
             if value is not None:

@@ -59,11 +59,22 @@ FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
 
 
-def _failed_text(rows: Sequence[Verdict]) -> str:
+def within_text(row: Verdict, uncertainty: Mapping[str, float]) -> str:
+    """That an error of a curve is less than the record's own (half of its band of 90 %)."""
+    kind = row.measure.removesuffix("_rmse")
+    factor = {"angle": 180.0 / np.pi, "moment": 1.0, "force": 100.0}.get(kind, 0.0)
+    name = f"{kind}_{row.target}".replace("_vertical_", "_up_").replace("_medial_", "_left_")
+    half = factor * uncertainty.get(name, 0.0)
+    within = row.value is not None and row.value < half
+    return f" (within the record's own uncertainty, ± {half:.2g})" if within else ""
+
+
+def _failed_text(rows: Sequence[Verdict], uncertainty: Mapping[str, float]) -> str:
     """The failed targets with their values; only the first ones if there are many."""
     failed = [
         f"{target_text(row.target)}: "
         + ("not measured" if row.value is None else f"{row.value:.3g}")
+        + within_text(row, uncertainty)
         for row in rows
         if not row.passed and row.target != "walk"
     ]
@@ -71,7 +82,7 @@ def _failed_text(rows: Sequence[Verdict]) -> str:
     return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
 
 
-def _tolerances(metrics: Metrics, role: Role) -> list[tables.Row]:
+def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables.Row]:
     """One entry per tolerance, failed first: how many targets pass, and the worst one."""
     return [
         {
@@ -96,7 +107,7 @@ def _tolerances(metrics: Metrics, role: Role) -> list[tables.Row]:
                 }
                 for row in found.close
             ],
-            "failed": _failed_text(found.rows),
+            "failed": _failed_text(found.rows, subject.uncertainty),
             "remedy": found.remedy,
         }
         for found in limit_verdicts(metrics, role)
@@ -372,8 +383,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "nominal": metrics.walks.nominal,
         "identified": metrics.final == "identified",
         "identification": metrics.identification,
-        "acceptance": _tolerances(metrics, "acceptance"),
-        "context_tolerances": _tolerances(metrics, "context"),
+        "acceptance": _tolerances(metrics, "acceptance", subject),
+        "context_tolerances": _tolerances(metrics, "context", subject),
         "prediction": next(iter(metrics.predictions), None),
         "torque_shares": tables.torque_shares(metrics.torque_shares),
         "judged": metrics.is_recorded_at_all,

@@ -82,6 +82,7 @@ def subject_of(found: Import) -> Subject:
         if means
         else None,
         "measurements": body.chosen.to_dict(),
+        "uncertainty": getattr(found.measurement, "uncertainty", dict)(),
     }
     return make_subject(values, request.identifier)
 

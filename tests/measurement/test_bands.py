@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 
 from gaitval.configuration import ProcessingSettings
+from gaitval.datasets.subject_file import load_subject
 from gaitval.session.session import work_out
+from gaitval.session.subject import subject_of
 from gaitval.session.write import _curve_table
 from gaitval_measurement.bands import bands
 from gaitval_measurement.estimate import DELAY, Found
@@ -38,6 +40,16 @@ def test_bands_are_in_the_table_of_curves(found):
     half = np.degrees(table["angle_knee_angle_r_band90"])
     assert 1.0 < half.median() < 6.0
     assert "moment_ankle_angle_l_band90" in table
+
+
+def test_the_subject_keeps_the_width_of_each_band(found, tmp_path):
+    subject = subject_of(found)
+    half = found.measurement.bands.half["angle_knee_angle_r"]
+    assert subject.uncertainty["angle_knee_angle_r"] == pytest.approx(np.median(half))
+    assert set(subject.uncertainty) > {"moment_hip_flexion_l", "force_up_r", "length_thigh_right"}
+    subject.save(tmp_path / "mine.toml")
+    again = load_subject(str(tmp_path / "mine.toml")).uncertainty
+    assert again == pytest.approx(subject.uncertainty, rel=1e-5)
 
 
 def test_a_delay_that_was_found_widens_the_moments(found):

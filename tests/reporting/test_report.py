@@ -3,6 +3,7 @@ import json
 import re
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -23,7 +24,7 @@ from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
 from gaitval.reporting.page import number
-from gaitval.reporting.report import write_report
+from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""
@@ -50,6 +51,19 @@ def page(html) -> Page:
 @pytest.fixture(scope="module")
 def metrics(run_folder) -> dict:
     return json.loads((run_folder / "metrics.json").read_text(encoding="utf-8"))
+
+
+def test_an_error_within_the_record_s_own_uncertainty_is_said():
+    def angle(measure, target, value):
+        return SimpleNamespace(measure=measure, target=target, value=value)
+
+    own = {"angle_knee_angle_r": np.radians(4.0), "force_up_l": 0.05}
+    said = " (within the record's own uncertainty, ± {})"
+    assert within_text(angle("angle_rmse", "knee_angle_r", 3.9), own) == said.format(4)
+    assert within_text(angle("force_rmse", "vertical_l", 3.0), own) == said.format(5)
+    assert within_text(angle("angle_rmse", "knee_angle_r", 4.1), own) == ""
+    assert within_text(angle("angle_rmse", "knee_angle_l", 0.1), own) == ""
+    assert within_text(angle("falls", "walk", 0.0), own) == ""
 
 
 def test_the_page_is_whole_and_needs_nothing_else(page, html, run_folder):
