@@ -324,7 +324,7 @@ def search(arguments: Namespace) -> list[evidence.Row]:
     who = _person("5")
     began = time.process_time()
     folder = arguments.work or Path(tempfile.mkdtemp())
-    found = search_spline(who, _device("hip_exo"), Aim(joint="hip_flexion"), folder, seed=0)
+    found = search_spline(who, _device("hip_exo"), Aim(joint="hip_flexion"), folder)
     seconds = time.process_time() - began
     print(found)
     return [

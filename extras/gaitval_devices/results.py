@@ -9,7 +9,7 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from gaitval.errors import ArtefactError
 from gaitval_devices.curves import JOINTS
 from gaitval_devices.drawn import worn_in
 from gaitval_devices.study import Outcome, Say, Wearer
+
+if TYPE_CHECKING:
+    from gaitval_devices.search import Found
 
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
@@ -100,14 +103,33 @@ def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
     return found
 
 
-def write_result(folder: Path, person: Wearer, outcomes: Sequence[Outcome], cycles: float) -> None:
-    """Write the `RESULT` of a `folder`; numbers with six digits."""
-    rows = [
-        each._replace(value=None if each.value is None else float(f"{each.value:.6g}"))._asdict()
-        for each in figures(outcomes)
+def searched(strategies: "Sequence[Found]") -> list[Figure]:
+    """What each search found: its aim without the device and with the strategy."""
+    return [
+        Figure(f"{each.device.name}: {each.aim.in_words()}", of, each.aim.unit, value)
+        for each in strategies
+        for of, value in (("without", each.without), ("strategy found", each.best))
     ]
-    about = {"version": VERSION, "person": person.name, "walker": person.origin, "cycles": cycles}
-    write_json(folder / RESULT, {**about, "figures": rows})
+
+
+def write_result(
+    folder: Path,
+    person: Wearer,
+    outcomes: Sequence[Outcome],
+    cycles: float,
+    strategies: "Sequence[Found]" = (),
+) -> None:
+    """Write the `RESULT` of a `folder`; numbers with six digits."""
+    about: dict[str, Any] = {"version": VERSION, "person": person.name, "walker": person.origin}
+    about |= {"cycles": cycles, "figures": _rounded(figures(outcomes))}
+    write_json(folder / RESULT, about | {"searched": _rounded(searched(strategies))})
+
+
+def _rounded(rows: Sequence[Figure]) -> list[dict[str, Any]]:
+    return [
+        each._replace(value=None if each.value is None else float(f"{each.value:.6g}"))._asdict()
+        for each in rows
+    ]
 
 
 def _read(folder: Path) -> tuple[dict[str, Any], list[Figure]]:
@@ -135,6 +157,14 @@ def _read(folder: Path) -> tuple[dict[str, Any], list[Figure]]:
 def stored(folder: Path) -> list[Figure]:
     """The figures of a stored result. Raises ArtefactError."""
     return _read(folder)[1]
+
+
+def summary(folder: Path) -> list[dict[str, Any]]:
+    """The figures of a stored result, and what its searches found, as a cohort shows them. Raises
+    ArtefactError.
+    """
+    values, rows = _read(folder)
+    return [*(each._asdict() for each in rows), *values.get("searched", ())]
 
 
 def person_of(folder: Path) -> str:

@@ -8,11 +8,9 @@ from typing import Final
 
 import gaitval
 from gaitval.arrays import Array
-from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
-from gaitval.datasets.identity import with_identity
-from gaitval.datasets.subject import make_subject
-from gaitval.errors import ConfigurationError, RecordError, SubjectError
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError, RecordError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import score_rollout
@@ -74,10 +72,8 @@ def wearer(name_or_path: str) -> Wearer:
             origin=str(place.resolve()) if place.is_dir() else name_or_path,
         )
     path = Path(name_or_path)
-    values = read_toml(path, SubjectError, "Check the path of the subject file")
-    own = devices_of(values, str(path)) if "devices" in values else ()
-    values.pop("devices", None)
-    subject = make_subject(with_identity(values), str(path))
+    subject = load_subject(path)
+    own = devices_of({"devices": subject.devices}, str(path)) if subject.devices else ()
     configuration = Configuration()
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)

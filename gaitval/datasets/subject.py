@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from gaitval import wings
 from gaitval.artefacts import write_text
 from gaitval.coordinates import Side
 from gaitval.datasets.identity import Aid
@@ -26,22 +27,10 @@ MARKERS: Final = tuple(
     f"{side}.{name}"
     for side in "RL"
     for name in (
-        "ASIS",
-        "PSIS",
-        "Iliac.Crest",
-        "GTR",
-        "Knee",
-        "Knee.Medial",
-        "HF",
-        "TT",
-        "Ankle",
-        "Ankle.Medial",
-        "Heel",
-        "MT1",
-        "MT2",
-        "MT5",
+        "ASIS", "PSIS", "Iliac.Crest", "GTR", "Knee", "Knee.Medial", "HF", "TT",
+        "Ankle", "Ankle.Medial", "Heel", "MT1", "MT2", "MT5",
     )
-)
+)  # fmt: skip
 """The 28 markers of a standing trial: anterior and posterior superior iliac spines, iliac crest,
 greater trochanter, knee epicondyles, fibula head, tibial tuberosity, malleoli, heel and
 metatarsal heads."""
@@ -133,8 +122,9 @@ class Subject(Displayed, StoredPart):
     age_years: Number | None = None
     """Below 16, the segments have a child's masses (Jensen 1986)."""
     prosthesis: Literal["none", "right", "left"] | None = None
-    """Side of a leg prosthesis; not there if nobody said whether there is one. No device is
-    modelled yet: the body has two healthy legs."""
+    """Side of a leg prosthesis; not there if nobody said. The body has two healthy legs."""
+    devices: tuple[dict[str, Any], ...] = ()
+    """What is worn, as the wing that is the part `devices` reads it; walked with after the rest."""
     aid: Aid | None = None
     """What carries a part of the body beside the feet; it is not measured, so mean force is below
     one body weight, and moments of the legs are those of what the feet carry."""
@@ -310,7 +300,10 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     implausible value.
     """
     try:
-        return Subject.model_validate(values)
+        subject = Subject.model_validate(values)
+        if subject.devices:
+            wings.load(wings.PARTS, "devices").check(subject.devices, where)
+        return subject
     except ValidationError as error:
         from gaitval.refused_values import in_subject
 

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
+import tomli_w
 from pydantic import BaseModel
 
 from gaitval.gait.record import Curve
@@ -50,24 +51,16 @@ def toml_of(subject: Any) -> str:
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
     tables = (
-        "trials",
-        "stance_fraction",
-        "low_pass",
-        "plates",
-        "paper",
-        "gait",
-        "markers",
-        "tape",
-        "measurements",
-    )
+        "trials", "devices", "stance_fraction", "low_pass", "plates", "paper", "gait", "markers",
+        "tape", "measurements",
+    )  # fmt: skip
     lines += _table_lines(subject, tables)
+    devices = tomli_w.dumps({"devices": subject.devices}).rstrip() if subject.devices else ""
+    lines += [devices] if devices.startswith("devices") else []  # short tables are a key
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
-    if subject.low_pass is not None:
-        lines += ["", "[low_pass]", *_table_lines(subject.low_pass)]
-    if subject.plates is not None:
-        lines += ["", "[plates]", *_table_lines(subject.plates)]
-    if subject.paper is not None:
-        lines += ["", "[paper]", *_table_lines(subject.paper)]
+    for name in ("low_pass", "plates", "paper"):
+        if (part := getattr(subject, name)) is not None:
+            lines += ["", f"[{name}]", *_table_lines(part)]
     if subject.markers:
         lines += ["", "[markers]"]
         lines += [f'"{name}" = {_figures(at)}' for name, at in subject.markers.items()]
@@ -85,6 +78,7 @@ def toml_of(subject: Any) -> str:
             if value is not None:
                 lines += ["", f"[trials.{part}]", *_table_lines(value)]
         lines += _gait_lines(trial.gait, "trials.gait")
+    lines += ["", devices] if devices.startswith("[") else []
     return "\n".join(lines) + "\n"
 
 

@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaitval import wings
 from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
@@ -188,6 +189,8 @@ def run_subject(
         _together(run, walks, pushes, force=force)
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
+        if run.subject.devices:
+            do(wings.load(wings.PARTS, "devices").stage(run))
         kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(report_stage(run))
 

@@ -866,8 +866,9 @@ def report_stage(run: Run) -> Stage:
     def report() -> None:
         from gaitval.reporting.report import write_report
 
-        write_report(run.folder)
+        write_report(run.folder, devices=devices)
 
+    devices = "-".join(str(each["name"]) for each in run.subject.devices)
     return Stage(
         "report",
         report,
@@ -885,4 +886,5 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
         ),
         outputs=("report.html", "report.pdf", "evidence.toml"),
+        values={"devices": devices} if devices else {},
     )
