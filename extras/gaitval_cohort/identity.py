@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval import __version__
+from gaitval import __version__, wings
 from gaitval.artefacts import file_hash, value_hash
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ArtefactError, ConfigurationError
@@ -64,6 +64,9 @@ def fingerprint(study: Study, function: str = REAL) -> str:
         "start": study.start,
         "record": record_parts(study),
     }
+    if study.devices:
+        part = wings.load(wings.PARTS, "devices")
+        parts["devices"] = {"tables": part.tables(study.devices), "code": part.code()}
     if function == REAL:
         parts["policies"] = _policies(study)
     return value_hash(parts)

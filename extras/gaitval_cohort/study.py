@@ -75,6 +75,8 @@ def _virtual(study: Study, folder: Path) -> Subject:
 def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
     """A real `study`: `gaitval subject` in `folder` with `threads` and `observer`; its summary."""
     subject = subject_of(study, folder, observer)
+    if study.devices:
+        subject = wings.load(wings.PARTS, "devices").wearing(subject, study.devices)
     with open_run(subject, configuration_of(study, threads), folder, observer) as opened:
         run_subject(
             opened,
@@ -85,6 +87,9 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
     if study.recording is not None:
         imported = read_json(folder / "session" / study.name / FOLDER / RECORD)
         summary["limits"] = limits_of_record(imported)
+    if subject.devices:
+        worn = folder / wings.load(wings.PARTS, "devices").folder_of(subject)
+        summary["devices"] = wings.load(wings.PARTS, "device_results").summary(worn)
     return summary
 
 

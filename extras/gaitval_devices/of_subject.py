@@ -16,14 +16,13 @@ from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 from gaitval_devices.device import Device, devices_of, load_devices, tables_of
 
-Tables = tuple[dict[str, Any], ...]
 PAGE: Final = "device.html"
 
 
-def check(tables: Sequence[Mapping[str, Any]], where: str) -> None:
+def check(given: Sequence[Mapping[str, Any]], where: str) -> None:
     """Raise SubjectError if the `[[devices]]` of a subject's file cannot be; `where` names it."""
     try:
-        devices_of({"devices": tables}, where)
+        devices_of({"devices": given}, where)
     except ConfigurationError as error:
         raise SubjectError(str(error)) from None
 
@@ -32,14 +31,24 @@ def wearing(subject: Subject, devices: Sequence[str | Mapping[str, Any]]) -> Sub
     """A subject with further `devices`, each a shipped one's name, a file, or a table. Raises
     ConfigurationError.
     """
-    found = [each for device in devices for each in _devices(device)]
-    return subject.model_copy(update={"devices": (*subject.devices, *tables_of(found))})
+    return subject.model_copy(update={"devices": (*subject.devices, *tables(devices))})
+
+
+def tables(devices: Sequence[str | Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The whole tables of `devices`, each a shipped one's name, a file, or a table. Raises
+    ConfigurationError.
+    """
+    return tables_of([each for device in devices for each in _devices(device)])
 
 
 def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:
     if isinstance(device, str):
         return load_devices(device)
-    return devices_of({"devices": [dict(device)]}, f"device {device.get('name', '')}".strip())
+    name = str(device.get("name", ""))
+    if name.endswith(".toml"):  # of a table's row, which adds a search
+        whole = [tables_of([each])[0] | dict(device, name=each.name) for each in load_devices(name)]
+        return devices_of({"devices": whole}, name)
+    return devices_of({"devices": [dict(device)]}, f"device {name}".strip())
 
 
 def code() -> dict[str, str]:
@@ -57,7 +66,7 @@ def stage(run: Run) -> Stage:
     Raises ConfigurationError.
     """
     name = folder_of(run.subject)
-    tables = tables_of(devices_of({"devices": run.subject.devices}, run.subject.identifier))
+    worn = devices_of({"devices": run.subject.devices}, run.subject.identifier)
     return Stage(
         f"device-{name}",
         lambda: _walk(run, name),
@@ -68,7 +77,7 @@ def stage(run: Run) -> Stage:
         outputs=(f"{name}/{PAGE}", f"{name}/device.json"),
         values={
             **run.sections("environment", "contact", "record"),
-            "devices": tables,
+            "devices": tables_of(worn),
             "code": code(),
         },
         workspace=f"{name}/searches",
