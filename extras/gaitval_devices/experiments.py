@@ -10,6 +10,7 @@ from scipy.stats import t
 
 from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
+from gaitval.coordinates import Side
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.metrics.cycles import find_cycles
 from gaitval_devices.adaptation import kinematics_kept, walk_without
@@ -22,6 +23,8 @@ from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, wi
 
 ASSUMED: Final = ("kinematics kept", "moments kept", "learned")
 CYCLES: Final = 20.0
+LONGER: Final = {"above_knee": 8}
+"""Times the samples of other adaptations, for a device that nobody walks with at first."""
 STANCE: Final = 62
 """% of the gait cycle from which on it is swing."""
 
@@ -64,7 +67,7 @@ class Quantity(Table):
     device: str
     measure: Literal[
         "device_ankle", "own_ankle", "own_work", "work_ankle", "work_knee", "com_work",
-        "swing_hip", "sound_stance",
+        "swing_hip", "sound_stance", "sound_impulse",
     ]  # fmt: skip
     value: float
     band: tuple[float, float]
@@ -120,7 +123,12 @@ def _changed(now: float, before: float) -> float:
 
 
 def measured(
-    measure: str, now: WalkCurves, before: WalkCurves, rates: tuple[float, float], load: float
+    measure: str,
+    now: WalkCurves,
+    before: WalkCurves,
+    rates: tuple[float, float],
+    load: float,
+    fitted: Side = "right",
 ) -> float:
     """A measure of an experiment.
 
@@ -129,6 +137,7 @@ def measured(
     now, before : curves with and without the device.
     rates : W, work rates on the centre of mass with and without.
     load : kg, of the device.
+    fitted : side of a device that is on one; the other is the sound one.
     """
     ankle = "ankle_angle"
     if measure == "device_ankle":
@@ -148,7 +157,11 @@ def measured(
     if measure == "swing_hip":
         swing = [each.mean_of_sides(each.own, JOINTS[0])[STANCE:] for each in (now, before)]
         return _changed(*(float(np.abs(each).max()) for each in swing))
-    return 100.0 * (now.stance["left"] - now.stance["right"])
+    sound: Side = "left" if fitted == "right" else "right"
+    if measure == "sound_stance":
+        return 100.0 * (now.stance[sound] - now.stance[fitted])
+    impulse = {s: float(now.forces[s].mean()) * now.stride_time[s] for s in (sound, fitted)}
+    return 200.0 * (impulse[sound] - impulse[fitted]) / (impulse[sound] + impulse[fitted])
 
 
 def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
@@ -156,7 +169,7 @@ def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
 
     Parameters
     ----------
-    samples : of each learned adaptation.
+    samples : of each learned adaptation; `LONGER` of those that take longer.
     """
     found: dict[str, dict[str, float]] = {name: {} for name in ASSUMED}
     wanted = quantities()
@@ -169,7 +182,7 @@ def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
         before = walk_curves(plain, task.configuration, mass)
         rate = com_work_rate(plain, task.configuration)
         kept = kinematics_kept(environment, plain.rollout)
-        learned = adapt(task, person.policy, samples=samples)
+        learned = adapt(task, person.policy, samples=LONGER.get(name, 1) * samples)
         walks = {
             "kinematics kept": kept.walk,
             "moments kept": walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES),
@@ -186,6 +199,7 @@ def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
             for quantity in wanted:
                 if quantity.device == name:
                     found[assumption][quantity.name] = measured(
-                        quantity.measure, now, before, rates, max(device.mass, 1e-9)
+                        quantity.measure,
+                        *(now, before, rates, max(device.mass, 1e-9), device.sides[0]),
                     )
     return found
