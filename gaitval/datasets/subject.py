@@ -6,6 +6,7 @@ forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, for
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
@@ -39,18 +40,10 @@ TAPE: Final = ("hip_height", "thigh", "shank", "ankle_height", "foot", "pelvis_w
 """Lengths taken with a tape measure; `scaling.tape` defines them."""
 
 
-def _markers_known(markers: "dict[str, Position]") -> "dict[str, Position]":
-    problems = keys_problems(markers, MARKERS)
-    if problems:
+def _known(values: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    if problems := keys_problems(values, names):
         raise ValueError(" ".join(problems))
-    return markers
-
-
-def _tape_known(lengths: "dict[str, Number]") -> "dict[str, Number]":
-    problems = keys_problems(lengths, TAPE)
-    if problems:
-        raise ValueError(" ".join(problems))
-    return lengths
+    return values
 
 
 Position = tuple[Number, Number, Number]
@@ -148,11 +141,13 @@ class Subject(Displayed, StoredPart):
     """What is wrong with the force plates, which `record` corrects; None if nothing clearly is."""
     paper: Printed | None = None
     gait: Gait
-    markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = Field(
+    markers: Annotated[dict[str, Position], AfterValidator(partial(_known, names=MARKERS))] = Field(
         default_factory=dict
     )
     """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses `tape`."""
-    tape: Annotated[dict[str, Number], AfterValidator(_tape_known)] = Field(default_factory=dict)
+    tape: Annotated[dict[str, Number], AfterValidator(partial(_known, names=TAPE))] = Field(
+        default_factory=dict
+    )
     """Lengths by tape measure, m (`TAPE`), for scaling without markers; the others follow from
     stature."""
     trials: tuple[Trial, ...] = ()

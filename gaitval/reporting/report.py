@@ -421,22 +421,27 @@ def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
     return load_configuration(path if path.exists() else None, settings=asked).report
 
 
-def write_report(folder: Path, settings: Sequence[str] = (), *, devices: str = "") -> None:
+def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     """Write `report.html` and `report.pdf` of a run `folder`, `evidence.toml`, which they cite,
     and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
-    like `report.language=de`, take precedence over the run's configuration. The page links that of
-    the walk with `devices`, which is in the folder of that name.
+    like `report.language=de`, take precedence over the run's configuration.
 
     Raises
     ------
     ArtefactError : `metrics.json` is missing, or an input is damaged.
     SubjectError : `subject.toml` cannot be used.
     """
-    context = _context(folder) | {"devices": devices}
+    context = _context(folder)
     write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
     checklist.write_checklist(folder, context["checks"])
-    settled = _settings(folder, settings)
-    write_page(folder, "report", "report.html.j2", context, settled, scripts=SCRIPTS)
+    write_page(
+        folder,
+        "report",
+        "report.html.j2",
+        context,
+        _settings(folder, settings),
+        scripts=SCRIPTS,
+    )

@@ -866,9 +866,8 @@ def report_stage(run: Run) -> Stage:
     def report() -> None:
         from gaitval.reporting.report import write_report
 
-        write_report(run.folder, devices=devices)
+        write_report(run.folder)
 
-    devices = "-".join(str(each["name"]) for each in run.subject.devices)
     return Stage(
         "report",
         report,
@@ -886,5 +885,4 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
         ),
         outputs=("report.html", "report.pdf", "evidence.toml"),
-        values={"devices": devices} if devices else {},
     )

@@ -110,7 +110,7 @@ def test_the_main_job_walks_with_a_device_then_and_links_its_page(tmp_path, monk
             main()
         assert ended.value.code in (0, None)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert 'href="ankle_spring/device.html"' in page
+    assert 'href="./ankle_spring/device.html"' in page
     result = read_json(tmp_path / "ankle_spring" / "device.json")
     assert result["walker"] == str(tmp_path.resolve())
     stages = read_json(tmp_path / "stages.json")
