@@ -89,8 +89,8 @@ MEASURES = {
         "allowed": 60,
         "why": "tests/devices/test_search.py searches at every change",
     },
-    "gaitval device*": {
-        "code": ("extras/gaitval_devices/*.py", "evidence/devices.py:seconds"),
+    "gaitval * hip_exo*": {
+        "code": ("extras/gaitval_devices/*.py", "evidence/devices.py:seconds,_minutes"),
         "allowed": 150,
         "why": "a time of half a minute changes little by a change of a few lines",
     },
@@ -247,7 +247,10 @@ def torque(arguments: Namespace) -> evidence.Row:
 
 @evidence.measurement(PEOPLE, SAMPLES, WORK)
 def experiments(arguments: Namespace) -> list[evidence.Row]:
-    """Quantities of published experiments, by each assumption on how people adapt."""
+    """Quantities of published experiments, by each assumption on how people adapt.
+
+    One that half of the people or more do not walk for counts as missed.
+    """
     from gaitval_devices.experiments import ASSUMED, effects, quantities, within
 
     people = arguments.people
@@ -265,7 +268,7 @@ def experiments(arguments: Namespace) -> list[evidence.Row]:
         for quantity in wanted:
             values = [found[who][assumption].get(quantity.name) for who in people]
             known = [each for each in values if each is not None]
-            good = len(known) > 0 and within(quantity, known)
+            good = 2 * len(known) > len(people) and within(quantity, known)
             met += good
             shown = f"{np.mean(known):+.3g} ({len(known)})" if known else "nobody walked"
             print(f"{assumption}, {quantity.name}: {shown}, band {quantity.band}: {good}")
@@ -339,23 +342,42 @@ def search(arguments: Namespace) -> list[evidence.Row]:
     ]
 
 
-@evidence.measurement()
-def seconds(_: Namespace) -> evidence.Row:
-    """Processor time of `gaitval device 5 hip_exo`, with learning and report."""
+def _minutes(*words: str) -> float:
+    """Processor time of a command of gaitval and its workers."""
     import os
     import subprocess
     import sys
 
+    before = os.times()
+    line = [sys.executable, "-m", "gaitval", *words]
+    subprocess.run(line, check=True, capture_output=True, cwd=ROOT)
+    after = os.times()
+    return sum(after[k] - before[k] for k in (2, 3)) / 60.0
+
+
+@evidence.measurement()
+def seconds(_: Namespace) -> list[evidence.Row]:
+    """Processor time of `gaitval device 5 hip_exo`, and of the main job with the device, the first
+    time and in the folder of a finished run.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        words = [sys.executable, "-m", "gaitval", "device", "5", "hip_exo", "--out", folder]
-        before = os.times()
-        subprocess.run(words, check=True, capture_output=True, cwd=ROOT)
-        after = os.times()
-    spent = sum(after[k] - before[k] for k in (2, 3))
-    return evidence.Row(
-        "gaitval device 5 hip_exo from the stored policy: processor time",
-        *(spent / 60.0, "min", "<=", 2.0, 4.0, 1),
-    )
+        alone = _minutes("device", "5", "hip_exo", "--out", f"{folder}/alone")
+        main = _minutes("subject", "5", "--out", f"{folder}/S05")
+        then = _minutes("subject", "5", "--device", "hip_exo", "--out", f"{folder}/S05")
+    return [
+        evidence.Row(what, value, "min", "<=", 2.0, 4.0, 1)
+        for what, value in (
+            ("gaitval device 5 hip_exo from the stored policy: processor time", alone),
+            (
+                "gaitval subject 5 --device hip_exo after a finished run: processor time",
+                then,
+            ),
+            (
+                "gaitval subject 5 --device hip_exo, main job and all: processor time",
+                main + then,
+            ),
+        )
+    ]
 
 
 @evidence.measurement()

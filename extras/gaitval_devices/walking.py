@@ -333,7 +333,7 @@ class DeviceWalker(Walker):
         self.body.stiffness[worn.joint] = stiffness
         damping = (hinge.damping if acts else 0.0) + _further_damping(hinge, estimate)
         self.body.total_damping[worn.joint] = damping
-        if self.muscles_left:
+        if self.muscles_left or self.body.damping[worn.joint]:  # which is that of muscles
             self._leave_muscles(worn.joint, spring.rest if spring else 0.0)
 
     def _leave_muscles(self, joint: int, rest: float) -> None:
@@ -341,7 +341,7 @@ class DeviceWalker(Walker):
         body, own, left = self.body, self._muscles, self.muscles_left
         device, muscles = body.stiffness[joint], left * own.stiffness[joint]
         wanted = device * rest + muscles * own.tables.positions[:, joint]
-        body.tables.positions[:, joint] = wanted / (device + muscles)
+        body.tables.positions[:, joint] = wanted / max(device + muscles, 1e-9)
         body.tables.moments[:, joint] = left * own.tables.moments[:, joint]
         body.stiffness[joint] += muscles
         body.damping[joint] = left * own.damping[joint]
