@@ -37,13 +37,17 @@ def names(group: str) -> list[str]:
 def of_ending(group: str, path: Path) -> Any:
     """What a wing registers in `group` for files that end as `path` does; None if none does."""
     name = path.suffix.lower().removeprefix(".")
-    return load(group, name) if name in names(group) else None
+    return _registered(group, name) if name in names(group) else None
 
 
 def load(group: str, name: str) -> Any:
     """The object that a wing registers as `name` in `group`. Raises ConfigurationError if none does
     or it cannot be imported; the message says how to install it.
     """
+    return _registered(group, name)
+
+
+def _registered(group: str, name: str) -> Any:
     found: EntryPoint | None = next(iter(entry_points(group=group, name=name)), None)
     try:
         if found is not None:

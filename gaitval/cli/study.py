@@ -369,12 +369,10 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
 DeviceOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--device",
-        metavar="DEVICE",
+        "--device", metavar="DEVICE", show_default=False,
         help="Then walk with this device too (`gaitval device --help`). May be repeated.",
-        show_default=False,
     ),
-]
+]  # fmt: skip
 
 
 @command(

@@ -190,9 +190,8 @@ def run_subject(
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
         if run.subject.devices:
-            with_devices = wings.load(wings.PARTS, "devices").stage(run)
-            linked = run_stage(with_devices, run.folder, force=force, observer=run.observer)
-            force = force or linked  # the report links their page
+            worn = wings.load(wings.PARTS, "devices").stage(run)
+            force |= run_stage(worn, run.folder, force=force, observer=run.observer)  # for its link
         kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(report_stage(run))
 
