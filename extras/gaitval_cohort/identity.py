@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval import __version__, wings
+from gaitval import __version__
 from gaitval.artefacts import file_hash, value_hash
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ArtefactError, ConfigurationError
@@ -19,6 +19,7 @@ from gaitval.study.run import general_policy
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Observer
 from gaitval_cohort.table import Study
+from gaitval_cohort.worn import identity_of
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -65,8 +66,7 @@ def fingerprint(study: Study, function: str = REAL) -> str:
         "record": record_parts(study),
     }
     if study.devices:
-        part = wings.load(wings.PARTS, "devices")
-        parts["devices"] = {"tables": part.tables(study.devices), "code": part.code()}
+        parts["devices"] = identity_of(study)
     if function == REAL:
         parts["policies"] = _policies(study)
     return value_hash(parts)
