@@ -80,6 +80,19 @@ MEASURES = {
         "allowed": 40,
         "why": "tests/devices/test_experiments.py computes the quantities at every change",
     },
+    "above-knee prosthesis*": {
+        "code": (
+            "@device walk",
+            "extras/gaitval_devices/experiments.py:effects,measured",
+            "evidence/devices.py:transfemoral",
+        ),
+        "data": (
+            "extras/gaitval_devices/shipped/above_knee.toml",
+            "extras/gaitval_devices/experiments_above_knee.toml",
+        ),
+        "allowed": 40,
+        "why": "tests/devices/test_learning.py walks with this prosthesis at every change",
+    },
     "strategy search*": {
         "code": (
             "@device walk",
@@ -297,6 +310,45 @@ def experiments(arguments: Namespace) -> list[evidence.Row]:
             evidence.Row(what + end, *(value, "1", ">=", 0.5, 0.0, count))
             for end, value in zip(ends, (middle, low, high), strict=True)
         ]
+    return rows
+
+
+@evidence.measurement(PEOPLE, SAMPLES, WORK)
+def transfemoral(arguments: Namespace) -> list[evidence.Row]:
+    """The sound side's load with an above-knee prosthesis, after a long training."""
+    from gaitval_devices.experiments import effects, quantities
+
+    file, people = "experiments_above_knee", arguments.people
+    (quantity,) = quantities(file)
+    found = {
+        who: _once(
+            arguments.work,
+            f"{file}-{who}-{arguments.samples}",
+            lambda w=who: effects(_person(w), samples=arguments.samples, file=file),
+        )
+        for who in people
+    }
+    print(found)
+    values = [found[who]["learned"].get(quantity.name) for who in people]
+    known = [each for each in values if each is not None]
+    good = sum(quantity.band[0] <= each <= quantity.band[1] for each in known)
+    what = "above-knee prosthesis, learned: "
+    rows = [
+        evidence.Row(
+            what + "people who walk 20 cycles", *(len(known), "people", ">=", 3, 0, len(people))
+        ),
+        evidence.Row(
+            what + "of these, whose vertical impulse of the sound side is in the published band",
+            *(good, "people", ">=", len(known), 0, len(known)),
+        ),
+    ]
+    if known:
+        rows.append(
+            evidence.Row(
+                what + "vertical impulse of the sound side, more than the other's, mean",
+                *(float(np.mean(known)), "%", ">=", quantity.band[0], quantity.band[0], len(known)),
+            )
+        )
     return rows
 
 

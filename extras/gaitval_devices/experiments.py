@@ -23,8 +23,6 @@ from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, wi
 
 ASSUMED: Final = ("kinematics kept", "moments kept", "learned")
 CYCLES: Final = 20.0
-LONGER: Final = {"above_knee": 8}
-"""Times the samples of other adaptations, for a device that nobody walks with at first."""
 STANCE: Final = 62
 """% of the gait cycle from which on it is swing."""
 
@@ -85,9 +83,9 @@ class _File(Table):
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)]
 
 
-def quantities() -> tuple[Quantity, ...]:
-    """All quantities of `experiments.toml`."""
-    path = Path(__file__).with_name("experiments.toml")
+def quantities(file: str = "experiments") -> tuple[Quantity, ...]:
+    """All quantities of a `file`: `experiments`, or `experiments_above_knee`."""
+    path = Path(__file__).with_name(f"{file}.toml")
     return _File.model_validate(read_toml(path, ConfigurationError)).quantities
 
 
@@ -164,15 +162,18 @@ def measured(
     return 200.0 * (impulse[sound] - impulse[fitted]) / (impulse[sound] + impulse[fitted])
 
 
-def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
+def effects(
+    person: Wearer, *, samples: int, file: str = "experiments"
+) -> dict[str, dict[str, float]]:
     """Every quantity for one person, by assumption; those that the person falls in are missing.
 
     Parameters
     ----------
-    samples : of each learned adaptation; `LONGER` of those that take longer.
+    samples : of each learned adaptation.
+    file : of `quantities`.
     """
     found: dict[str, dict[str, float]] = {name: {} for name in ASSUMED}
-    wanted = quantities()
+    wanted = quantities(file)
     mass = person.task.model.mass
     for name in dict.fromkeys(each.device for each in wanted):
         device = condition(name)
@@ -182,7 +183,7 @@ def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
         before = walk_curves(plain, task.configuration, mass)
         rate = com_work_rate(plain, task.configuration)
         kept = kinematics_kept(environment, plain.rollout)
-        learned = adapt(task, person.policy, samples=LONGER.get(name, 1) * samples)
+        learned = adapt(task, person.policy, samples=samples)
         walks = {
             "kinematics kept": kept.walk,
             "moments kept": walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES),

@@ -1,7 +1,7 @@
 """Strategies: a search over the parameters of a controller for one person (CMA-ES).
 
 The controller is a spline of the phase with two bumps, of eight parameters: phase, rise and fall
-time and torque of each. `device.Aim` says what is to be small. Limits of comfort: the motor's
+time and torque of each. `aim.Aim` says what is to be small. Limits of comfort: the motor's
 torque, the rate of the torque, and angles of the joint within those that the person has without the
 device, and some more. A search that is ended goes on from its last generation.
 """
@@ -24,9 +24,10 @@ from gaitval.errors import ArtefactError, ConfigurationError, RecordError
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import score_rollout
 from gaitval_devices.adaptation import walk_without
+from gaitval_devices.aim import Aim
 from gaitval_devices.controllers import PhaseSpline
 from gaitval_devices.curves import JOINTS, WalkCurves, walk_curves
-from gaitval_devices.device import Aim, Device
+from gaitval_devices.device import Device
 from gaitval_devices.study import AFTER, Say, Wearer
 from gaitval_devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 

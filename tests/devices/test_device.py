@@ -2,7 +2,8 @@ import pytest
 
 from gaitval.artefacts import parse_toml
 from gaitval.errors import ConfigurationError
-from gaitval_devices.device import Aim, devices_of, load_devices, shipped_names
+from gaitval_devices.aim import Aim
+from gaitval_devices.device import devices_of, load_devices, shipped_names
 
 GOOD = """
 [[devices]]

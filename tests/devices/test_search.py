@@ -5,7 +5,8 @@ from made_curves import made_curves
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval_devices import search
-from gaitval_devices.device import Aim, load_devices
+from gaitval_devices.aim import Aim
+from gaitval_devices.device import load_devices
 from gaitval_devices.search import (
     asymmetry,
     lost_after_pushes,
