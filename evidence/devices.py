@@ -91,7 +91,7 @@ MEASURES = {
             "extras/gaitval_devices/experiments_above_knee.toml",
         ),
         "allowed": 40,
-        "why": "tests/devices/test_learning.py walks with this prosthesis at every change",
+        "why": "tests/devices/test_walking.py walks with devices at every change",
     },
     "strategy search*": {
         "code": (
@@ -317,6 +317,7 @@ def experiments(arguments: Namespace) -> list[evidence.Row]:
 def transfemoral(arguments: Namespace) -> list[evidence.Row]:
     """The sound side's load with an above-knee prosthesis, after a long training."""
     from gaitval_devices.experiments import effects, quantities
+    from gaitval_devices.study import PROSTHETIC_EFFORT as EFFORT
 
     file, people = "experiments_above_knee", arguments.people
     (quantity,) = quantities(file)
@@ -324,7 +325,7 @@ def transfemoral(arguments: Namespace) -> list[evidence.Row]:
         who: _once(
             arguments.work,
             f"{file}-{who}-{arguments.samples}",
-            lambda w=who: effects(_person(w), samples=arguments.samples, file=file),
+            lambda w=who: effects(_person(w), samples=arguments.samples, effort=EFFORT, file=file),
         )
         for who in people
     }

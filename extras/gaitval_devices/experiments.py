@@ -16,7 +16,7 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval_devices.device import Device, Spring, shipped_device
-from gaitval_devices.learning import adapt
+from gaitval_devices.learning import EFFORT, adapt
 from gaitval_devices.study import Wearer
 from gaitval_devices.tables import Table
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
@@ -163,13 +163,13 @@ def measured(
 
 
 def effects(
-    person: Wearer, *, samples: int, file: str = "experiments"
+    person: Wearer, *, samples: int, effort: float = EFFORT, file: str = "experiments"
 ) -> dict[str, dict[str, float]]:
     """Every quantity for one person, by assumption; those that the person falls in are missing.
 
     Parameters
     ----------
-    samples : of each learned adaptation.
+    samples, effort : of each learned adaptation.
     file : of `quantities`.
     """
     found: dict[str, dict[str, float]] = {name: {} for name in ASSUMED}
@@ -183,7 +183,7 @@ def effects(
         before = walk_curves(plain, task.configuration, mass)
         rate = com_work_rate(plain, task.configuration)
         kept = kinematics_kept(environment, plain.rollout)
-        learned = adapt(task, person.policy, samples=samples)
+        learned = adapt(task, person.policy, samples=samples, effort=effort)
         walks = {
             "kinematics kept": kept.walk,
             "moments kept": walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES),

@@ -32,11 +32,6 @@ SAMPLES: Final = 400_000
 """Actions of an adaptation, about a minute."""
 EFFORT: Final = 4.0
 """Times the cost of the moments in an ordinary training."""
-PROSTHETIC_EFFORT: Final = 1.0
-"""The same where a prosthesis has a joint: to walk at all comes before ease."""
-WEANED: Final = 0.5
-"""Part of a training after which prosthetic joints have no muscles left, as they have in the end.
-Before, they lose them evenly: who falls after a stride learns nothing of the next."""
 SPREAD: Final = 0.1
 """Masses, stiffness and torques of the devices in training lie within this of their table."""
 
@@ -144,7 +139,7 @@ def adapt(
     start: Policy,
     *,
     samples: int = SAMPLES,
-    effort: float | None = None,
+    effort: float = EFFORT,
     seed: int = 0,
     on_progress: Progress | None = None,
 ) -> Policy:
@@ -155,13 +150,9 @@ def adapt(
     task : the person with devices.
     start : what the person walks with without them.
     samples : actions in all, 10 ms each.
-    effort : times the cost of the muscles' moments in an ordinary training; by default `EFFORT`, or
-        with a prosthesis `PROSTHETIC_EFFORT`.
+    effort : times the cost of the muscles' moments in an ordinary training.
     seed : of the devices that vary, and of all else that is random.
     """
-    prosthetic = any(not hinge.muscles for each in task.devices for hinge in each.hinges)
-    if effort is None:
-        effort = PROSTHETIC_EFFORT if prosthetic else EFFORT
     configuration = adaptation_settings(task.configuration, effort)
     training = configuration.training
     task = replace(task, configuration=configuration)
@@ -181,8 +172,6 @@ def adapt(
         )
         buffer, done, lengths = _empty(configuration), 0, [0.0]
         while done < samples:
-            for environment in environments:
-                environment.walker.muscles_left = max(0.0, 1.0 - done / (WEANED * samples))
             buffer.actions[:] = learner.noise()
             _walk(environments, seen, Policy(learner.actor(), {}), buffer)
             done += buffer.rewards.size

@@ -21,7 +21,7 @@ from gaitval.study.stored_policy import general_walker
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import WalkCurves, walk_curves
 from gaitval_devices.device import Device, devices_of
-from gaitval_devices.learning import adapt
+from gaitval_devices.learning import EFFORT, adapt
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
 
 CYCLES: Final = 20.0
@@ -31,6 +31,9 @@ PUSHES: Final = tuple(
     for k in range(8)
 )  # fmt: skip
 """Phase, force N and direction rad of the pushes that are tried."""
+PROSTHETIC_EFFORT: Final = 1.0
+"""Times the cost of the moments in an ordinary training that one with a prosthesis has: to walk at
+all comes before ease."""
 AFTER: Final = 5.0
 """Gait cycles that a push must be survived for."""
 
@@ -183,6 +186,7 @@ def outcomes(
             task,
             person.policy,
             samples=samples,
+            effort=PROSTHETIC_EFFORT if any(each.stumps for each in devices) else EFFORT,
             on_progress=lambda done, total, length: say(
                 f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
             ),

@@ -138,8 +138,6 @@ class DeviceWalker(Walker):
     worn : its hinges.
     hinges : (H, STATE) their state, see `hinge_step`.
     noise_seed : of the motors' noise, in every walk.
-    muscles_left : part of the muscles that a prosthetic joint still has, 0 in every walk; a
-        training may begin with all of them and end with none (`learning.adapt`).
     """
 
     def __init__(
@@ -163,7 +161,7 @@ class DeviceWalker(Walker):
             self._numbers[row] = hinge_numbers(worn.hinge)
         self.hinges = np.zeros((len(self._beside), column.STATE))
         self._kept: list[Array] = []
-        self.noise_seed, self.muscles_left = 0, 0.0
+        self.noise_seed = 0
         super().__init__(task, engine=engine, arrays=arrays)
         self._target = np.zeros(ACTUATED_COUNT)
         self._log = np.zeros((self.steps_per_action, len(self._beside), column.STATE))
@@ -178,7 +176,6 @@ class DeviceWalker(Walker):
         if not len(self._gone):
             return
         tables, body = self.body.tables, self.body
-        self._muscles = body
         positions, moments = tables.positions.copy(), tables.moments.copy()
         stiffness, damping = body.stiffness.copy(), body.damping.copy()
         total = body.total_damping.copy()
@@ -231,7 +228,7 @@ class DeviceWalker(Walker):
         """Advance by one action, see `Walker.step`; the devices' controllers act once before it."""
         self._control()
         account, work = self._account, self._work
-        offset = np.where(self._acts, offset, self.muscles_left * offset)
+        offset = offset * self._acts
         action = Action(pace, self.offset, offset, root_force)
         if self._outside is None:
             self._target[:] = self.offset
@@ -333,19 +330,6 @@ class DeviceWalker(Walker):
         self.body.stiffness[worn.joint] = stiffness
         damping = (hinge.damping if acts else 0.0) + _further_damping(hinge, estimate)
         self.body.total_damping[worn.joint] = damping
-        if self.muscles_left or self.body.damping[worn.joint]:  # which is that of muscles
-            self._leave_muscles(worn.joint, spring.rest if spring else 0.0)
-
-    def _leave_muscles(self, joint: int, rest: float) -> None:
-        """Add the part of the muscles that is left to a prosthetic joint, a spring about `rest`."""
-        body, own, left = self.body, self._muscles, self.muscles_left
-        device, muscles = body.stiffness[joint], left * own.stiffness[joint]
-        wanted = device * rest + muscles * own.tables.positions[:, joint]
-        body.tables.positions[:, joint] = wanted / max(device + muscles, 1e-9)
-        body.tables.moments[:, joint] = left * own.tables.moments[:, joint]
-        body.stiffness[joint] += muscles
-        body.damping[joint] = left * own.damping[joint]
-        body.total_damping[joint] += left * own.total_damping[joint]
 
     def _measured(self, worn: Worn, estimate: PhaseEstimate, state: Array) -> Measured:
         return Measured(

@@ -55,7 +55,7 @@ def test_a_mean_is_in_a_band_or_not():
 
 def test_effects_of_a_person(person, monkeypatch):
     """Without learning: all quantities of the motion that is kept, and signs that are certain."""
-    monkeypatch.setattr(experiments, "adapt", lambda task, policy, samples: policy)
+    monkeypatch.setattr(experiments, "adapt", lambda task, policy, **_: policy)
     monkeypatch.setattr(experiments, "CYCLES", 8.0)
     chosen = tuple(q for q in quantities() if q.device in ("elastic", "foot_4kg"))
     monkeypatch.setattr(experiments, "quantities", lambda _: chosen)

@@ -39,21 +39,6 @@ def test_a_device_that_makes_fall_is_learned(person):
     assert policy.about["devices"] == "below_knee"
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_a_prosthetic_joint_can_have_a_part_of_its_muscles_in_training(person, side):
-    """With all of them the person walks on; with none, as in every walk, falls."""
-    (device,) = load_devices("above_knee")
-    device = device.model_copy(update={"sides": (side,)})
-    environment = DeviceEnvironment(with_devices(person.task, [device]))
-    walked = {}
-    for left in (1.0, 0.0):
-        environment.walker.muscles_left = left
-        walk = walk_with(environment, person.policy, mu=person.mu, cycles=4.0)
-        walked[left] = float(walk.rollout.phase[-1])
-    assert walked[1.0] > walked[0.0]
-    assert DeviceEnvironment(environment.walker.task).walker.muscles_left == 0.0
-
-
 def test_the_same_seed_learns_the_same(person):
     task = with_devices(person.task, load_devices("ankle_exo"))
     found = [adapt(task, person.policy, samples=4096, seed=3) for _ in range(2)]
