@@ -1,4 +1,4 @@
-"""Devices that the person of a study wears, which another wing knows: the part `devices`."""
+"""Devices that the person of a study wears, which another wing knows: the part `device_results`."""
 
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ def identity_of(study: Study) -> dict[str, Any]:
     """What walks with the devices of a `study` depend on. Raises ConfigurationError if there is no
     such device.
     """
-    part = wings.load(wings.PARTS, "devices")
+    part = wings.load(wings.PARTS, "device_results")
     return {"tables": part.tables(study.devices), "code": part.code()}
 
 
@@ -20,7 +20,7 @@ def wearing(study: Study, subject: Subject) -> Subject:
     """The `subject` with the devices of a `study`."""
     if not study.devices:
         return subject
-    worn: Subject = wings.load(wings.PARTS, "devices").wearing(subject, study.devices)
+    worn: Subject = wings.load(wings.PARTS, "device_results").wearing(subject, study.devices)
     return worn
 
 
@@ -30,6 +30,6 @@ def figures(folder: Path, subject: Subject) -> list[dict[str, Any]]:
     """
     if not subject.devices:
         return []
-    worn = folder / wings.load(wings.PARTS, "devices").folder_of(subject)
+    worn = folder / wings.load(wings.PARTS, "device_results").folder_of(subject)
     found: list[dict[str, Any]] = wings.load(wings.PARTS, "device_results").summary(worn)
     return found

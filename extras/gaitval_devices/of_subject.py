@@ -1,6 +1,6 @@
 """Devices of a subject: what `[[devices]]` of its file and `gaitval subject --device` ask for.
 
-The core, and a cohort, ask for this module as the part `devices`. The main job is of the person
+The core, and a cohort, ask for it in the part `device_results`. The main job is of the person
 without them, whom the record is of; then the person walks with them, by every assumption, in a
 folder of the run. So a device can be changed without doing the main job again.
 """

@@ -1,7 +1,8 @@
 """The result of devices on a person as a file: its figures, walked again, and beside others.
 
-`gaitval check` and `gaitval compare` ask for this module as the part `device_results`. A figure of
-a device is neither better nor worse than another, so a change in either direction counts.
+`gaitval check` and `gaitval compare` ask for this module as the part `device_results`; the core and
+a cohort find here also what `of_subject` has. A figure of a device is neither better nor worse than
+another, so a change in either direction counts.
 """
 
 import csv
@@ -17,13 +18,13 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
-from gaitval_devices.curves import JOINTS
-from gaitval_devices.drawn import worn_in
-from gaitval_devices.study import Outcome, Say, Wearer
+from gaitval_devices.of_subject import check, code, folder_of, stage, tables, wearing
 
 if TYPE_CHECKING:
     from gaitval_devices.search import Found
+    from gaitval_devices.study import Outcome, Say, Wearer
 
+__all__ = ["check", "code", "folder_of", "stage", "tables", "wearing"]
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
 VERSION: Final = 1
@@ -59,8 +60,10 @@ class Figure(NamedTuple):
     value: float | None
 
 
-def figures_of(outcome: Outcome, side: Side) -> dict[str, float]:
+def figures_of(outcome: "Outcome", side: Side) -> dict[str, float]:
     """Figures of an outcome on a side, by name with unit; empty without a complete gait cycle."""
+    from gaitval_devices.curves import JOINTS
+
     curves = outcome.curves
     if curves is None:
         return {}
@@ -88,7 +91,7 @@ def _largest(curve: Array) -> float:
     return float(curve[np.abs(curve).argmax()])
 
 
-def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
+def figures(outcomes: "Sequence[Outcome]") -> list[Figure]:
     """All figures of a result."""
     found = []
     for outcome in outcomes:
@@ -114,8 +117,8 @@ def searched(strategies: "Sequence[Found]") -> list[Figure]:
 
 def write_result(
     folder: Path,
-    person: Wearer,
-    outcomes: Sequence[Outcome],
+    person: "Wearer",
+    outcomes: "Sequence[Outcome]",
     cycles: float,
     strategies: "Sequence[Found]" = (),
 ) -> None:
@@ -172,11 +175,12 @@ def person_of(folder: Path) -> str:
     return str(_read(folder)[0].get("person", ""))
 
 
-def walk_again(folder: Path, say: Say = lambda _: None) -> list[Figure]:
+def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[Figure]:
     """The figures of a stored result, with everything but the learned policy worked out again.
     Raises GaitvalError.
     """
     from gaitval.policy.storage import load_policy
+    from gaitval_devices.drawn import worn_in
     from gaitval_devices.study import outcomes, wearer
 
     about, _ = _read(folder)

@@ -64,7 +64,7 @@ def _opened(
 
     person = load_subject(subject)
     if devices:
-        person = wings.load(wings.PARTS, "devices").wearing(person, devices)
+        person = wings.load(wings.PARTS, "device_results").wearing(person, devices)
     folder = out or Path("reports") / person.identifier
     stored = folder / "configuration.toml" if keep_settings else None
     configuration = _configuration(config, settings, stored)

@@ -117,7 +117,7 @@ class Subject(Displayed, StoredPart):
     prosthesis: Literal["none", "right", "left"] | None = None
     """Side of a leg prosthesis; not there if nobody said. The body has two healthy legs."""
     devices: tuple[dict[str, Any], ...] = ()
-    """What is worn, as the wing that is the part `devices` reads it; walked with after the rest."""
+    """What is worn, as the part `device_results` reads it; walked with after the rest."""
     aid: Aid | None = None
     """What carries a part of the body beside the feet; it is not measured, so mean force is below
     one body weight, and moments of the legs are those of what the feet carry."""
@@ -297,7 +297,7 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     try:
         subject = Subject.model_validate(values)
         if subject.devices:
-            wings.load(wings.PARTS, "devices").check(subject.devices, where)
+            wings.load(wings.PARTS, "device_results").check(subject.devices, where)
         return subject
     except ValidationError as error:
         from gaitval.refused_values import in_subject

@@ -190,7 +190,7 @@ def run_subject(
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
         if run.subject.devices:
-            worn = wings.load(wings.PARTS, "devices").stage(run)
+            worn = wings.load(wings.PARTS, "device_results").stage(run)
             force |= run_stage(worn, run.folder, force=force, observer=run.observer)  # for its link
         kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(report_stage(run))
