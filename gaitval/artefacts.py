@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitval import __version__, file_gate
+from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.partial_files import PARTIAL, in_use, remove_abandoned
 
@@ -26,20 +27,9 @@ if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
 
 LIBRARIES = (
     # Those whose version can change a number of a result.
-    "dartpy",
-    "ezc3d",
-    "xacro",
-    "torch",
-    "stable-baselines3",
-    "gymnasium",
-    "cma",
-    "numba",
-    "numpy",
-    "scipy",
-    "pandas",
-    "matplotlib",
+    *("dartpy", "ezc3d", "xacro", "torch", "stable-baselines3", "gymnasium", "cma"),
+    *("numba", "numpy", "scipy", "pandas", "matplotlib"),
 )
-
 
 DIGITS = 300
 """Longest number in a file that is read: no quantity needs more, and a float ends at 309 digits."""
@@ -425,8 +415,8 @@ def check_arrays(
             why = f"has the shape {found.shape}"
         elif found.dtype.kind not in "fiub":
             why = f"holds {found.dtype.name}, not numbers"
-        elif name not in may_lack and not np.isfinite(found).all():
-            why = "holds numbers that are not finite"
+        elif not ((np.abs(found) < LARGEST_SIZE) | ((name in may_lack) & np.isnan(found))).all():
+            why = "holds numbers that are not finite, or beyond all that moves"
         else:
             continue
         raise ArtefactError(f"{path}: {name} {why}. Delete it and run its stage again.")

@@ -18,3 +18,6 @@ vertical force. Both stay as they are, because stored policies and baselines wer
 
 POUND: Final = 0.45359237
 """kg, international pound (1959)."""
+
+LARGEST_SIZE: Final = 1e12
+"""Of a number that is read, in whatever unit: nothing that is measured or walks is larger."""

@@ -1,8 +1,10 @@
 """What is still being written, and what killed processes have left of it."""
 
+import atexit
 import glob
 import os
 import shutil
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -65,3 +67,14 @@ def _remove(left: Path) -> None:
         shutil.rmtree(left)
     else:
         left.unlink(missing_ok=True)
+
+
+@atexit.register
+def _remove_socket() -> None:
+    """The folder of the socket of the server of workers: `multiprocessing` removes it in the parent
+    alone, which may have been killed; the server ends after it, and both come here.
+    """
+    server = getattr(sys.modules.get("multiprocessing.forkserver"), "_forkserver", None)
+    address = getattr(server, "_forkserver_address", None)
+    if isinstance(address, str) and (folder := Path(address).parent).name.startswith("pymp-"):
+        shutil.rmtree(folder, ignore_errors=True)

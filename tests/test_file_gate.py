@@ -225,10 +225,11 @@ def test_a_reference_of_other_shapes_or_without_numbers_is_refused(tmp_path, arr
     write_arrays(path, arrays)
     assert ReferenceMotion.load(path).speed == 1.0
     for name, values in arrays.items():
-        holey = values.copy()
-        holey.flat[0] = np.nan
+        holey, beyond = values.copy(), values.copy()
+        holey.flat[0], beyond.flat[0] = np.nan, -1e307
         for other, told in (
             (holey, "not finite"),
+            (beyond, "beyond all that moves"),
             (values[..., None], "has the shape"),
             (values.astype(str), "not numbers"),
         ):

@@ -18,7 +18,7 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
 
     Over windows of `EVERY` seconds, each half a window later than the one before: the change of
     momentum less the impulse of all external forces, divided by the duration (Newton's second law,
-    integrated by the trapezoidal rule).
+    integrated as the simulation does).
     """
     step = float(rollout.time[1] - rollout.time[0]) if len(rollout.time) > 1 else EVERY
     window = round(EVERY / step)
@@ -30,9 +30,10 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
     # windows overlap by half, so that a force at the edge of one is inside another
     ends = starts + window
     velocity = _velocity(rollout.centre_of_mass, step)
-    # Forces act between two samples: those of a step are stored with the state that it ends in.
-    total = np.concatenate([np.zeros((1, 3)), np.cumsum(force, axis=0)])
-    # the trapezoidal rule, as the mean of the sums that start and end a step apart
+    # Forces act between two samples: those of a step are stored with the state that it ends in, so
+    # the sum up to a sample is what its velocity, over the step before it, has had.
+    total = np.cumsum(force, axis=0)
+    # a central difference is the mean of the velocities over the steps before and after
     impulse = step * 0.5 * ((total[ends] - total[starts]) + (total[ends + 1] - total[starts + 1]))
     change = mass * (velocity[ends] - velocity[starts])
     residual = np.linalg.norm(change - impulse, axis=1) / (window * step)

@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitval import file_gate
 from gaitval.arrays import Array
+from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import RecordError, RecordWarning
 
 SLOWEST_RATE: Final = 5.0
@@ -88,7 +89,7 @@ def numbers_of(
 
     Raises
     ------
-    RecordError : a row has another number of fields, or a field is not a number or infinite.
+    RecordError : a row has another number of fields, or a field is no number, or infinite.
     """
     table = np.empty((len(rows), width))
     for i, row in enumerate(rows):
@@ -114,9 +115,12 @@ def numbers_of(
             raise RecordError(
                 f"{path}: line {first_line + i}: {wrong!r} is not a number. {fix}."
             ) from None
-    if np.isinf(table).any():
-        line = first_line + int(np.flatnonzero(np.isinf(table).any(axis=1))[0])
-        raise RecordError(f"{path}: line {line}: a value is infinite. Export the file again.")
+    beyond = np.flatnonzero((np.abs(table) > LARGEST_SIZE).any(axis=1))
+    if len(beyond):
+        raise RecordError(
+            f"{path}: line {first_line + int(beyond[0])}: a value is infinite, or larger than "
+            f"anything that is measured ({LARGEST_SIZE:g}). Export the file again."
+        )
     return table
 
 

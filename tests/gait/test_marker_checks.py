@@ -112,3 +112,10 @@ def test_a_marker_of_the_foot_that_is_higher_in_walking(raised, names):
     walking.markers[:, walking.names.index("R.Heel"), 2] += raised
     found = foot_marker_doubts(standing.with_markers(standing.names, flat), walking, SYNTHETIC)
     assert [doubt.where for doubt in found] == names
+
+
+@pytest.mark.parametrize("height", [0.013, -0.013])
+def test_markers_that_change_alike_on_both_feet_are_not_asymmetric(height):
+    assert not list(foot_marker_doubts(stood(R_MT1=height, L_MT1=height), walked(), LANDMARKS))
+    apart = list(foot_marker_doubts(stood(R_MT1=height, L_MT1=-height), walked(), LANDMARKS))
+    assert [each.where for each in apart] == ["R.MT1 and L.MT1"]

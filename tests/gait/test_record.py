@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from gaitval.gait.record import HARMONICS_CAP, GaitRecord, PeriodicCurve, fit_periodic
+from gaitval.gait.record import (
+    HARMONICS_CAP,
+    GaitRecord,
+    PeriodicCurve,
+    fit_periodic,
+    periodic_through,
+)
 
 CURVE = PeriodicCurve(0.3, (0.2, -0.1, 0.05), (0.4, 0.0, -0.02))
 PHASE = np.arange(101) / 100
@@ -75,3 +81,24 @@ def test_ground_reaction_is_zero_in_swing():
     assert force.shape == (2, 2, 3)
     np.testing.assert_array_equal(force[..., 2], [[1, 1], [0, 1]])
     assert record.ground_reaction("left", 0.62).tolist() == [1, 1, 1]
+
+
+def test_a_series_through_samples_is_theirs():
+    """Mean, cosines and sines of a cycle, without the harmonics that are not asked for."""
+    phase = np.arange(64) / 64
+    whole = PeriodicCurve(0.7, (1.0, -0.5, 0.25), (0.1, 0.2, -0.4))
+    for harmonics in (3, 5):
+        found = periodic_through(whole(phase), harmonics)
+        assert len(found.cosine) == len(found.sine) == harmonics
+        np.testing.assert_allclose(found(phase), whole(phase), atol=1e-12)
+    first = PeriodicCurve(0.7, (1.0,), (0.1,))
+    np.testing.assert_allclose(periodic_through(whole(phase), 1)(phase), first(phase), atol=1e-12)
+
+
+def test_both_ends_of_a_cycle_count_as_one_instant():
+    """0.3 at one of 20 instants, given at both ends, is 0.3/20 of the mean and 2/20 of a cosine."""
+    phase = np.linspace(0.0, 1.0, 21)
+    found, _ = fit_periodic(phase, np.where(np.arange(21) % 20 == 0, 0.3, 0.0), 1.0)
+    assert found.mean == pytest.approx(0.015, abs=1e-6)
+    np.testing.assert_allclose(found.cosine, [0.03], atol=1e-6)
+    np.testing.assert_allclose(found.sine, [0.0], atol=1e-6)

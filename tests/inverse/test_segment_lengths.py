@@ -6,7 +6,14 @@ from marked_walk import moving_walk
 from scipy.spatial.transform import Rotation
 
 from gaitval.errors import ScalingError
-from gaitval.inverse.segment_lengths import LENGTH_SD, lengths_of, skin_shifts, with_lengths
+from gaitval.inverse.segment_lengths import (
+    LENGTH_SD,
+    joint_shifts,
+    length_precision,
+    lengths_of,
+    skin_shifts,
+    with_lengths,
+)
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 
@@ -112,3 +119,33 @@ def test_lengths_that_leave_no_body_are_refused():
         with_lengths(model, {"femur": 0.4})
     with pytest.raises(ScalingError, match="above zero"):
         with_lengths(model, {"thigh": -0.4})
+
+
+@pytest.mark.parametrize("name", LENGTH_SD)
+def test_joints_move_with_each_length_as_they_say(name):
+    """Against the body that is built with it, by differences."""
+    model, _ = moving_walk()
+    at = lengths_of(model) | {"hip_forward": 0.0, "hip_up": 0.0}
+    ends = [with_lengths(model, at | {name: at[name] + sign * 1e-4}) for sign in (1.0, -1.0)]
+    moved = np.array(
+        [(ends[0][each].joint_position - ends[1][each].joint_position) / 2e-4 for each in SEGMENTS]
+    )
+    expected = joint_shifts()[:, :, list(LENGTH_SD).index(name)]
+    np.testing.assert_allclose(moved[1:], expected[1:], atol=1e-9)
+    for side in "rl":
+        places = [each[f"upper_arm_{side}"].centre_of_mass for each in ends]
+        np.testing.assert_allclose(places[0][:2], places[1][:2], atol=1e-12)
+
+
+def test_the_prior_of_a_higher_hip_keeps_the_knee():
+    """Thigh and height of the hip go together: the variance of the thigh is that of both."""
+    names = list(LENGTH_SD)
+    thigh, hip = names.index("thigh"), names.index("hip_up")
+    covariance = np.linalg.inv(length_precision(np.zeros(len(names))))
+    sd = np.array([*LENGTH_SD.values()])
+    expected = np.diag(sd**2)
+    expected[thigh, thigh] += sd[hip] ** 2
+    expected[thigh, hip] = expected[hip, thigh] = sd[hip] ** 2
+    np.testing.assert_allclose(covariance, expected, atol=1e-12)
+    given = np.full(len(names), 0.02)
+    assert np.linalg.inv(length_precision(given))[hip, hip] == pytest.approx(0.02**2)

@@ -186,3 +186,21 @@ def test_epsilon_pairs_the_cycles_of_feet_with_one_cycle_less():
         if name.endswith("_l"):
             simulated.angles[name] = simulated.angles[name][:-1]
     assert epsilon(simulated, RECORDED).angles == pytest.approx(full.angles, abs=1e-9)
+
+
+@pytest.mark.parametrize(("side", "outwards"), [("right", -1.0), ("left", 1.0)])
+def test_recorded_curves_go_over_each_sides_own_cycle(side, outwards):
+    """At 100 % the force is again that of the heel strike; medial is towards the other foot."""
+    end = side[0]
+    for percent in (0, 37, 100):
+        for name in ("knee_angle", "pelvis_list"):
+            curve = RECORDED.angles[f"{name}_{end}"]
+            assert len(curve) == 101
+            assert curve[percent] == pytest.approx(RECORD.angles[f"{name}_{end}"](percent / 100))
+        moment = RECORD.moments[f"hip_flexion_{end}"](percent / 100)
+        assert RECORDED.moments[f"hip_flexion_{end}"][percent] == pytest.approx(moment)
+        forward, left, up = RECORD.ground_reaction(side, np.array([percent / 100 % 1.0]))[0]
+        found = [
+            RECORDED.forces[f"{name}_{end}"][percent] for name in ("forward", "medial", "vertical")
+        ]
+        np.testing.assert_allclose(found, [forward, -outwards * left, up], atol=1e-12)

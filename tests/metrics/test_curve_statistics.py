@@ -1,4 +1,4 @@
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -149,3 +149,31 @@ def test_spm1d_finds_the_same_thresholds(width, paired):
     ours, theirs = thresholds(case, permutations=2000)
     assert ours.permuted == pytest.approx(theirs.permuted, rel=0.05)
     assert ours.field == pytest.approx(theirs.field, rel=0.002)
+
+
+@pytest.mark.parametrize("permutations", [35, 10_000])
+def test_groups_of_unlike_size_are_exchanged_completely(permutations):
+    """All 35 ways to choose 3 of 7 curves, also where exactly so many are allowed."""
+    one, other = smooth_curves(3, 15.0, 3) + 0.5, smooth_curves(4, 15.0, 4)
+    found = two_sample_test(one, other, permutations=permutations)
+    both = np.concatenate([one, other])
+    largest = []
+    for chosen in combinations(range(7), 3):
+        rest = [i for i in range(7) if i not in chosen]
+        largest.append(np.abs(stats.ttest_ind(both[list(chosen)], both[rest]).statistic).max())
+    assert found.exact
+    assert found.permutations == 35
+    own = np.abs(found.t).max()
+    assert found.p == pytest.approx(np.mean(np.array(largest) >= own * (1.0 - 1e-9)))
+    assert not two_sample_test(one, other, permutations=34).exact
+
+
+def test_two_curves_a_group_are_enough_and_the_usual_seed_is_zero():
+    found = two_sample_test(smooth_curves(2, 15.0, 1), smooth_curves(2, 15.0, 2))
+    assert found.permutations == 6
+    one, other = smooth_curves(20, 15.0, 7), smooth_curves(20, 15.0, 8)
+    usual = two_sample_test(one, other, permutations=200)
+    assert usual.threshold == two_sample_test(one, other, permutations=200, seed=0).threshold
+    assert usual.threshold != two_sample_test(one, other, permutations=200, seed=1).threshold
+    alone = one_sample_test(one, permutations=200)
+    assert alone.threshold == one_sample_test(one, permutations=200, seed=0).threshold

@@ -152,3 +152,38 @@ def test_without_a_cycle_nothing_is_measured():
     assert shown
     assert len(measures) == len(shown) + 2 * len(JOINTS)
     assert {each.value for each in measures} == {None}
+
+
+WINDOWS = {
+    "H1": ("hip_flexion", 0, 35, 1), "H2": ("hip_flexion", 20, 60, -1),
+    "H3": ("hip_flexion", 45, 85, 1), "K1": ("knee_angle", 2, 20, -1),
+    "K2": ("knee_angle", 8, 35, 1), "K3": ("knee_angle", 45, 75, -1),
+    "K4": ("knee_angle", 75, 99, -1), "A1": ("ankle_angle", 5, 50, -1),
+    "A2": ("ankle_angle", 40, 70, 1),
+}  # fmt: skip
+"""% of the cycle, ends included."""
+SPREADS = {"H1": 0.34, "H2": 0.26, "H3": 0.41, "K1": 0.46, "K2": 0.27, "K3": 0.42, "K4": 0.40}
+SPREADS |= {"A1": 0.48, "A2": 1.01}
+"""W/kg: half the width of the bands that come with Schwartz et al. 2008."""
+
+
+@pytest.mark.parametrize("name", WINDOWS)
+def test_a_burst_is_looked_for_up_to_the_ends_of_its_part(name):
+    """An extremum one point inside either end is one; at the end the curve only passes through."""
+    joint, first, last, sign = WINDOWS[name]
+    for at, seen in ((first, False), (first + 1, True), (last - 1, True), (last, False)):
+        curve = np.zeros(101)
+        curve[at] = sign * 0.5
+        found = burst_places({each: curve * (each == joint) for each in JOINTS})[name]
+        assert found == (at if seen else None)
+
+
+def test_a_difference_is_told_in_deviations_between_people():
+    silent = joint_power(curves_of(np.zeros(101), np.zeros(101)), {"r": 1.0, "l": 1.0})
+    told = {f"{name}_{side}": 0.0 for name in WINDOWS for side in "rl"}
+    recorded = silent.model_copy(update={"bursts": told})
+    for name, spread in SPREADS.items():
+        walked = silent.model_copy(update={"bursts": told | {f"{name}_l": 2.0 * spread}})
+        found = {each.target: each.value for each in power_measures(walked, recorded)}
+        assert found[f"{name}_l"] == pytest.approx(2.0)
+        assert found[f"{name}_r"] == 0.0

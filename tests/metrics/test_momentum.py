@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from newton_walk import MASS, newton_walk
+from newton_walk import MASS, STEP, newton_walk
 
 from gaitval.constants import GRAVITY
 from gaitval.metrics.momentum import momentum_residual
@@ -27,5 +27,19 @@ def test_a_wrong_mass_is_seen():
     assert momentum_residual(newton_walk(np.zeros(3)), 1.02 * MASS) > 1.0
 
 
-def test_a_short_walk_has_no_balance():
-    assert momentum_residual(newton_walk(np.zeros(3), seconds=1.9), MASS) is None
+@pytest.mark.parametrize("seconds", [1.998, 1.9, 2 * STEP, STEP])
+def test_a_short_walk_has_no_balance(seconds):
+    assert momentum_residual(newton_walk(np.zeros(3), seconds=seconds), MASS) is None
+    assert momentum_residual(newton_walk(np.zeros(3), seconds=2.004), MASS) < 0.05
+
+
+def test_a_blow_within_one_step_is_no_hidden_force():
+    """Its impulse of 42 Ns, 6 % of the weight over a window, is of the step that it ends in, on
+    whatever side of a window's edge that is."""
+    for sample in (400, 500, 501, 502, 750, 751, 1001, 1002):
+        struck = newton_walk(np.zeros(3))
+        blow = 21_000.0  # N
+        struck.ground_reaction[sample, 0, 0] += blow
+        since = np.clip(np.arange(len(struck.time)) - sample + 1, 0, None)
+        struck.centre_of_mass[:, 0] += (blow * STEP / MASS * STEP * since).astype(np.float32)
+        assert momentum_residual(struck, MASS) < 0.1

@@ -10,10 +10,17 @@ import time
 import numpy as np
 import pytest
 from simulation_fixtures import changed, random_policy
+from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
 from gaitval.journal import Journal
 from gaitval.metrics import push_recovery as module
-from gaitval.metrics.push_recovery import Push, evenly_spaced, largest_survived, push_recovery
+from gaitval.metrics.push_recovery import (
+    Push,
+    PushTrial,
+    evenly_spaced,
+    largest_survived,
+    push_recovery,
+)
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import score_rollout
@@ -215,3 +222,34 @@ def test_the_table_can_be_written(tried):
     assert written["directions"] == [0.0, 90.0, 180.0, -90.0]
     assert written["criterion_directions"] == [-90.0, 0.0, 90.0]
     assert len(traces[0].stored().velocity) == len(traces[0].cycles)
+
+
+def test_a_trace_begins_a_cycle_before_its_push(monkeypatch, task):
+    """A row for each action, in cycles since the push."""
+    walk = perfect_walk(synthetic_record(), cycles=5.0)
+    monkeypatch.setattr(module, "record_rollout", lambda *_, **__: walk)
+    environment = WalkingEnvironment(task)
+    push = Push(0.25, 100.0, 0.0)
+    trial = PushTrial(None, MU, push, settling_cycles=2, cycles=2.0)
+    trace = module.trace_of(environment, trial)
+    each = environment.walker.steps_per_action * (walk.phase[1] - walk.phase[0])
+    assert -1.0 <= trace.cycles[0] <= -1.0 + walk.phase[1]
+    np.testing.assert_allclose(np.diff(trace.cycles), each)
+    assert trace.cycles[-1] == pytest.approx(2.75, abs=2 * each)
+    np.testing.assert_allclose(trace.velocity[:, 0].mean(), SPEED, rtol=0.02)
+    assert not trace.fell
+
+
+def test_progress_counts_the_cases_that_are_done():
+    heard: list[int] = []
+    largest_survived(
+        lambda pushes: [push.force <= 150.0 for push in pushes],
+        (0.0, 0.5),
+        (0.0, 1.0),
+        step=100.0,
+        resolution=50.0,
+        ceiling=300.0,
+        on_progress=heard.append,
+    )
+    assert set(heard) == {0, 4}
+    assert heard[-1] == 4

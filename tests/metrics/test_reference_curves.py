@@ -1,5 +1,7 @@
 """The curves of a reference, and its own error."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,3 +39,20 @@ def test_the_floor_is_the_error_of_the_reference_itself(task):
         size = np.array([recorded[key] for key in keys])
         parts.append(np.linalg.norm(off, axis=0).mean() / np.sqrt(np.mean(np.sum(size**2, axis=0))))
     assert floor == pytest.approx(sum(parts))
+
+
+def test_the_cycle_closes_between_its_last_sample_and_its_first(task):
+    """Half-way between them a curve is the mean of both, on either side."""
+    reference = task.reference
+    count = len(reference.phase)
+    between = 1.0 - 0.5 / count
+    ramp = np.linspace(-1.0, 2.0, count)[:, None]
+    made = replace(
+        reference,
+        phase=np.arange(count) / count,
+        positions=np.broadcast_to(ramp, reference.positions.shape).copy(),
+    )
+    # a phase of the left foot that puts its heel strike half-way
+    found = reference_curves(made, task.model.mass, between)
+    assert found.angles["knee_angle_l"][0] == pytest.approx(0.5)
+    assert found.angles["knee_angle_r"][0] == pytest.approx(-1.0)

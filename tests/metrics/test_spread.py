@@ -106,3 +106,20 @@ def test_values_are_collected_by_measure_and_target():
         for seed, value in enumerate((1.0, None))
     ]
     assert repeated_values(rows) == {("angle_rmse", "knee_angle_r"): [1.0, None]}
+
+
+def test_the_interval_of_three_values_is_students():
+    """t of two degrees of freedom at 95 % is 2.91999 (any table)."""
+    low, high = prediction_interval([1.0, 2.0, 3.0])
+    half = 2.919986 * 1.0 * math.sqrt(1.0 + 1.0 / 3.0)
+    assert (low, high) == (pytest.approx(2.0 - half), pytest.approx(2.0 + half))
+
+
+@pytest.mark.parametrize(("values", "low"), [((0.0, 1.0, 2.0), 0.0), ((-0.1, 1.0, 2.0), None)])
+def test_the_size_of_an_error_cannot_be_below_zero(values, low):
+    found = spread_of(verdict_of("angle_rmse", "knee_angle_r", 1.0), values)
+    assert found.low == (
+        pytest.approx(prediction_interval(values)[0], rel=1e-4) if low is None else low
+    )
+    small = spread_of(verdict_of("angle_rmse", "knee_angle_r", 0.3), (0.2, 0.3, 0.4))
+    assert 0.0 <= small.low < 0.2

@@ -7,9 +7,9 @@ import pytest
 from synthetic_walk import MASS, STEP, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
+from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.unrecorded import force_ringing, unrecorded
+from gaitval.metrics.unrecorded import force_ringing, step_width_measure, unrecorded
 
 RECORD = synthetic_record()
 WALK = perfect_walk(RECORD, cycles=6)
@@ -76,3 +76,52 @@ def test_without_a_cycle_nothing_is_said():
     short = perfect_walk(RECORD, cycles=0.3)
     found = unrecorded(short, find_cycles(short, sharp_filter()), mass=MASS)
     assert {each.value for each in found.measures()} == {None}
+
+
+@pytest.mark.parametrize(
+    ("axis", "name", "swing", "sd"),
+    [
+        (1, "tilt", 4.0 + 1.8, 1.0),
+        (0, "lean", 3.3 + 2 * 1.4, 2.0),
+        (2, "turn", 6.9 + 2.9, 1.0),
+        (2, "turn", 6.0, 0.0),  # less than people's is no fault
+    ],
+)
+def test_a_trunk_that_swings_is_told_in_deviations_between_people(axis, name, swing, sd):
+    """Chung et al. 2010, table 2: mean and SD of the range over a cycle."""
+    positions = np.zeros_like(WALK.positions)
+    positions[:, axis] = np.deg2rad(0.5 * swing * np.cos(2 * np.pi * WALK.phase))
+    trunk = _found(positions=positions).trunk
+    assert trunk.pop(name) == pytest.approx(sd, abs=0.01)
+    assert list(trunk.values()) == pytest.approx([0.0] * 3, abs=0.01)
+
+
+@pytest.mark.parametrize("degrees", [7.2, -7.2])
+def test_a_trunk_that_is_not_upright_is_told_whichever_way_it_tilts(degrees):
+    positions = np.zeros_like(WALK.positions)
+    positions[:, 1] = np.deg2rad(degrees)
+    assert _found(positions=positions).trunk["mean tilt"] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("power", [0.0, 1e-3])
+def test_legs_that_do_no_work_have_no_share(power):
+    """However little they do, the share is of that."""
+    moments, velocities = np.zeros_like(WALK.moments), np.ones_like(WALK.velocities)
+    moments[:, ACTUATED.index("knee_angle_r")] = power
+    moments[:, ACTUATED.index("arm_flex_l")] = 0.5 * power
+    share = _found(moments=moments, velocities=velocities).arm_work
+    assert share == (None if power == 0.0 else pytest.approx(50.0))
+
+
+def test_the_lumbar_moment_is_that_of_its_three_axes():
+    moments = np.zeros_like(WALK.moments)
+    for name, size in zip(LUMBAR, (2.0, -3.0, 6.0), strict=True):
+        moments[:, ACTUATED.index(name)] = size
+    assert _found(moments=moments).lumbar_peak == pytest.approx(7.0 / MASS)
+
+
+def test_a_step_width_is_told_in_deviations_between_people():
+    """0.140 ± 0.031 leg lengths."""
+    for width, sd in ((0.9 * 0.140, 0.0), (0.9 * 0.202, 2.0), (0.9 * 0.109, 1.0)):
+        assert step_width_measure(width, 0.9).value == pytest.approx(sd, abs=1e-9)
+    assert step_width_measure(None, 0.9).value is None

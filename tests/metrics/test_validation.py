@@ -23,9 +23,9 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.results import metrics_from
+from gaitval.metrics.results import SpatiotemporalResult, metrics_from
 from gaitval.metrics.rollouts import Rollouts
-from gaitval.metrics.validation import validate
+from gaitval.metrics.validation import spatiotemporal_measures, validate
 from gaitval.metrics.walk_results import Endurance, PushRecovery
 
 RECORD = synthetic_record()
@@ -293,3 +293,35 @@ def test_the_spread_of_cycles_is_that_of_a_sample():
     np.testing.assert_allclose(stored["mean"], knee.mean(axis=0), rtol=1e-5)
     np.testing.assert_allclose(stored["sd"], np.std(knee, axis=0, ddof=1), rtol=1e-4)
     assert min(stored["sd"]) > 0.0
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_sizes_of_the_errors_of_timing(side, sign):
+    """5 % too fast, 2 % of the stride's time, a stance longer by 3 % of the cycle, 2 cm."""
+    off = {
+        "walking_speed": (1.2, 0.06, "m/s"),
+        "stride_time_right": (1.1, 0.022, "s"),
+        f"stance_fraction_{side}": (0.62, 0.03, "1"),
+        f"step_length_{side}": (0.66, 0.02, "m"),
+    }
+    rows = [
+        SpatiotemporalResult(
+            name=name, unit=unit, mean=recorded + sign * error, sd=None, recorded=recorded
+        )
+        for name, (recorded, error, unit) in off.items()
+    ]
+    other = {"right": "left", "left": "right"}[side]
+    rows += [
+        SpatiotemporalResult(name=name, unit="1", mean=None, sd=None, recorded=0.6)
+        for name in (f"stance_fraction_{other}", f"step_length_{other}")
+    ]
+    found = {(each.measure, each.target): each.value for each in spatiotemporal_measures(rows)}
+    assert found == {
+        ("speed_error", "walk"): pytest.approx(5.0),
+        ("stride_time_error", "walk"): pytest.approx(2.0),
+        ("stance_fraction_error", side): pytest.approx(3.0),
+        ("stance_fraction_error", other): None,
+        ("step_length_error", side): pytest.approx(2.0),
+        ("step_length_error", other): None,
+    }

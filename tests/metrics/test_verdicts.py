@@ -171,3 +171,18 @@ def test_nothing_recorded_is_not_judged(metrics, monkeypatch):
         f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
         f"{kept} of {len(every)} limits kept."
     )
+
+
+def test_a_limit_of_ones_own_says_itself_what_to_do(metrics):
+    """Else the registry of limits does."""
+    (usual,) = [
+        each for each in limit_verdicts(metrics) if each.first.id == metrics.tolerances[0].id
+    ]
+    assert usual.remedy
+    own = [
+        each.model_copy(update={"remedy": "do that"}) if each.id == usual.first.id else each
+        for each in metrics.tolerances
+    ]
+    changed = metrics.model_copy(update={"tolerances": own})
+    (found,) = [each for each in limit_verdicts(changed) if each.first.id == usual.first.id]
+    assert found.remedy == "do that"

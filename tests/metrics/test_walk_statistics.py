@@ -147,3 +147,16 @@ def test_all_curves_of_a_simulated_walk_are_there():
     assert found["profiles"]["walk"]["total"] == pytest.approx(
         found["profiles"]["record"]["total"], abs=0.05
     )
+
+
+def test_forces_are_tested_where_either_of_walk_and_record_stands():
+    """A foot that leaves the ground early, at 50 instead of 62 %, is off from there on."""
+    curves = _scattered()
+    early = _scattered()
+    for name in ("forward_r", "medial_r", "vertical_r"):
+        early.forces[name][:, 50:100] = 0.0
+    regions = _statistics(early)["curves"]["forces"]["vertical_r"]["regions"]
+    off = {at for each in regions for at in range(each["first"], each["last"] + 1)}
+    assert off >= set(range(52, 60))
+    assert off <= set(range(49, 63))
+    assert _statistics(curves)["curves"]["forces"]["vertical_r"]["regions"] == []

@@ -104,6 +104,7 @@ class TestTrc:
             ({26: "20\t0.19\t500\t1000"}, "line 26 has 4 fields, but the header has 11"),
             ({26: "20\t0.19\t500\t1000\t3OO\t1\t1\t1\t1\t1\t1"}, "'3OO' is not a number"),
             ({26: "20\t0.19\tinf\t1\t1\t1\t1\t1\t1\t1\t1"}, "infinite"),
+            ({26: "20\t0.19\t-1e308\t1\t1\t1\t1\t1\t1\t1\t1"}, "infinite"),
             ({26: "20\t0.05\t1\t1\t1\t1\t1\t1\t1\t1\t1"}, "instead of increasing"),
             ({26: "20\t0.25\t1\t1\t1\t1\t1\t1\t1\t1\t1"}, "not evenly spaced"),
             ({26: "20\t\t1\t1\t1\t1\t1\t1\t1\t1\t1"}, "a time is missing"),

@@ -93,3 +93,33 @@ def test_one_worker_is_no_help_to_this_process():
         assert kept_workers() is None
     with keeping_workers(2):
         assert list(kept_workers().map(math.sqrt, [9.0])) == [3.0]
+
+
+SERVED = """
+import os, signal
+from gaitval.policy.workers import ready_to_start
+if __name__ == "__main__":
+    context = ready_to_start()
+    process = context.Process(target=print, args=("served",))
+    process.start()
+    process.join()
+    if {killed}:
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the server is Linux's way")
+@pytest.mark.parametrize("killed", [False, True])
+def test_the_servers_socket_goes_with_its_parent_however_that_ends(tmp_path, killed):
+    script, temporary = tmp_path / "served.py", tmp_path / "tmp"
+    temporary.mkdir()
+    script.write_text(SERVED.format(killed=killed))
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    with subprocess.Popen([sys.executable, str(script)], env=environment) as process:
+        while process.poll() is None and not list(temporary.glob("pymp-*")):
+            time.sleep(0.05)
+    assert (process.returncode != 0) == killed
+    end = time.monotonic() + 60.0  # the server may still be loading
+    while (left := list(temporary.glob("pymp-*"))) and time.monotonic() < end:
+        time.sleep(0.1)
+    assert left == []

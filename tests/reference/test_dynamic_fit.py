@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference_figures import figures, inference_figures, of_s05, same
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import DartPeer, mirror_image, symmetric, task_of_subject
 
@@ -19,7 +20,14 @@ from gaitval.gait.record import HARMONICS_CAP, periodic_through
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.reference.dynamic_fit import INSTANTS, consistent_reference
+from gaitval.reference.dynamic_fit import (
+    INSTANTS,
+    Accuracy,
+    _series,
+    consistent_reference,
+    fit_problem,
+)
+from gaitval.reference.dynamic_fit import fitted as fit_of
 from gaitval.reference.motion import HIP_SIGNS, about_record, side_phase
 from gaitval.simulation.walker import Trajectory, Walker
 
@@ -302,3 +310,36 @@ def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
         return np.abs(other.positions - reference.positions)[:, 6:18].mean()
 
     assert change(there) < change(without)
+
+
+def test_the_series_rates_are_their_derivatives():
+    """Of a function of the phase, by time: against complex exponentials."""
+    phase, time = np.linspace(0.0, 1.0, 23), 1.3
+    values, rates, second = _series(phase, time)
+    harmonics = (values.shape[1] - 1) // 2
+    rate = 2j * np.pi * np.arange(harmonics + 1) / time
+    wave = np.exp(np.outer(phase * time, rate))
+    for found, factor in ((values, 1.0), (rates, rate), (second, rate**2)):
+        expected = wave * factor
+        np.testing.assert_allclose(found[:, : harmonics + 1], expected.real, atol=1e-9)
+        np.testing.assert_allclose(found[:, harmonics + 1 :], expected.imag[:, 1:], atol=1e-9)
+
+
+def test_a_foot_swings_from_after_its_toe_off_until_before_its_heel_strike():
+    task = task_of_subject("S05")
+    problem = fit_problem(
+        task.reference, task.record, task.model, ContactSettings(), Accuracy(), shift_sd=0.0
+    )
+    for i, side in enumerate(SIDES):
+        own = np.mod(np.arange(INSTANTS) / INSTANTS - (task.record.left_phase if i else 0.0), 1.0)
+        toe_off = task.record.stance_fraction[side]
+        expected = (own > toe_off + 0.04) & (own < 0.96)
+        np.testing.assert_array_equal(problem.swinging[:, i], expected)
+
+
+def test_no_number_of_a_fit_changes():
+    """Of the walker's reference and of the identification's; a change that is meant is written by
+    `tests/support/reference_figures.py`."""
+    record, model, built = of_s05()
+    same(figures(fit_of(built, record, model, ContactSettings())), "fitted")
+    same(inference_figures(record, model, built), "inference")

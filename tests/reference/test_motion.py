@@ -4,6 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from reference_figures import figures, of_s05, same
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import mirror_image, standing_moments, symmetric, task_of_subject
 
@@ -403,3 +404,8 @@ def test_a_reference_of_an_earlier_version_has_the_model_s_hip_centres(tmp_path)
     with np.load(tmp_path / "new.npz") as file:
         np.savez(tmp_path / "old.npz", **{k: v for k, v in file.items() if k != "hip_centre"})
     assert not np.any(ReferenceMotion.load(tmp_path / "old.npz").hip_centre)
+
+
+def test_no_number_of_a_built_reference_changes():
+    """A change that is meant is written by `tests/support/reference_figures.py`."""
+    same(figures(of_s05()[2]), "built")

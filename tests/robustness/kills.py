@@ -12,9 +12,10 @@ Each is killed (SIGKILL, its own process only, as when memory runs out) after a 
 processor time that it takes without a kill, and started again by the same command. In every
 second case all its files are dated a day ahead before that, as if the clock had gone back. Then
 every file must be equal, byte for byte, to that without a kill, but for times (in
-`provenance.json`; `wall_seconds` in `training.csv`, and so its hash in `stages.json`; of a cohort
-also where and how long its studies ran) and TensorBoard's logs, which are named after time and
-process; and no process, shared memory, temporary or partial file may be left beyond those that a
+`provenance.json`; `wall_seconds` of learning; dates and durations in `report.html`; of a cohort
+also where and how long its studies ran), the hashes of files with times, `report.pdf`, which is the
+compressed `report.html`, and TensorBoard's logs, which are named after time and process; and no
+process, shared memory, temporary or partial file may be left beyond those that a
 run without a kill leaves (torch keeps an empty folder for its compiler).
 """
 
@@ -23,6 +24,7 @@ import csv
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -55,9 +57,16 @@ SECONDS: Final = 1800.0
 DAY: Final = 86400.0
 TIMES: Final = ("started", "finished", "seconds")
 """Of each stage in `provenance.json`."""
-TRAINING: Final = "training.csv"
+LEARNING: Final = ("training.csv", "learning.csv")
 CLOCK: Final = "wall_seconds"
-"""Its column with times."""
+"""Their column with times."""
+CLOCKED: Final = (*LEARNING, "report.html", "report.pdf")
+"""Files with times."""
+TIME: Final = re.compile(
+    rb"\d{4}-\d\d-\d\d \d\d:\d\d UTC|>[\d.,]+ (s|min|h)</td>| in [\d.,]+ (seconds|minutes|hours)\."
+    rb"|data:text/csv[^\"]*"
+)
+"""Dates and durations on a page, and the tables of its figures, which are files beside it too."""
 BARE: Final = (".lock", "log.txt", "events.out.tfevents")
 """How the names of files begin whose contents are nobody's."""
 ENDING_SECONDS: Final = 300.0
@@ -234,7 +243,7 @@ def further_jobs(work: Path) -> dict[str, Job]:
     shorter = {
         "predict": "import gaitval.study.predict as p; p.SPEEDS = 2",
         "screen": "import functools, gaitval_virtual.screening as s; "
-        "s.screened = functools.partial(s.screened, trajectories=1)",
+        "s.effects_of = functools.partial(s.effects_of, trajectories=1)",
     }
     made_by = {}
     for name, rest in commands.items():
@@ -273,12 +282,16 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def _without_times(path: Path) -> bytes:
-    if path.name == TRAINING:
+    if path.name in LEARNING:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [{**row, CLOCK: ""} for row in csv.DictReader(file)]
         return json.dumps(rows).encode()
     if path.name in (*TIMED, FINISHED):
         return b""
+    if path.name == "report.html":
+        return TIME.sub(b"", path.read_bytes())
+    if path.name == "report.pdf":
+        return path.read_bytes()[:5]
     if path.name not in ("provenance.json", "stages.json"):
         return path.read_bytes()
     values = json.loads(path.read_text(encoding="utf-8"))
@@ -287,7 +300,7 @@ def _without_times(path: Path) -> bytes:
         for name in TIMES:
             stage.pop(name, None)
         for files in (stage.get("inputs"), stage.get("outputs")):
-            for name in [name for name in files or () if name.endswith(TRAINING)]:
+            for name in [name for name in files or () if name.endswith(CLOCKED)]:
                 files[name] = ""
     return json.dumps(values, sort_keys=True).encode()
 

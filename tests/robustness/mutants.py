@@ -17,8 +17,9 @@ is killed.
 A fault of `planted.toml` may be anywhere in the package or a wing, and is larger than a mutant.
 The tests that import its module belong to it as well.
 
-Left out are texts, annotations, functions that numba compiles, and the constants of their modules:
-its cache would take them as they were.
+Left out are texts, annotations, the flags `frozen` and `strict`, which only forbid what no code
+does, functions that numba compiles, and the constants of their modules: its cache would take them
+as they were.
 """
 
 import argparse
@@ -164,8 +165,10 @@ def _left_out(tree: ast.Module) -> Iterator[ast.AST]:
                     yield from ast.walk(each)
         elif isinstance(node, ast.AnnAssign):
             yield from ast.walk(node.annotation)
-        elif isinstance(node, ast.JoinedStr) or (
-            isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        elif (
+            isinstance(node, ast.JoinedStr)
+            or (isinstance(node, ast.keyword) and node.arg in ("frozen", "strict"))
+            or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
         ):
             yield from ast.walk(node)
 

@@ -1,0 +1,73 @@
+"""What a run stores of the record itself."""
+
+import numpy as np
+import pytest
+from synthetic_walk import LEFT_PHASE, SPEED, STANCE, STRIDE_TIME, synthetic_record
+
+from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.recorded import by_kind, from_kinds, recorded_part
+from gaitval.metrics.typed import array
+
+RECORD = synthetic_record()
+PERSON = load_subject("S05")
+
+
+def test_curves_are_in_the_units_of_the_file_and_come_back():
+    curves = recorded_curves(RECORD)
+    stored = by_kind(curves)
+    for kind, factor in (("angles", 180.0 / np.pi), ("moments", 1.0), ("forces", 100.0)):
+        for name, curve in getattr(curves, kind).items():
+            np.testing.assert_allclose(stored[kind][name], factor * curve)
+    read = from_kinds(
+        (kind, name, curve.tolist())
+        for kind, each in stored.items()
+        for name, curve in each.items()
+    )
+    for kind in stored:
+        for name, curve in getattr(curves, kind).items():
+            np.testing.assert_allclose(getattr(read, kind)[name], curve, atol=1e-12)
+
+
+def test_a_curve_with_gaps_is_read():
+    (curve,) = from_kinds([("angles", "knee_angle_r", [90.0, None])]).angles.values()
+    assert curve[0] == pytest.approx(np.pi / 2)
+    assert np.isnan(curve[1])
+
+
+def test_the_timing_of_a_record():
+    """A stride of 1.1 s at 1.2 m/s; stances of 62 and 60 %, the left one 48 % later, so that both
+    feet are on the ground from 0 to 8 % and from 48 to 62 %."""
+    found = recorded_part(RECORD).spatiotemporal
+    stride = SPEED * STRIDE_TIME
+    assert found.walking_speed == SPEED
+    assert found.cadence == pytest.approx(120.0 / STRIDE_TIME)
+    assert found.stride_time_right == found.stride_time_left == STRIDE_TIME
+    assert found.stance_fraction_right == STANCE["right"]
+    assert found.stance_fraction_left == STANCE["left"]
+    assert found.double_support_fraction == pytest.approx(0.08 + 0.14, abs=0.0021)
+    assert found.step_length_left == pytest.approx(LEFT_PHASE * stride)
+    assert found.step_length_right == pytest.approx((1.0 - LEFT_PHASE) * stride)
+
+
+def test_power_and_centre_of_mass_go_with_the_record():
+    part = recorded_part(RECORD)
+    angle = np.gradient(recorded_curves(RECORD).angles["knee_angle_l"], 0.01 * STRIDE_TIME)
+    power = recorded_curves(RECORD).moments["knee_angle_l"] * angle
+    np.testing.assert_allclose(
+        array(part.joint_power.power["knee_angle_l"])[1:-1], power[1:-1], atol=1e-9
+    )
+    assert np.shape(part.centre_of_mass) == (101, 3)
+
+
+def test_the_record_says_what_was_done_to_its_plates():
+    """As measured beside as corrected; a record alone has neither."""
+    part = recorded_part(PERSON.record(), PERSON)
+    assert part.plates is not None
+    assert part.plates.model_dump() == PERSON.plates.model_dump()
+    assert part.as_measured is not None
+    moments = by_kind(recorded_curves(PERSON.measured()))["moments"]
+    np.testing.assert_allclose(part.as_measured.moments["knee_angle_r"], moments["knee_angle_r"])
+    alone = recorded_part(PERSON.record())
+    assert alone.plates is None
+    assert alone.as_measured is None
