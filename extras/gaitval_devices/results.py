@@ -9,6 +9,7 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -18,13 +19,13 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
-from gaitval_devices.of_subject import check, code, folder_of, stage, tables, wearing
 
 if TYPE_CHECKING:
     from gaitval_devices.search import Found
     from gaitval_devices.study import Outcome, Say, Wearer
 
-__all__ = ["check", "code", "folder_of", "stage", "tables", "wearing"]
+OF_SUBJECT: Final = ("check", "code", "folder_of", "stage", "tables", "wearing")
+"""What this part also has, of `of_subject`, whose pages are written with what is here."""
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
 VERSION: Final = 1
@@ -42,6 +43,12 @@ MARGINS: Final = {
 }
 """By which a figure may move, by its unit, before it is another: a few hundredths of the largest
 value in ordinary walking. Cycles and pushes are counts that hang on single falls."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in OF_SUBJECT:
+        return getattr(import_module("gaitval_devices.of_subject"), name)
+    raise AttributeError(name)
 
 
 class Figure(NamedTuple):
