@@ -19,6 +19,7 @@ from gaitval.study.run import general_policy
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Observer
 from gaitval_cohort.table import Study
+from gaitval_cohort.worn import identity_of
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -64,6 +65,8 @@ def fingerprint(study: Study, function: str = REAL) -> str:
         "start": study.start,
         "record": record_parts(study),
     }
+    if study.devices:
+        parts["devices"] = identity_of(study)
     if function == REAL:
         parts["policies"] = _policies(study)
     return value_hash(parts)

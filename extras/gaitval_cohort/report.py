@@ -86,11 +86,27 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
             for row in outliers(values).to_dict("records")
         ],
         "parameters": _parameters(tables["parameters"]),
+        "strategies": strategies(tables["devices"]),
         "rows": [
             {**row, "report": links[row["study"]], "megabytes": row["peak_memory"] / 1e6}
             for row in done.astype({"accepted": int, "refused": int}).to_dict("records")
         ],
     }
+
+
+def strategies(devices: pd.DataFrame) -> list[dict[str, Any]]:
+    """What each study's searches found: `study`, `quantity`, `unit`, and its value `without` the
+    device and `found` with it.
+    """
+    found = devices[devices["of"] == "strategy found"]
+    keys = ["study", "quantity", "unit"]
+    plain = devices[devices["of"] == "without"]
+    rows = found.merge(plain, on=keys, suffixes=("_found", "_without"))
+    named = rows.rename(columns={"value_found": "found", "value_without": "without"})
+    return [
+        {str(key): value for key, value in row.items()}
+        for row in named[[*keys, "without", "found"]].to_dict("records")
+    ]
 
 
 def values_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

@@ -2,7 +2,8 @@
 
 `studies`: a row for each study, finished or not. `measures`: a row for each measured value.
 `groups`: a row for each group of curves. `parameters`: a row for each identified parameter.
-`limits`: a row for each limit that an imported recording is held against. All are tidy (one row a
+`limits`: a row for each limit that an imported recording is held against. `devices`: a row for each
+figure of walks with devices, and for what a search found. All are tidy (one row a
 value) except `studies`, and every row names its study.
 """
 
@@ -16,7 +17,7 @@ from gaitval.artefacts import replacing
 from gaitval_cohort.store import Store
 from gaitval_cohort.task import summary_of
 
-TABLES: Final = ("studies", "measures", "groups", "parameters", "limits")
+TABLES: Final = ("studies", "measures", "groups", "parameters", "limits", "devices")
 
 STUDY_COLUMNS: Final = (
     "study", "status", "reason", "identifier", "laboratory", "person", "trial", "source", "sex",
@@ -32,6 +33,7 @@ COLUMNS: Final[Mapping[str, tuple[str, ...]]] = {
         "study", "parameter", "nominal", "prior_sd", "mean", "sd", "identified", "verdict",
     ),
     "limits": ("study", "quantity", "target", "value", "limit", "unit", "verdict"),
+    "devices": ("study", "quantity", "of", "unit", "value"),
 }  # fmt: skip
 PROFILE_SCORES: Final = ("gait_profile_score", "gait_profile_score_of_the_record")
 """Measures of the walk and of its record, deg."""

@@ -21,6 +21,7 @@ from gaitval.study.stored_policy import general_walker
 from gaitval_cohort.identity import Json, configuration_of, record_parts, subject_in_table
 from gaitval_cohort.results import PROFILE_SCORES
 from gaitval_cohort.table import Study
+from gaitval_cohort.worn import figures, wearing
 
 
 def subject_of(study: Study, folder: Path, observer: Observer) -> Subject:
@@ -74,7 +75,7 @@ def _virtual(study: Study, folder: Path) -> Subject:
 
 def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
     """A real `study`: `gaitval subject` in `folder` with `threads` and `observer`; its summary."""
-    subject = subject_of(study, folder, observer)
+    subject = wearing(study, subject_of(study, folder, observer))
     with open_run(subject, configuration_of(study, threads), folder, observer) as opened:
         run_subject(
             opened,
@@ -85,6 +86,7 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
     if study.recording is not None:
         imported = read_json(folder / "session" / study.name / FOLDER / RECORD)
         summary["limits"] = limits_of_record(imported)
+    summary["devices"] = figures(folder, subject)
     return summary
 
 

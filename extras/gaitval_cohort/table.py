@@ -24,7 +24,13 @@ A column with a dot in its name is a setting, `section.key`; one with the name o
     name = "P01"
     recording = { static = "P01/stand.c3d", trials = ["P01/walk.c3d"], sex = "F", mass = 63.2 }
 
-`recording` takes what a person of `gaitval imports` takes. Paths are relative to the table.
+`recording` takes what a person of `gaitval imports` takes. With the column `device`, names or files
+with a semicolon between them, the person then walks with these; `search` is what the torque of the
+first is searched for before, a joint and a quantity: `hip_flexion work`. In TOML that is
+
+    devices = [{ name = "hip_exo", search = { joint = "hip_flexion", quantity = "work" } }, "afo"]
+
+Paths are relative to the table.
 """
 
 import json
@@ -70,6 +76,7 @@ class Study(BaseModel):
     trial : of the subject that the study is of; its own if empty.
     start : what the first training starts from: the general policy, or nothing.
     policy : folder of another policy that it starts from.
+    devices : shipped ones' names, files, or tables of `[[devices]]`, that the person then wears.
     config : file of settings, or the name of a built-in one.
     settings : "section.key=value", as for `--set`.
     """
@@ -83,6 +90,7 @@ class Study(BaseModel):
     trial: str = ""
     start: Start = "general"
     policy: str | None = None
+    devices: tuple[str | dict[str, Any], ...] = ()
     config: str | None = None
     settings: tuple[str, ...] = ()
 
@@ -167,6 +175,8 @@ def _from_cells(cells: Mapping[str, str]) -> dict[str, Any]:
             values.setdefault("virtual", {})[_VIRTUAL[key]] = cell
         elif key == "seed":
             values["seeds"] = [cell]
+        elif key == "device":
+            values["devices"] = [each.strip() for each in cell.split(";")]
         else:
             values[key] = cell
     return values
@@ -225,6 +235,8 @@ def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
         values["policy"] = str((path.parent / str(values["policy"])).resolve())
     if kinds == ["recording"]:
         values["recording"] = _recording(path, where, values)
+    if "devices" in values or "search" in values:
+        values["devices"] = _devices(path, where, values)
     try:
         return Study.model_validate(values)
     except ValidationError as error:
@@ -234,6 +246,30 @@ def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
         raise ConfigurationError(
             f"{path}, {where}: {problems}. See gaitval cohort --help."
         ) from None
+
+
+def _devices(path: Path, where: str, values: dict[str, Any]) -> list[Any]:
+    """The devices of a row, paths from the table's folder, the first with the row's search."""
+    devices, search = values.get("devices"), values.pop("search", None)
+    if not isinstance(devices, list) or not devices:
+        raise ConfigurationError(
+            f"{path}, {where}: {'a search without a device' if search else 'devices: not a list'}. "
+            'Write device = hip_exo into the row, or in TOML devices = ["hip_exo"].'
+        )
+    found = [
+        str(path.parent / each) if isinstance(each, str) and each.endswith(".toml") else each
+        for each in devices
+    ]
+    if search is not None:
+        words = str(search).split()
+        if len(words) not in (1, 2) or not isinstance(found[0], str):
+            raise ConfigurationError(
+                f"{path}, {where}: search {search!r} is no joint and quantity of the first device. "
+                "Write a joint, or a joint and a quantity, such as hip_flexion work."
+            )
+        wanted = dict(zip(("joint", "quantity"), words, strict=False))
+        found[0] = {"name": found[0], "search": wanted}
+    return found
 
 
 def _recording(path: Path, where: str, values: Mapping[str, Any]) -> dict[str, Any]:

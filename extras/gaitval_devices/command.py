@@ -8,6 +8,9 @@ import typer
 from gaitval.cli import display
 from gaitval.cli.app import added_command
 
+SAMPLES = 300_000
+"""Samples of a learned adaptation, if nobody says otherwise."""
+
 
 @added_command(
     "gaitval device 5 hip_exo",
@@ -51,7 +54,7 @@ def device(
             "--samples", metavar="N", min=0, max=10_000_000,
             help="Samples of the learned adaptation; 0: none.",
         ),
-    ] = 300_000,
+    ] = SAMPLES,
 ) -> None:  # fmt: skip
     """What exoskeletons, prostheses, orthoses or loads would do to a person.
 
@@ -62,6 +65,7 @@ def device(
     """
     from gaitval_devices.device import load_devices
     from gaitval_devices.page import write_report
+    from gaitval_devices.search import tuned
     from gaitval_devices.study import outcomes, wearer
 
     # Wrong devices are refused before the person is made, which takes seconds.
@@ -72,8 +76,9 @@ def device(
     folder = out or Path("reports") / f"{person.name}-{names}"
     with display.live_view() as live:
         live.started("device", f"{person.name}, {names}")
+        worn, strategies = tuned(person, worn, folder, say=_say)
         found, policy = outcomes(person, worn, samples=samples, say=_say)
-    write_report(folder, person, worn, found, policy)
+    write_report(folder, person, worn, found, policy, strategies=strategies)
     for outcome in found:
         walked = "fell after" if outcome.fell else "walked"
         pushes = "" if outcome.survived is None else f"; survived {outcome.survived} of 24 pushes"

@@ -16,7 +16,8 @@
     clutch = { while = "loaded", ratchet = true }
 
 A file of devices has these tables; the file of a subject may have them too (a prosthesis is a part
-of the person who wears it). Lengths are in m, masses in kg, inertias in kg m², angles in rad,
+of the person who wears it). A table with no more than the name of a shipped device, perhaps `sides`
+and `search`, is that device. Lengths are in m, masses in kg, inertias in kg m², angles in rad,
 torques in Nm. Signs of angles and torques are those of `gaitval.coordinates`: positive is flexion
 or dorsiflexion on both sides.
 """
@@ -35,6 +36,7 @@ from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
 from gaitval.refused_values import in_subject
+from gaitval_devices.aim import Aim
 from gaitval_devices.controllers import AnyController
 from gaitval_devices.tables import Angle, Table
 
@@ -46,6 +48,8 @@ KINDS: Final = tuple(dict.fromkeys(name.removesuffix("_r").removesuffix("_l") fo
 """Segments that a part can be on, without side."""
 SHIPPED: Final = Path(__file__).parent / "shipped"
 """Folder of the devices that come with gaitval."""
+SHORT: Final = frozenset({"name", "sides", "search"})
+"""Keys of a table that names a shipped device and says how it is worn."""
 HEAVIEST: Final = 200.0
 """kg; no person carries more."""
 
@@ -275,6 +279,7 @@ class Device(Table):
     sides : of the body that have it; parts on trunk and pelvis are there once.
     stumps, parts, hinges : what is taken away, added, and turns.
     foot_switch : N, load at which the device counts a foot as on the ground.
+    search : what the torque of its motor is searched for before the person walks with it.
     """
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9_-]+$")
@@ -284,6 +289,7 @@ class Device(Table):
     parts: tuple[Part, ...] = ()
     hinges: tuple[Hinge, ...] = ()
     foot_switch: Positive = 40.0
+    search: Aim | None = None
 
     @model_validator(mode="after")
     def _possible(self) -> "Device":
@@ -300,7 +306,16 @@ class Device(Table):
                 raise ValueError(
                     f"{self.name}: more than one {what} {', '.join(twice)}. Put them into one."
                 )
+        if self.search is not None and self.motor(self.search.joint) is None:
+            raise ValueError(
+                f"{self.name}: no motor at {self.search.joint}, so there is nothing to search. "
+                "Give a device with one, or another search.joint."
+            )
         return self
+
+    def motor(self, joint: str) -> Motor | None:
+        """The motor at a joint; None if there is none."""
+        return next((each.motor for each in self.hinges if each.joint == joint), None)
 
     @property
     def mass(self) -> float:
@@ -323,8 +338,11 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
     """The devices in the tables `values` of a file; `where` names it in messages. Raises
     ConfigurationError, which lists every problem.
     """
+    tables = values.get("devices", ())
+    if isinstance(tables, list | tuple):
+        tables = [_whole(each, where) for each in tables]
     try:
-        found = _File.model_validate({"devices": values.get("devices", ())}).devices
+        found = _File.model_validate({"devices": tables}).devices
     except ValidationError as error:
         lines = [in_subject(_File, problem) for problem in error.errors()]
         raise ConfigurationError(
@@ -335,10 +353,29 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
     return found
 
 
+def _whole(table: Any, where: str) -> Any:
+    """The table of the shipped device that a short `table` names, with what it says otherwise; any
+    other `table` as it is.
+    """
+    if not (
+        isinstance(table, dict) and isinstance(table.get("name"), str) and SHORT.issuperset(table)
+    ):
+        return table
+    try:
+        shipped = shipped_device(table["name"])
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{where}: {error}") from None
+    return shipped.model_dump(by_alias=True, exclude_none=True) | table
+
+
 def write_devices(path: Path, devices: Sequence[Device]) -> None:
     """Write a file of `devices`, as `load_devices` reads it."""
-    tables = [each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in devices]
-    write_text(path, tomli_w.dumps({"devices": tables}))
+    write_text(path, tomli_w.dumps({"devices": tables_of(devices)}))
+
+
+def tables_of(devices: Sequence[Device]) -> list[dict[str, Any]]:
+    """The tables of `devices`, as `devices_of` takes them."""
+    return [each.model_dump(mode="json", by_alias=True, exclude_none=True) for each in devices]
 
 
 def shipped_names() -> tuple[str, ...]:

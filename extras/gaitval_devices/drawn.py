@@ -56,13 +56,9 @@ def drawn(folder: Path) -> list[Shape]:
 
 
 def worn_in(folder: Path) -> tuple[Device, ...]:
-    """The devices that a run `folder` was made with: of its `WORN`, or those of its subject."""
-    for name in (WORN, "subject.toml"):
-        path = folder / name
-        if path.is_file():
-            values = read_toml(path, ConfigurationError)
-            return devices_of(values, str(path)) if "devices" in values else ()
-    return ()
+    """The devices that a run `folder` was made with: of its `WORN`; none without that file."""
+    path = folder / WORN
+    return devices_of(read_toml(path, ConfigurationError), str(path)) if path.is_file() else ()
 
 
 def shapes(model: BodyModel, devices: Sequence[Device]) -> list[Shape]:

@@ -10,12 +10,13 @@ from scipy.stats import t
 
 from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
+from gaitval.coordinates import Side
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.metrics.cycles import find_cycles
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval_devices.device import Device, Spring, shipped_device
-from gaitval_devices.learning import adapt
+from gaitval_devices.learning import EFFORT, adapt
 from gaitval_devices.study import Wearer
 from gaitval_devices.tables import Table
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
@@ -64,7 +65,7 @@ class Quantity(Table):
     device: str
     measure: Literal[
         "device_ankle", "own_ankle", "own_work", "work_ankle", "work_knee", "com_work",
-        "swing_hip", "sound_stance",
+        "swing_hip", "sound_stance", "sound_impulse",
     ]  # fmt: skip
     value: float
     band: tuple[float, float]
@@ -82,9 +83,9 @@ class _File(Table):
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)]
 
 
-def quantities() -> tuple[Quantity, ...]:
-    """All quantities of `experiments.toml`."""
-    path = Path(__file__).with_name("experiments.toml")
+def quantities(file: str = "experiments") -> tuple[Quantity, ...]:
+    """All quantities of a `file`: `experiments`, or `experiments_above_knee`."""
+    path = Path(__file__).with_name(f"{file}.toml")
     return _File.model_validate(read_toml(path, ConfigurationError)).quantities
 
 
@@ -120,7 +121,12 @@ def _changed(now: float, before: float) -> float:
 
 
 def measured(
-    measure: str, now: WalkCurves, before: WalkCurves, rates: tuple[float, float], load: float
+    measure: str,
+    now: WalkCurves,
+    before: WalkCurves,
+    rates: tuple[float, float],
+    load: float,
+    fitted: Side = "right",
 ) -> float:
     """A measure of an experiment.
 
@@ -129,6 +135,7 @@ def measured(
     now, before : curves with and without the device.
     rates : W, work rates on the centre of mass with and without.
     load : kg, of the device.
+    fitted : side of a device that is on one; the other is the sound one.
     """
     ankle = "ankle_angle"
     if measure == "device_ankle":
@@ -148,18 +155,25 @@ def measured(
     if measure == "swing_hip":
         swing = [each.mean_of_sides(each.own, JOINTS[0])[STANCE:] for each in (now, before)]
         return _changed(*(float(np.abs(each).max()) for each in swing))
-    return 100.0 * (now.stance["left"] - now.stance["right"])
+    sound: Side = "left" if fitted == "right" else "right"
+    if measure == "sound_stance":
+        return 100.0 * (now.stance[sound] - now.stance[fitted])
+    impulse = {s: float(now.forces[s].mean()) * now.stride_time[s] for s in (sound, fitted)}
+    return 200.0 * (impulse[sound] - impulse[fitted]) / (impulse[sound] + impulse[fitted])
 
 
-def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
+def effects(
+    person: Wearer, *, samples: int, effort: float = EFFORT, file: str = "experiments"
+) -> dict[str, dict[str, float]]:
     """Every quantity for one person, by assumption; those that the person falls in are missing.
 
     Parameters
     ----------
-    samples : of each learned adaptation.
+    samples, effort : of each learned adaptation.
+    file : of `quantities`.
     """
     found: dict[str, dict[str, float]] = {name: {} for name in ASSUMED}
-    wanted = quantities()
+    wanted = quantities(file)
     mass = person.task.model.mass
     for name in dict.fromkeys(each.device for each in wanted):
         device = condition(name)
@@ -169,7 +183,7 @@ def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
         before = walk_curves(plain, task.configuration, mass)
         rate = com_work_rate(plain, task.configuration)
         kept = kinematics_kept(environment, plain.rollout)
-        learned = adapt(task, person.policy, samples=samples)
+        learned = adapt(task, person.policy, samples=samples, effort=effort)
         walks = {
             "kinematics kept": kept.walk,
             "moments kept": walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES),
@@ -186,6 +200,7 @@ def effects(person: Wearer, *, samples: int) -> dict[str, dict[str, float]]:
             for quantity in wanted:
                 if quantity.device == name:
                     found[assumption][quantity.name] = measured(
-                        quantity.measure, now, before, rates, max(device.mass, 1e-9)
+                        quantity.measure,
+                        *(now, before, rates, max(device.mass, 1e-9), device.sides[0]),
                     )
     return found

@@ -22,8 +22,10 @@ from gaitval.reporting.replay import SCRIPTS
 from gaitval_devices.curves import JOINTS, WalkCurves
 from gaitval_devices.device import Device, write_devices
 from gaitval_devices.drawn import WORN
+from gaitval_devices.regressions import said_of
 from gaitval_devices.replayed import replayed, shown_method
 from gaitval_devices.results import TITLES, figures_of, write_result
+from gaitval_devices.search import Found
 from gaitval_devices.study import CYCLES, PUSHES, Outcome, Wearer
 
 TEMPLATE: Final = "gaitval_devices:device.html.j2"
@@ -119,9 +121,11 @@ def write_report(
     policy: Policy | None,
     *,
     cycles: float = CYCLES,
+    strategies: Sequence[Found] = (),
 ) -> None:
     """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
-    and what `gaitval check` and `compare` read into `folder`; walks are of `cycles`.
+    and what `gaitval check` and `compare` read into `folder`; walks are of `cycles`. `strategies`
+    are those that the devices have of a search.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_urdf(person.task.model, folder / "model.urdf")
@@ -143,6 +147,10 @@ def write_report(
         "outcomes": outcomes,
         "tables": tables,
         "pushes": len(PUSHES),
+        "strategies": strategies,
+        "regressions": said_of(
+            outcomes, devices, person.task.configuration, person.task.model.mass
+        ),
         "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],
         "picture": replayed(folder, person, outcomes),
         "method": shown_method(person, outcomes[0]),
@@ -156,7 +164,7 @@ def write_report(
     write_text(folder / "device.csv", _table(outcomes))
     if person.file is not None:
         shutil.copy(person.file, folder / person.origin)
-    write_result(folder, person, outcomes, cycles)
+    write_result(folder, person, outcomes, cycles, strategies)
     shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
     if policy is not None:
         save_policy(policy, folder / "policy")

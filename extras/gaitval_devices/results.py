@@ -1,15 +1,17 @@
 """The result of devices on a person as a file: its figures, walked again, and beside others.
 
-`gaitval check` and `gaitval compare` ask for this module as the part `device_results`. A figure of
-a device is neither better nor worse than another, so a change in either direction counts.
+`gaitval check` and `gaitval compare` ask for this module as the part `device_results`; the core and
+a cohort find here also what `of_subject` has. A figure of a device is neither better nor worse than
+another, so a change in either direction counts.
 """
 
 import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,10 +19,13 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
-from gaitval_devices.curves import JOINTS
-from gaitval_devices.drawn import worn_in
-from gaitval_devices.study import Outcome, Say, Wearer
 
+if TYPE_CHECKING:
+    from gaitval_devices.search import Found
+    from gaitval_devices.study import Outcome, Say, Wearer
+
+OF_SUBJECT: Final = ("check", "code", "folder_of", "stage", "tables", "wearing")
+"""What this part also has, of `of_subject`, whose pages are written with what is here."""
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
 VERSION: Final = 1
@@ -40,6 +45,12 @@ MARGINS: Final = {
 value in ordinary walking. Cycles and pushes are counts that hang on single falls."""
 
 
+def __getattr__(name: str) -> Any:
+    if name in OF_SUBJECT:
+        return getattr(import_module("gaitval_devices.of_subject"), name)
+    raise AttributeError(name)
+
+
 class Figure(NamedTuple):
     """A figure of a result.
 
@@ -56,8 +67,10 @@ class Figure(NamedTuple):
     value: float | None
 
 
-def figures_of(outcome: Outcome, side: Side) -> dict[str, float]:
+def figures_of(outcome: "Outcome", side: Side) -> dict[str, float]:
     """Figures of an outcome on a side, by name with unit; empty without a complete gait cycle."""
+    from gaitval_devices.curves import JOINTS
+
     curves = outcome.curves
     if curves is None:
         return {}
@@ -85,7 +98,7 @@ def _largest(curve: Array) -> float:
     return float(curve[np.abs(curve).argmax()])
 
 
-def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
+def figures(outcomes: "Sequence[Outcome]") -> list[Figure]:
     """All figures of a result."""
     found = []
     for outcome in outcomes:
@@ -100,14 +113,33 @@ def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
     return found
 
 
-def write_result(folder: Path, person: Wearer, outcomes: Sequence[Outcome], cycles: float) -> None:
-    """Write the `RESULT` of a `folder`; numbers with six digits."""
-    rows = [
-        each._replace(value=None if each.value is None else float(f"{each.value:.6g}"))._asdict()
-        for each in figures(outcomes)
+def searched(strategies: "Sequence[Found]") -> list[Figure]:
+    """What each search found: its aim without the device and with the strategy."""
+    return [
+        Figure(f"{each.device.name}: {each.aim.in_words()}", of, each.aim.unit, value)
+        for each in strategies
+        for of, value in (("without", each.without), ("strategy found", each.best))
     ]
-    about = {"version": VERSION, "person": person.name, "walker": person.origin, "cycles": cycles}
-    write_json(folder / RESULT, {**about, "figures": rows})
+
+
+def write_result(
+    folder: Path,
+    person: "Wearer",
+    outcomes: "Sequence[Outcome]",
+    cycles: float,
+    strategies: "Sequence[Found]" = (),
+) -> None:
+    """Write the `RESULT` of a `folder`; numbers with six digits."""
+    about: dict[str, Any] = {"version": VERSION, "person": person.name, "walker": person.origin}
+    about |= {"cycles": cycles, "figures": _rounded(figures(outcomes))}
+    write_json(folder / RESULT, about | {"searched": _rounded(searched(strategies))})
+
+
+def _rounded(rows: Sequence[Figure]) -> list[dict[str, Any]]:
+    return [
+        each._replace(value=None if each.value is None else float(f"{each.value:.6g}"))._asdict()
+        for each in rows
+    ]
 
 
 def _read(folder: Path) -> tuple[dict[str, Any], list[Figure]]:
@@ -137,16 +169,25 @@ def stored(folder: Path) -> list[Figure]:
     return _read(folder)[1]
 
 
+def summary(folder: Path) -> list[dict[str, Any]]:
+    """The figures of a stored result, and what its searches found, as a cohort shows them. Raises
+    ArtefactError.
+    """
+    values, rows = _read(folder)
+    return [*(each._asdict() for each in rows), *values.get("searched", ())]
+
+
 def person_of(folder: Path) -> str:
     """Who wears the devices of a stored result. Raises ArtefactError."""
     return str(_read(folder)[0].get("person", ""))
 
 
-def walk_again(folder: Path, say: Say = lambda _: None) -> list[Figure]:
+def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[Figure]:
     """The figures of a stored result, with everything but the learned policy worked out again.
     Raises GaitvalError.
     """
     from gaitval.policy.storage import load_policy
+    from gaitval_devices.drawn import worn_in
     from gaitval_devices.study import outcomes, wearer
 
     about, _ = _read(folder)

@@ -1,35 +1,41 @@
 """Strategies: a search over the parameters of a controller for one person (CMA-ES).
 
 The controller is a spline of the phase with two bumps, of eight parameters: phase, rise and fall
-time and torque of each. The aim is the positive work, or the largest moment, of the muscles of a
-joint. Limits of comfort: the motor's torque, the rate of the torque, and angles of the joint within
-those that the person has without the device, and some more. A search that is ended goes on from
-its last generation.
+time and torque of each. `aim.Aim` says what is to be small. Limits of comfort: the motor's
+torque, the rate of the torque, and angles of the joint within those that the person has without the
+device, and some more. A search that is ended goes on from its last generation.
 """
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import cma
 import numpy as np
 
 from gaitval import file_gate
 from gaitval.arrays import Array
-from gaitval.artefacts import write_json
+from gaitval.artefacts import value_hash, write_json
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError, ConfigurationError, RecordError
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import score_rollout
 from gaitval_devices.adaptation import walk_without
+from gaitval_devices.aim import Aim
 from gaitval_devices.controllers import PhaseSpline
-from gaitval_devices.curves import WalkCurves, walk_curves
+from gaitval_devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval_devices.device import Device
-from gaitval_devices.study import Wearer
-from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval_devices.study import AFTER, Say, Wearer
+from gaitval_devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 
 CYCLES: Final = 12.0
-GENERATIONS: Final = 25
+FORCES: Final = (150.0, 200.0, 250.0, 300.0, 350.0, 400.0, 500.0, 600.0, 800.0)
+"""N; a search for stability pushes as hard as makes the person fall half of the times."""
+LEAST: Final = 0.02
+"""Of what an aim is without the device, in its unit: that of a walk which has nothing to gain."""
 POPULATION: Final = 12
 STATE: Final = "search.json"
 LARGEST: Final = 10_000_000
@@ -40,40 +46,19 @@ _START: Final = np.array([0.12, 0.20, 0.16, -0.4, 0.62, 0.16, 0.20, 0.4])
 
 
 @dataclass(frozen=True)
-class Aim:
-    """What is to be small.
-
-    Attributes
-    ----------
-    joint : whose muscles.
-    quantity : `work`, their positive work a stride, or `moment`, their largest moment; both sides.
-    torque_rate : Nm/s, most that is comfortable.
-    range_rad : rad, by which the joint may leave the range of the walk without the device.
-    """
-
-    joint: str
-    quantity: Literal["work", "moment"] = "work"
-    torque_rate: float = 300.0
-    range_rad: float = 0.17
-
-    def of(self, curves: WalkCurves) -> float:
-        """J/kg or Nm/kg, both sides' sum."""
-        if self.quantity == "work":
-            return sum(curves.work[self.joint, side] for side in SIDES)
-        return sum(float(np.abs(curves.own[self.joint, side]).max()) for side in SIDES)
-
-
-@dataclass(frozen=True)
 class Found:
     """What a search found.
 
     Attributes
     ----------
+    device, aim : that it was for; the device has the best `PhaseSpline` now, and no search.
     bumps : of the best `PhaseSpline`.
     best, without : the aim with it and without the device.
     walks, generations : that the search took.
     """
 
+    device: Device
+    aim: Aim
     bumps: tuple[tuple[float, float, float, float], ...]
     best: float
     without: float
@@ -106,14 +91,53 @@ def with_controller(device: Device, joint: str, spline: PhaseSpline) -> Device:
     return device.model_copy(update={"hinges": hinges})
 
 
+def value(aim: Aim, curves: WalkCurves) -> float:
+    """What an aim other than `pushes` is in a walk, in its unit."""
+    if aim.quantity == "work":
+        return sum(curves.work[aim.joint, side] for side in SIDES)
+    if aim.quantity == "moment":
+        return sum(float(np.abs(curves.own[aim.joint, side]).max()) for side in SIDES)
+    if aim.quantity == "legs":
+        return sum(curves.work.values())
+    return asymmetry(curves)
+
+
+def asymmetry(curves: WalkCurves) -> float:
+    """Mean symmetry index (Robinson, Herzog and Nigg 1987): the difference of the sides over their
+    mean, of stance, largest vertical force, and positive work of the muscles of the leg.
+    """
+    pairs = [
+        [curves.stance[side] for side in SIDES],
+        [float(curves.forces[side].max()) for side in SIDES],
+        [sum(curves.work[joint, side] for joint in JOINTS) for side in SIDES],
+    ]
+    return float(np.mean([2.0 * abs(a - b) / max(a + b, 1e-9) for a, b in pairs]))
+
+
+def lost_after_pushes(environment: WalkingEnvironment, person: Wearer, force: float) -> float:
+    """Part of the `AFTER` strides after each of eight pushes of `force` N, one from each direction
+    at changing phases, that the person has fallen before.
+    """
+    stride, lost = environment.task.reference.stride_time, []
+    for k in range(8):
+        at = 2.0 + 0.25 * (k % 4)
+        push = (at, force, 2.0 * math.pi * k / 8)
+        walk = score_rollout(
+            environment, person.policy, mu=person.mu, start_phase=0.0,
+            seconds=(at + AFTER) * stride, push=push,
+        )  # fmt: skip
+        # A walk may be slower than its reference, and is not shorter for that.
+        lost.append(1.0 - min(max(walk.cycles - at, 0.0) / AFTER, 1.0) if walk.fell else 0.0)
+    return float(np.mean(lost))
+
+
 def search_spline(
     person: Wearer,
     device: Device,
     aim: Aim,
     folder: Path,
     *,
-    seed: int = 0,
-    generations: int = GENERATIONS,
+    others: Sequence[Device] = (),
     on_generation: Callable[[int, float], None] = lambda *_: None,
 ) -> Found:
     """Search the two bumps that make `aim` smallest, the person's control kept.
@@ -121,24 +145,29 @@ def search_spline(
     Parameters
     ----------
     folder : keeps the state after each generation.
-    on_generation : called with the generation and the best value so far.
+    others : devices that the person wears beside this one, and without it.
+    on_generation : called with the generation and the best value so far, over that without.
 
     Raises
     ------
     ConfigurationError : the device has no motor at the joint.
+    RecordError : the person falls without the device.
     """
-    motor = next((h.motor for h in device.hinges if h.joint == aim.joint and h.motor), None)
+    motor = device.motor(aim.joint)
     if motor is None:
         raise ConfigurationError(
             f"{device.name}: no motor at {aim.joint}, so there is nothing to search. Give a device "
             "with one, or another joint."
         )
     mass, stride = person.task.model.mass, person.task.reference.stride_time
-    bare = with_devices(person.task, [device])
-    plain = walk_curves(
-        walk_without(bare, person.policy, person.mu, CYCLES), bare.configuration, mass
-    )
-    without = aim.of(plain)
+    task = with_devices(person.task, [device, *others])
+    plain, bare = _without(person, task, others)
+    force = 0.0
+    if aim.quantity == "pushes":
+        shares = ((each, lost_after_pushes(bare, person, each)) for each in FORCES)
+        force, without = next((found for found in shares if found[1] >= 0.5), (FORCES[-1], LEAST))
+    else:
+        without = max(value(aim, plain), LEAST)
     lowest = min(plain.angles[aim.joint, side].min() for side in SIDES) - aim.range_rad
     highest = max(plain.angles[aim.joint, side].max() for side in SIDES) + aim.range_rad
 
@@ -147,10 +176,10 @@ def search_spline(
         outside = float(np.sum(np.maximum(_LOW - x, 0.0) + np.maximum(x - _HIGH, 0.0)))
         rough = max(0.0, steepest(spline, stride) / aim.torque_rate - 1.0)
         worn = with_controller(device, aim.joint, spline)
-        environment = DeviceEnvironment(replace(bare, devices=(worn,)))
+        environment = DeviceEnvironment(replace(task, devices=(worn, *others)))
         walk = walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES)
         try:
-            curves = walk_curves(walk, bare.configuration, mass)
+            curves = walk_curves(walk, task.configuration, mass)
         except RecordError:
             curves = None
         if curves is None or walk.rollout.fell[0]:
@@ -159,61 +188,97 @@ def search_spline(
         for side in SIDES:
             angle = curves.angles[aim.joint, side]
             beyond += max(0.0, lowest - angle.min()) + max(0.0, angle.max() - highest)
-        return aim.of(curves) / without + rough + 10.0 * beyond + outside
+        pushed = aim.quantity == "pushes"
+        now = lost_after_pushes(environment, person, force) if pushed else value(aim, curves)
+        return now / without + rough + 10.0 * beyond + outside
 
-    return _searched(
-        cost, Path(folder), seed, generations, motor.torque, without, on_generation, asdict(aim)
-    )
+    about = {
+        **aim.model_dump(exclude={"generations"}),
+        "person": person.name,
+        "devices": value_hash([each.model_dump(mode="json") for each in (device, *others)]),
+    }
+    x, best, history = _searched(cost, Path(folder), aim, about, on_generation)
+    spline = spline_of(x, motor.torque)
+    tuned = with_controller(device, aim.joint, spline).model_copy(update={"search": None})
+    count = len(history)
+    return Found(tuned, aim, spline.bumps, best * without, without, POPULATION * count, count)
+
+
+def tuned(
+    person: Wearer, devices: Sequence[Device], folder: Path, *, say: Say = lambda _: None
+) -> tuple[list[Device], list[Found]]:
+    """The devices as the person wears them: those with a `search` have the torque that it found. In
+    `folder` each search has its state. Raises ConfigurationError, RecordError, ArtefactError.
+    """
+    worn, found = list(devices), []
+    for k, device in enumerate(worn):
+        if (aim := device.search) is None:
+            continue
+
+        def shown(generation: int, best: float, aim: Aim = aim, name: str = device.name) -> None:
+            if generation % 5 == 0 or generation == aim.generations:
+                say(f"search for {name}, generation {generation}: {aim.quantity} is {best:.2f} of"
+                    " what it is without the device")  # fmt: skip
+
+        others = [each for each in worn if each is not device]
+        state = folder / f"search-{device.name}"
+        found.append(search_spline(person, device, aim, state, others=others, on_generation=shown))
+        worn[k] = found[-1].device
+    return worn, found
+
+
+def _without(
+    person: Wearer, task: DeviceTask, others: Sequence[Device]
+) -> tuple[WalkCurves, WalkingEnvironment]:
+    """Curves of the person without the device that is searched for, and where to be pushed so."""
+    mass = person.task.model.mass
+    if others:
+        bare = DeviceEnvironment(with_devices(person.task, others))
+        walk = walk_with(bare, person.policy, mu=person.mu, cycles=CYCLES)
+        return walk_curves(walk, task.configuration, mass), bare
+    walk = walk_without(task, person.policy, person.mu, CYCLES)
+    return walk_curves(walk, task.configuration, mass), WalkingEnvironment(person.task)
 
 
 def _searched(
     cost: Callable[[Array], float],
     folder: Path,
-    seed: int,
-    generations: int,
-    torque: float,
-    without: float,
-    on_generation: Callable[[int, float], None],
+    aim: Aim,
     about: dict[str, object],
-) -> Found:
-    """CMA-ES in units of an eighth of each parameter's range, from a stored state if there is one.
+    on_generation: Callable[[int, float], None],
+) -> tuple[Array, float, list[list[float]]]:
+    """CMA-ES in units of an eighth of each parameter's range, from a stored state if there is one:
+    the best parameters, their cost, and the costs of each generation.
 
     The state is what was asked and answered: the generations so far are given again to a new search
     of the same seed, which so comes to the same place.
     """
-    path = Path(folder) / STATE
-    history = _history(path, about, seed)
+    path = folder / STATE
+    history = _history(path, about)
     unit = (_HIGH - _LOW) / 8.0
-    options = {"popsize": POPULATION, "seed": seed + 1, "verbose": -9}
+    options = {"popsize": POPULATION, "seed": aim.seed + 1, "verbose": -9}
     strategy = cma.CMAEvolutionStrategy(_START / unit, 1.0, options)
-    for generation in range(generations):
+    for generation in range(aim.generations):
         asked = strategy.ask()
         if generation < len(history):
             answers = history[generation]
         else:
             answers = [cost(np.asarray(x) * unit) for x in asked]
             history.append(answers)
-            Path(folder).mkdir(parents=True, exist_ok=True)
-            write_json(path, {"about": about, "seed": seed, "answers": history})
+            folder.mkdir(parents=True, exist_ok=True)
+            write_json(path, {"about": about, "answers": history})
         strategy.tell(asked, answers)
         on_generation(generation + 1, float(min(min(row) for row in history)))
-    best = np.asarray(strategy.result.xbest) * unit
-    return Found(
-        spline_of(best, torque).bumps,
-        float(strategy.result.fbest) * without,
-        without,
-        POPULATION * len(history),
-        len(history),
-    )
+    return np.asarray(strategy.result.xbest) * unit, float(strategy.result.fbest), history
 
 
-def _history(path: Path, about: dict[str, object], seed: int) -> list[list[float]]:
+def _history(path: Path, about: dict[str, object]) -> list[list[float]]:
     """Answers of the generations so far. Raises ArtefactError if they are of another search."""
     if not path.is_file():
         return []
     try:
         state = json.loads(file_gate.read_text(path, ArtefactError, largest=LARGEST))
-        same = state["about"] == about and state["seed"] == seed
+        same = state["about"] == about
         answers = [[float(each) for each in row] for row in state["answers"]]
     except (KeyError, TypeError, ValueError) as error:
         raise ArtefactError(
@@ -221,7 +286,7 @@ def _history(path: Path, about: dict[str, object], seed: int) -> list[list[float
         ) from None
     if not same:
         raise ArtefactError(
-            f"{path}: the state of a search for another aim or seed. Give another folder, or "
-            "delete it to search anew."
+            f"{path}: the state of a search for another person, device, aim or seed. Give another "
+            "folder, or delete it to search anew."
         )
     return answers

@@ -8,11 +8,9 @@ from typing import Final
 
 import gaitval
 from gaitval.arrays import Array
-from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
-from gaitval.datasets.identity import with_identity
-from gaitval.datasets.subject import make_subject
-from gaitval.errors import ConfigurationError, RecordError, SubjectError
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError, RecordError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import score_rollout
@@ -23,7 +21,7 @@ from gaitval.study.stored_policy import general_walker
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import WalkCurves, walk_curves
 from gaitval_devices.device import Device, devices_of
-from gaitval_devices.learning import adapt
+from gaitval_devices.learning import EFFORT, adapt
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
 
 CYCLES: Final = 20.0
@@ -33,6 +31,9 @@ PUSHES: Final = tuple(
     for k in range(8)
 )  # fmt: skip
 """Phase, force N and direction rad of the pushes that are tried."""
+PROSTHETIC_EFFORT: Final = 1.0
+"""Times the cost of the moments in an ordinary training that one with a prosthesis has: to walk at
+all comes before ease."""
 AFTER: Final = 5.0
 """Gait cycles that a push must be survived for."""
 
@@ -74,10 +75,8 @@ def wearer(name_or_path: str) -> Wearer:
             origin=str(place.resolve()) if place.is_dir() else name_or_path,
         )
     path = Path(name_or_path)
-    values = read_toml(path, SubjectError, "Check the path of the subject file")
-    own = devices_of(values, str(path)) if "devices" in values else ()
-    values.pop("devices", None)
-    subject = make_subject(with_identity(values), str(path))
+    subject = load_subject(path)
+    own = devices_of({"devices": subject.devices}, str(path)) if subject.devices else ()
     configuration = Configuration()
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)
@@ -187,6 +186,7 @@ def outcomes(
             task,
             person.policy,
             samples=samples,
+            effort=PROSTHETIC_EFFORT if any(each.stumps for each in devices) else EFFORT,
             on_progress=lambda done, total, length: say(
                 f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
             ),

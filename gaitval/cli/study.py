@@ -57,11 +57,14 @@ def _opened(
     settings: list[str] | None,
     *,
     keep_settings: bool,
+    devices: list[str] | None = None,
 ) -> Iterator["Run"]:
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stage import open_run
 
     person = load_subject(subject)
+    if devices:
+        person = wings.load(wings.PARTS, "device_results").wearing(person, devices)
     folder = out or Path("reports") / person.identifier
     stored = folder / "configuration.toml" if keep_settings else None
     configuration = _configuration(config, settings, stored)
@@ -363,14 +366,23 @@ def _wanted(speed: float | None, holdout: str | None) -> list[str]:
     return [f'record.holdout="{holdout}"']
 
 
+DeviceOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--device", metavar="DEVICE", show_default=False,
+        help="Then walk with this device too (`gaitval device --help`). May be repeated.",
+    ),
+]  # fmt: skip
+
+
 @command(
     "gaitval subject 5               # from the general policy",
     "gaitval subject 5 --train       # own training, needed or not",
     "gaitval subject 5 --scratch     # from nothing, the paper's way",
     "gaitval subject my_patient.toml --start my_walkers   # from another policy",
-    "gaitval subject my_patient.toml --out runs/patient",
+    "gaitval subject my_patient.toml --out runs/patient --set seed=1 --set validation.cycles=50",
     "gaitval subject 5 --use kinematics   # knows angles only; moments and forces are predicted",
-    "gaitval subject 5 --out /tmp/S05 --set seed=1 --set validation.cycles=50",
+    "gaitval subject 5 --device hip_exo   # and what the device would do",
     name="subject",
 )
 def subject_command(
@@ -383,6 +395,7 @@ def subject_command(
     scratch: ScratchOption = False,
     start: StartOption = None,
     use: UseOption = None,
+    devices: DeviceOption = None,
     language: LanguageOption = None,
     paper: PaperOption = None,
 ) -> None:
@@ -407,7 +420,7 @@ def subject_command(
         settings = [*(settings or ()), f"record.use={use}"]
         if use != "all" and out is None:
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
-    with _opened(subject, out, config, settings, keep_settings=False) as run:
+    with _opened(subject, out, config, settings, keep_settings=False, devices=devices) as run:
         run_subject(run, scratch=scratch, start=start, force=force)
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun
 

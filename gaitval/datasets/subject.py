@@ -6,11 +6,13 @@ forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, for
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from gaitval import wings
 from gaitval.artefacts import write_text
 from gaitval.coordinates import Side
 from gaitval.datasets.identity import Aid
@@ -26,22 +28,10 @@ MARKERS: Final = tuple(
     f"{side}.{name}"
     for side in "RL"
     for name in (
-        "ASIS",
-        "PSIS",
-        "Iliac.Crest",
-        "GTR",
-        "Knee",
-        "Knee.Medial",
-        "HF",
-        "TT",
-        "Ankle",
-        "Ankle.Medial",
-        "Heel",
-        "MT1",
-        "MT2",
-        "MT5",
+        "ASIS", "PSIS", "Iliac.Crest", "GTR", "Knee", "Knee.Medial", "HF", "TT",
+        "Ankle", "Ankle.Medial", "Heel", "MT1", "MT2", "MT5",
     )
-)
+)  # fmt: skip
 """The 28 markers of a standing trial: anterior and posterior superior iliac spines, iliac crest,
 greater trochanter, knee epicondyles, fibula head, tibial tuberosity, malleoli, heel and
 metatarsal heads."""
@@ -50,18 +40,10 @@ TAPE: Final = ("hip_height", "thigh", "shank", "ankle_height", "foot", "pelvis_w
 """Lengths taken with a tape measure; `scaling.tape` defines them."""
 
 
-def _markers_known(markers: "dict[str, Position]") -> "dict[str, Position]":
-    problems = keys_problems(markers, MARKERS)
-    if problems:
+def _known(values: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    if problems := keys_problems(values, names):
         raise ValueError(" ".join(problems))
-    return markers
-
-
-def _tape_known(lengths: "dict[str, Number]") -> "dict[str, Number]":
-    problems = keys_problems(lengths, TAPE)
-    if problems:
-        raise ValueError(" ".join(problems))
-    return lengths
+    return values
 
 
 Position = tuple[Number, Number, Number]
@@ -133,8 +115,9 @@ class Subject(Displayed, StoredPart):
     age_years: Number | None = None
     """Below 16, the segments have a child's masses (Jensen 1986)."""
     prosthesis: Literal["none", "right", "left"] | None = None
-    """Side of a leg prosthesis; not there if nobody said whether there is one. No device is
-    modelled yet: the body has two healthy legs."""
+    """Side of a leg prosthesis; not there if nobody said. The body has two healthy legs."""
+    devices: tuple[dict[str, Any], ...] = ()
+    """What is worn, as the part `device_results` reads it; walked with after the rest."""
     aid: Aid | None = None
     """What carries a part of the body beside the feet; it is not measured, so mean force is below
     one body weight, and moments of the legs are those of what the feet carry."""
@@ -158,11 +141,13 @@ class Subject(Displayed, StoredPart):
     """What is wrong with the force plates, which `record` corrects; None if nothing clearly is."""
     paper: Printed | None = None
     gait: Gait
-    markers: Annotated[dict[str, Position], AfterValidator(_markers_known)] = Field(
+    markers: Annotated[dict[str, Position], AfterValidator(partial(_known, names=MARKERS))] = Field(
         default_factory=dict
     )
     """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses `tape`."""
-    tape: Annotated[dict[str, Number], AfterValidator(_tape_known)] = Field(default_factory=dict)
+    tape: Annotated[dict[str, Number], AfterValidator(partial(_known, names=TAPE))] = Field(
+        default_factory=dict
+    )
     """Lengths by tape measure, m (`TAPE`), for scaling without markers; the others follow from
     stature."""
     trials: tuple[Trial, ...] = ()
@@ -314,7 +299,10 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     implausible value.
     """
     try:
-        return Subject.model_validate(values)
+        subject = Subject.model_validate(values)
+        if subject.devices:
+            wings.load(wings.PARTS, "device_results").check(subject.devices, where)
+        return subject
     except ValidationError as error:
         from gaitval.refused_values import in_subject
 

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
+import tomli_w
 from pydantic import BaseModel
 
 from gaitval.gait.record import Curve
@@ -50,6 +51,8 @@ def toml_of(subject: Any) -> str:
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
     lines += _table_lines(subject)
+    devices = tomli_w.dumps({"devices": subject.devices}).rstrip() if subject.devices else ""
+    lines += [devices] if devices.startswith("devices") else []  # short tables are a key
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
     for part in ("low_pass", "plates", "paper"):
         if (value := getattr(subject, part)) is not None:
@@ -68,6 +71,7 @@ def toml_of(subject: Any) -> str:
             if value is not None:
                 lines += ["", f"[trials.{part}]", *_table_lines(value)]
         lines += _gait_lines(trial.gait, "trials.gait")
+    lines += ["", devices] if devices.startswith("[") else []
     return "\n".join(lines) + "\n"
 
 

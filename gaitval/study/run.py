@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaitval import wings
 from gaitval.artefacts import copy_files, read_json
 from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
@@ -188,6 +189,9 @@ def run_subject(
         _together(run, walks, pushes, force=force)
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
+        if run.subject.devices:
+            worn = wings.load(wings.PARTS, "device_results").stage(run)
+            force |= run_stage(worn, run.folder, force=force, observer=run.observer)  # for its link
         kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(report_stage(run))
 

@@ -321,7 +321,8 @@ def open_run(
             from gaitval.study.looks import with_last_looks
 
             configuration = with_last_looks(configuration, folder, observer.say)
-        write_text(folder / "subject.toml", subject.to_toml())
+        plain = subject.model_copy(update={"devices": ()})  # their own stage keeps them
+        write_text(folder / "subject.toml", plain.to_toml())
         write_text(folder / CONFIGURATION, tomli_w.dumps(configuration.model_dump(mode="json")))
         path = folder / "provenance.json"
         # read before the file is replaced: the times of earlier stages are kept

@@ -90,3 +90,14 @@ def test_what_is_wrong_is_told_before_anything_runs(tmp_path):
         of(recording={"static": str(tmp_path / "nothing.c3d"), "trials": [], "sex": "F"})
     with pytest.raises(ConfigurationError, match=r"training\.colour"):
         of(subject="5", settings=("training.colour=1",))
+
+
+def test_a_device_and_its_search_make_another_study_and_a_wrong_one_is_refused():
+    exo = {"name": "hip_exo", "search": {"joint": "hip_flexion"}}
+    found = [
+        of(subject="5", devices=devices) for devices in ((), ("hip_exo",), ("ankle_exo",), (exo,))
+    ]
+    assert len(set(found)) == 4
+    assert of(subject="5", devices=({"name": "hip_exo"},)) == found[1]
+    with pytest.raises(ConfigurationError, match="no such device"):
+        of(subject="5", devices=("jetpack",))

@@ -12,7 +12,8 @@ import quick_study
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.study.stored_policy import stored_baseline
-from gaitval_cohort.report import write_report
+from gaitval_cohort.report import strategies, write_report
+from gaitval_cohort.results import COLUMNS
 from gaitval_cohort.store import SUMMARY, Store
 from gaitval_cohort.study import summary_of
 
@@ -140,3 +141,18 @@ def test_a_summary_has_the_profile_scores_of_walk_and_record():
         ("gait_profile_score", "deg", profiles.walk.total),
         ("gait_profile_score_of_the_record", "deg", profiles.record.total),
     ]
+
+
+def test_what_searches_found_is_listed_by_study():
+    rows = [
+        (study, "hip_exo: work", of, "J/kg a stride", value)
+        for study, found in (("a", 0.2), ("b", 0.3))
+        for of, value in (("without", 0.4), ("strategy found", found))
+    ]
+    rows.append(("a", "pushes survived", "without", "pushes", 24.0))
+    found = strategies(pd.DataFrame(rows, columns=COLUMNS["devices"]))
+    assert [(row["study"], row["without"], row["found"]) for row in found] == [
+        ("a", 0.4, 0.2),
+        ("b", 0.4, 0.3),
+    ]
+    assert strategies(pd.DataFrame([], columns=COLUMNS["devices"])) == []

@@ -121,3 +121,30 @@ def test_a_wrong_file_is_refused(tmp_path, name, text, told):
         path.write_text(text)
     with pytest.raises(ConfigurationError, match=told):
         read_table(path)
+
+
+def test_devices_and_a_search_are_columns_and_tables(tmp_path):
+    exo = {"name": "hip_exo", "search": {"joint": "hip_flexion", "quantity": "pushes"}}
+    text = "subject,device,search\n1,hip_exo,hip_flexion pushes\n2,afo;mine.toml,\n3,,\n"
+    first, second, third = read_table(written(tmp_path, text))
+    assert first.devices == (exo,)
+    assert second.devices == ("afo", str(tmp_path / "mine.toml"))
+    assert third.devices == ()
+    rows = "[[studies]]\nsubject = '1'\ndevices = [{ name = 'hip_exo', search = "
+    rows += "{ joint = 'hip_flexion', quantity = 'pushes' } }, 'mine.toml']\n"
+    (study,) = read_table(written(tmp_path, rows, "t.toml"))
+    assert study.devices == (exo, str(tmp_path / "mine.toml"))
+    write_table(tmp_path / "again.toml", [study])
+    assert read_table(tmp_path / "again.toml")[0].devices == study.devices
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("subject,search\n1,hip_flexion work\n", "line 2: a search without a device.*hip_exo"),
+        ("subject,device,search\n1,hip_exo,the best of all\n", "no joint and quantity"),
+    ],
+)
+def test_a_search_that_cannot_be_is_refused(tmp_path, text, says):
+    with pytest.raises(ConfigurationError, match=says):
+        read_table(written(tmp_path, text))

@@ -2,6 +2,7 @@ import pytest
 
 from gaitval.artefacts import parse_toml
 from gaitval.errors import ConfigurationError
+from gaitval_devices.aim import Aim
 from gaitval_devices.device import devices_of, load_devices, shipped_names
 
 GOOD = """
@@ -40,6 +41,36 @@ def test_a_part_on_both_sides_counts_twice_and_one_on_the_trunk_once():
     cuff, belt = 0.7, 2.0
     assert device.mass == pytest.approx(2 * cuff + belt)
     assert load_devices("below_knee")[0].mass == pytest.approx(1.08)
+
+
+def test_a_name_alone_is_the_shipped_device_and_may_say_how_it_is_worn():
+    text = '[[devices]]\nname = "afo"\n'
+    (shipped,) = load_devices("afo")
+    assert read(text) == (shipped,)
+    for side in ("right", "left"):
+        (found,) = read(text + f'sides = ["{side}"]')
+        assert found == shipped.model_copy(update={"sides": (side,)})
+    asked = '[[devices]]\nname = "hip_exo"\nsearch = { joint = "hip_flexion", quantity = "pushes" }'
+    (found,) = read(asked)
+    assert found.search == Aim(joint="hip_flexion", quantity="pushes")
+    assert found.hinges == load_devices("hip_exo")[0].hinges
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('name = "jetpack"', "brace.toml: 'jetpack': no such device. Those .* hip_exo"),
+        ('name = "afo"\nsearch = { joint = "ankle_angle" }', "no motor at ankle_angle.*another"),
+        ('name = "hip_exo"\nsearch = { joint = "elbow" }', "search.joint.*'hip_flexion'"),
+        ('name = "hip_exo"\nsearch = { joint = "hip_flexion", quantity = "joy" }', "quantity"),
+        ('name = "hip_exo"\nsearch = { joint = "hip_flexion", generations = 0 }', "generations"),
+        ('name = "hip_exo"\nsearch = { joint = "hip_flexion", seed = true }', "give a number"),
+        ('name = "hip_exo"\nsides = ["up"]', "sides"),
+    ],
+)
+def test_a_short_table_that_cannot_be_is_refused(text, says):
+    with pytest.raises(ConfigurationError, match=says):
+        read(f"[[devices]]\n{text}\n")
 
 
 # What is wrong, and words that the message must have: where it is and how to fix it.

@@ -1,10 +1,21 @@
 import numpy as np
 import pytest
+from made_curves import made_curves
 
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.policy.environment import WalkingEnvironment
 from gaitval_devices import search
+from gaitval_devices.aim import Aim
 from gaitval_devices.device import load_devices
-from gaitval_devices.search import Aim, search_spline, spline_of, steepest
+from gaitval_devices.search import (
+    asymmetry,
+    lost_after_pushes,
+    search_spline,
+    spline_of,
+    steepest,
+    tuned,
+    value,
+)
 from gaitval_devices.study import Wearer
 
 
@@ -14,14 +25,16 @@ def quadratic(x):
 
 
 def searched(folder, generations, cost=quadratic, seed=0):
-    about = {"joint": "hip_flexion"}
-    return search._searched(cost, folder, seed, generations, 10.0, 2.0, lambda *_: None, about)
+    aim = Aim(joint="hip_flexion", generations=generations, seed=seed)
+    about = aim.model_dump(exclude={"generations"})
+    return search._searched(cost, folder, aim, about, lambda *_: None)
 
 
 def test_it_finds_what_is_best(tmp_path):
-    found = searched(tmp_path, 40)
-    assert found.best == pytest.approx(2.0 * 0.5, rel=0.02)
-    assert found.bumps[0][3] == pytest.approx(3.0, abs=0.8)
+    x, best, history = searched(tmp_path, 40)
+    assert best == pytest.approx(0.5, rel=0.02)
+    assert x[3] == pytest.approx(0.3, abs=0.08)
+    assert len(history) == 40
 
 
 def test_a_search_that_was_ended_comes_to_the_same_place(tmp_path):
@@ -37,8 +50,9 @@ def test_a_search_that_was_ended_comes_to_the_same_place(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         searched(tmp_path / "b", 8, dies)
-    assert searched(tmp_path / "b", 8) == whole
-    with pytest.raises(ArtefactError, match="another aim or seed"):
+    for ours, other in zip(searched(tmp_path / "b", 8), whole, strict=True):
+        np.testing.assert_array_equal(ours, other)
+    with pytest.raises(ArtefactError, match="device, aim or seed"):
         searched(tmp_path / "b", 8, seed=5)
     (tmp_path / "b" / search.STATE).write_text("{}")
     with pytest.raises(ArtefactError, match="Delete it"):
@@ -61,6 +75,58 @@ def test_two_generations_with_a_person(person, tmp_path, monkeypatch):
     monkeypatch.setattr(search, "CYCLES", 8.0)
     who = Wearer("S05", person.task, person.policy, person.mu)
     device = load_devices("hip_exo")[0]
-    found = search_spline(who, device, Aim(joint="hip_flexion"), tmp_path, generations=2)
+    found = search_spline(who, device, Aim(joint="hip_flexion", generations=2), tmp_path)
     assert found.walks == 8
     assert 0.0 < found.best < 2.0 * found.without
+
+
+def test_aims_are_of_both_sides_together():
+    for sides in ((0.3, 0.1), (0.1, 0.3)):
+        curves = made_curves(work=sides, moment=(-sides[0], sides[1]))
+        assert value(Aim(joint="knee_angle"), curves) == pytest.approx(0.4)
+        assert value(Aim(joint="knee_angle", quantity="moment"), curves) == pytest.approx(0.4)
+        assert value(Aim(joint="knee_angle", quantity="legs"), curves) == pytest.approx(1.2)
+
+
+def test_asymmetry_is_the_same_for_either_side():
+    even = made_curves()
+    assert asymmetry(even) == 0.0
+    for name, sides in (("stance", (0.5, 0.7)), ("force", (1.0, 1.4)), ("work", (0.1, 0.14))):
+        index = abs(sides[0] - sides[1]) / (0.5 * sum(sides))
+        for given in (sides, sides[::-1]):
+            found = asymmetry(made_curves(**{name: given}))
+            assert found == pytest.approx(index / 3.0), name
+    assert value(Aim(joint="knee_angle", quantity="asymmetry"), even) == 0.0
+
+
+def test_harder_pushes_cost_more_strides(person):
+    who = Wearer("S05", person.task, person.policy, person.mu)
+    bare = WalkingEnvironment(person.task)
+    lost = [lost_after_pushes(bare, who, force) for force in (20.0, 1500.0)]
+    assert lost[0] == 0.0
+    assert 0.5 < lost[1] <= 1.0
+
+
+@pytest.mark.parametrize(
+    "quantity", ["legs", "asymmetry", pytest.param("pushes", marks=pytest.mark.slow)]
+)
+def test_a_generation_for_every_aim(person, tmp_path, monkeypatch, quantity):
+    monkeypatch.setattr(search, "POPULATION", 2)
+    monkeypatch.setattr(search, "CYCLES", 8.0)
+    who = Wearer("S05", person.task, person.policy, person.mu)
+    aim = Aim(joint="hip_flexion", quantity=quantity, generations=1)
+    device = load_devices("hip_exo")[0].model_copy(update={"search": aim})
+    said = []
+    (worn,), (found,) = tuned(who, [device], tmp_path, say=said.append)
+    assert worn.search is None
+    assert worn.hinges[0].controller.bumps == found.bumps
+    assert found.without > 0.0
+    assert quantity in said[-1]
+    assert tuned(who, [device], tmp_path)[1][0] == found  # from its state
+
+
+def test_a_device_without_a_search_is_worn_as_it_is(person, tmp_path):
+    who = Wearer("S05", person.task, person.policy, person.mu)
+    devices = load_devices("afo")
+    assert tuned(who, devices, tmp_path) == (list(devices), [])
+    assert not list(tmp_path.iterdir())

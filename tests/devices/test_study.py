@@ -1,7 +1,7 @@
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ConfigurationError, SubjectError
 from gaitval_devices import command, study
 from gaitval_devices.device import load_devices
 from gaitval_devices.page import strap_loads, write_report
@@ -50,7 +50,10 @@ def test_no_device_is_refused(who):
 def test_the_report_has_all(who, found, tmp_path):
     write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
     page = (tmp_path / "device.html").read_text(encoding="utf-8")
-    assert "nothing of metabolic cost" in page
+    assert "named as such" in page
+    assert "No measurement" in page
+    assert "Huang and Kuo 2014" in page
+    assert "Sawicki and Ferris" not in page  # no motor at the ankle
     assert "Nobody knows which" in page
     assert (tmp_path / "device.pdf").stat().st_size > 10_000
     table = (tmp_path / "device.csv").read_text(encoding="utf-8")
@@ -76,7 +79,7 @@ def test_a_subject_may_have_a_prosthesis(tmp_path):
     found = wearer(str(path))
     assert [each.name for each in found.own] == ["brace"]
     path.write_text(path.read_text().replace("damping = 2.0", "damping = -2.0"))
-    with pytest.raises(ConfigurationError, match="damping"):
+    with pytest.raises(SubjectError, match="damping"):
         wearer(str(path))
 
 

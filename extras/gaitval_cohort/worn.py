@@ -1,0 +1,35 @@
+"""Devices that the person of a study wears, which another wing knows: the part `device_results`."""
+
+from pathlib import Path
+from typing import Any
+
+from gaitval import wings
+from gaitval.datasets.subject import Subject
+from gaitval_cohort.table import Study
+
+
+def identity_of(study: Study) -> dict[str, Any]:
+    """What walks with the devices of a `study` depend on. Raises ConfigurationError if there is no
+    such device.
+    """
+    part = wings.load(wings.PARTS, "device_results")
+    return {"tables": part.tables(study.devices), "code": part.code()}
+
+
+def wearing(study: Study, subject: Subject) -> Subject:
+    """The `subject` with the devices of a `study`."""
+    if not study.devices:
+        return subject
+    worn: Subject = wings.load(wings.PARTS, "device_results").wearing(subject, study.devices)
+    return worn
+
+
+def figures(folder: Path, subject: Subject) -> list[dict[str, Any]]:
+    """The figures of a run `folder` with the devices of its `subject`, and what their searches
+    found; none without devices.
+    """
+    if not subject.devices:
+        return []
+    worn = folder / wings.load(wings.PARTS, "device_results").folder_of(subject)
+    found: list[dict[str, Any]] = wings.load(wings.PARTS, "device_results").summary(worn)
+    return found

@@ -1,0 +1,41 @@
+"""A study's devices, as another wing knows them."""
+
+import pytest
+
+from gaitval.artefacts import write_json
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
+from gaitval_cohort.table import Study
+from gaitval_cohort.worn import figures, identity_of, wearing
+
+PERSON = load_subject(5)
+
+
+def study(*devices):
+    return Study(name="a", subject="5", devices=devices)
+
+
+def test_a_person_without_devices_stays_who_they_are(tmp_path):
+    assert wearing(study(), PERSON) is PERSON
+    assert figures(tmp_path, PERSON) == []
+
+
+def test_figures_are_those_of_the_page_with_what_a_search_found(tmp_path):
+    worn = wearing(study("hip_exo", {"name": "afo", "sides": ["left"]}), PERSON)
+    assert [each["name"] for each in worn.devices] == ["hip_exo", "afo"]
+    row = {"quantity": "speed", "of": "left, learned", "unit": "m/s", "value": 1.1}
+    found = {"quantity": "hip_exo: work", "of": "without", "unit": "J/kg a stride", "value": 0.4}
+    result = {"version": 1, "person": "S05", "walker": "5", "cycles": 20.0}
+    folder = tmp_path / "hip_exo-afo"
+    folder.mkdir()
+    write_json(folder / "device.json", result | {"figures": [row], "searched": [found]})
+    assert figures(tmp_path, worn) == [row, found]
+
+
+def test_code_and_whole_tables_count():
+    named = identity_of(study("hip_exo"))
+    assert named == identity_of(study({"name": "hip_exo"}))
+    assert named["tables"][0]["hinges"]
+    assert "gaitval_devices/search.py" in named["code"]
+    with pytest.raises(ConfigurationError, match="no such device"):
+        identity_of(study("jetpack"))

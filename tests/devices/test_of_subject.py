@@ -1,0 +1,119 @@
+"""Devices of a subject's file, and of `gaitval subject --device`."""
+
+import subprocess
+import sys
+
+import pytest
+from quick_settings import QUICK
+
+from gaitval import wings
+from gaitval.artefacts import read_json
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.study.stage import Observer, Run, open_run
+from gaitval_devices import of_subject
+
+EXO = """
+[[devices]]
+name = "hip_exo"
+"""
+
+
+def test_the_core_finds_it_as_a_part():
+    part = wings.load(wings.PARTS, "device_results")
+    for name in ("check", "code", "folder_of", "stage", "tables", "wearing"):
+        assert getattr(part, name) is getattr(of_subject, name)
+
+
+def test_a_subject_file_has_devices_and_is_written_with_them(tmp_path):
+    path = tmp_path / "patient.toml"
+    path.write_text(load_subject(5).to_toml() + EXO, encoding="utf-8")
+    found = load_subject(path)
+    assert found.devices == ({"name": "hip_exo"},)
+    whole = of_subject.wearing(found, ["below_knee"])
+    for each in (found, whole):
+        each.save(tmp_path / "again.toml")
+        assert load_subject(tmp_path / "again.toml") == each
+    assert load_subject(5).devices == ()
+    assert "devices" not in load_subject(5).to_toml()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('[[devices]]\nname = "jetpack"', "patient.toml: 'jetpack': no such device. Those"),
+        ("[[devices]]\nname = 3", "patient.toml"),
+        ('[[devices]]\nname = "b"\nsource = "s"', "neither parts nor hinges"),
+        ('[devices]\nname = "hip_exo"', "devices"),
+    ],
+)
+def test_devices_that_cannot_be_are_refused_with_the_file(tmp_path, text, says):
+    path = tmp_path / "patient.toml"
+    path.write_text(f"{load_subject(5).to_toml()}\n{text}\n", encoding="utf-8")
+    with pytest.raises(SubjectError, match=says):
+        load_subject(path)
+
+
+def test_devices_are_added_by_name_file_and_table(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('[[devices]]\nname = "afo"\nsides = ["left"]\n', encoding="utf-8")
+    found = of_subject.wearing(load_subject(5), ["hip_exo", str(path), {"name": "backpack"}])
+    assert of_subject.folder_of(found) == "hip_exo-afo-backpack"
+    assert found.devices[1]["sides"] == ["left"]
+    assert load_subject(5).devices == ()
+    with pytest.raises(ConfigurationError, match="no such device"):
+        of_subject.wearing(load_subject(5), ["jetpack"])
+    with pytest.raises(ConfigurationError, match=r"device jetpack: .*no such device"):
+        of_subject.wearing(load_subject(5), [{"name": "jetpack"}])
+
+
+def test_its_stage_runs_again_if_device_or_code_is_another(tmp_path):
+    def stage(*devices):
+        subject = of_subject.wearing(load_subject(5), devices)
+        return of_subject.stage(Run(tmp_path, subject, Configuration()))
+
+    one, other = stage("hip_exo"), stage({"name": "hip_exo", "search": {"joint": "hip_flexion"}})
+    assert one.values != other.values
+    assert one.values == stage("hip_exo").values
+    files = one.values["code"]
+    assert "gaitval_devices/walking.py" in files
+    assert "gaitval/study/inputs.py" in files
+
+
+def test_the_main_job_is_of_the_person_without(tmp_path):
+    subject = of_subject.wearing(load_subject(5), ["hip_exo"])
+    with open_run(subject, Configuration(), tmp_path, Observer()) as run:
+        assert run.subject.devices
+    assert load_subject(tmp_path / "subject.toml").devices == ()
+
+
+def test_a_wrong_device_is_refused_before_any_work(tmp_path):
+    words = ("subject", "5", "--device", "jetpack", "--out", str(tmp_path / "run"))
+    done = subprocess.run(
+        [sys.executable, "-m", "gaitval", *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "no such device" in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.slow
+def test_the_main_job_walks_with_a_device_then_and_links_its_page(tmp_path, monkeypatch):
+    from gaitval.cli import main
+
+    monkeypatch.setattr("gaitval_devices.command.SAMPLES", 4096)
+    words = ["gaitval", "subject", "5", "--device", "ankle_spring", "--out", str(tmp_path)]
+    for setting in QUICK:
+        words += ["--set", setting]
+    for _ in range(2):
+        monkeypatch.setattr(sys, "argv", words)
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code in (0, None)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'href="./ankle_spring/device.html"' in page
+    result = read_json(tmp_path / "ankle_spring" / "device.json")
+    assert result["walker"] == str(tmp_path.resolve())
+    stages = read_json(tmp_path / "stages.json")
+    assert stages["device-ankle_spring"]["outputs"]
