@@ -251,18 +251,9 @@ def print_tolerances(metrics: "Metrics") -> None:
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
     table = Table(title=f"{metrics.subject.identifier}: every limit and value")
-    columns = (
-        "limit",
-        "of",
-        "value",
-        "in repeats",
-        "limit is",
-        "goal",
-        "role",
-        "status",
-        "verdict",
-    )
-    for name in columns:
+    for name in (
+        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "verdict"),
+    ):
         table.add_column(name)
     for row in metrics.tolerances:
         verdict = "goal" if row.reached else "pass" if row.passed else "[red]fail[/]"
