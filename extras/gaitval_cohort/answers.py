@@ -84,6 +84,13 @@ class _Limit(_Read):
     verdict: Short
 
 
+class _Device(_Read):
+    quantity: Short
+    of: Short
+    unit: Short
+    value: Number
+
+
 class Summary(_Read):
     """What the tables hold of a study; see `study.summary_of`."""
 
@@ -94,6 +101,7 @@ class Summary(_Read):
     parameters: list[_Parameter]
     epsilon: Number
     limits: list[_Limit] = []
+    devices: list[_Device] = []
 
 
 LONGEST: Final = 1_000_000

@@ -1,10 +1,12 @@
 """A study's devices, as another wing knows them."""
 
 import pytest
+import quick_study
 
 from gaitval.artefacts import write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval_cohort.answers import Summary
 from gaitval_cohort.table import Study
 from gaitval_cohort.worn import figures, identity_of, wearing
 
@@ -30,6 +32,12 @@ def test_figures_are_those_of_the_page_with_what_a_search_found(tmp_path):
     folder.mkdir()
     write_json(folder / "device.json", result | {"figures": [row], "searched": [found]})
     assert figures(tmp_path, worn) == [row, found]
+    # what a study sends is read like user input
+    summary = quick_study.summary("a", "f" * 8, 1.0, 1)
+    for devices in ([], [row, found]):
+        assert len(Summary.model_validate(summary | {"devices": devices}).devices) == len(devices)
+    with pytest.raises(ValueError, match="devices"):
+        Summary.model_validate(summary | {"devices": [row | {"value": "high"}]})
 
 
 def test_code_and_whole_tables_count():
