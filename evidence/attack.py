@@ -165,6 +165,7 @@ OWN: Final = {
     "extras/gaitval_gate/history.py:this_machine": "the system's own file on the processor",
     "extras/gaitval_markers/body.py:_table": "sites.toml of the package",
     "extras/gaitval_markers/names.py:_meanings": "names.toml of the package",
+    "extras/gaitval_cohort/temporary.py:temporary_folder": "locks a folder that it has made",
     "gaitval/artefacts.py:_check_headers": "members of a file that `read_arrays` has looked at",
     "gaitval/artefacts.py:parse_toml": "the reader of TOML",
     "gaitval/artefacts.py:scratch": "locks a folder that it has made",

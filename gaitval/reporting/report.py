@@ -65,7 +65,7 @@ def within_text(row: Verdict, uncertainty: Mapping[str, float]) -> str:
     factor = {"angle": 180.0 / np.pi, "moment": 1.0, "force": 100.0}.get(kind, 0.0)
     name = f"{kind}_{row.target}".replace("_vertical_", "_up_").replace("_medial_", "_left_")
     half = factor * uncertainty.get(name, 0.0)
-    within = row.value is not None and row.value < half
+    within = row.value is not None and 0.0 <= row.value < half  # other measures have none
     return f" (within the record's own uncertainty, ± {half:.2g})" if within else ""
 
 

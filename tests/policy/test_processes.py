@@ -2,9 +2,12 @@
 
 import math
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
@@ -110,9 +113,11 @@ if __name__ == "__main__":
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the server is Linux's way")
 @pytest.mark.parametrize("killed", [False, True])
-def test_the_servers_socket_goes_with_its_parent_however_that_ends(tmp_path, killed):
-    script, temporary = tmp_path / "served.py", tmp_path / "tmp"
-    temporary.mkdir()
+def test_the_servers_socket_goes_with_its_parent_however_that_ends(tmp_path, killed, request):
+    script = tmp_path / "served.py"
+    # a short path: that of a socket may have some hundred bytes
+    temporary = Path(tempfile.mkdtemp(prefix="gaitval-test-"))
+    request.addfinalizer(lambda: shutil.rmtree(temporary))
     script.write_text(SERVED.format(killed=killed))
     environment = {**os.environ, "TMPDIR": str(temporary)}
     with subprocess.Popen([sys.executable, str(script)], env=environment) as process:

@@ -95,7 +95,7 @@ def test_guides_come_before_code_in_the_search(site):
 
 
 SEARCHES = {
-    "left leg shorter": "how-to/body.html",
+    "left leg shorter": ("how-to/body.html", "identification.html"),
     "residual": "",
     "predict": "how-to/predict.html",
     "limit failed": "how-to/limit-failed.html",
