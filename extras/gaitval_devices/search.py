@@ -7,7 +7,6 @@ device, and some more. A search that is ended goes on from its last generation.
 """
 
 import json
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,13 +21,12 @@ from gaitval.artefacts import value_hash, write_json
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError, ConfigurationError, RecordError
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import score_rollout
 from gaitval_devices.adaptation import walk_without
 from gaitval_devices.aim import Aim
 from gaitval_devices.controllers import PhaseSpline
 from gaitval_devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval_devices.device import Device
-from gaitval_devices.study import AFTER, Say, Wearer
+from gaitval_devices.study import AFTER, Say, Wearer, pushed, pushes_of
 from gaitval_devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 
 CYCLES: Final = 12.0
@@ -115,19 +113,14 @@ def asymmetry(curves: WalkCurves) -> float:
 
 
 def lost_after_pushes(environment: WalkingEnvironment, person: Wearer, force: float) -> float:
-    """Part of the `AFTER` strides after each of eight pushes of `force` N, one from each direction
-    at changing phases, that the person has fallen before.
+    """Part of the `AFTER` strides after each of the `pushes_of` a `force` of N that the person has
+    fallen before.
     """
-    stride, lost = environment.task.reference.stride_time, []
-    for k in range(8):
-        at = 2.0 + 0.25 * (k % 4)
-        push = (at, force, 2.0 * math.pi * k / 8)
-        walk = score_rollout(
-            environment, person.policy, mu=person.mu, start_phase=0.0,
-            seconds=(at + AFTER) * stride, push=push,
-        )  # fmt: skip
+    lost = []
+    for push in pushes_of(force):
+        walk = pushed(environment, person.policy, person.mu, push)
         # A walk may be slower than its reference, and is not shorter for that.
-        lost.append(1.0 - min(max(walk.cycles - at, 0.0) / AFTER, 1.0) if walk.fell else 0.0)
+        lost.append(1.0 - min(max(walk.cycles - push[0], 0.0) / AFTER, 1.0) if walk.fell else 0.0)
     return float(np.mean(lost))
 
 
@@ -188,8 +181,10 @@ def search_spline(
         for side in SIDES:
             angle = curves.angles[aim.joint, side]
             beyond += max(0.0, lowest - angle.min()) + max(0.0, angle.max() - highest)
-        pushed = aim.quantity == "pushes"
-        now = lost_after_pushes(environment, person, force) if pushed else value(aim, curves)
+        if aim.quantity == "pushes":
+            now = lost_after_pushes(environment, person, force)
+        else:
+            now = value(aim, curves)
         return now / without + rough + 10.0 * beyond + outside
 
     about = {

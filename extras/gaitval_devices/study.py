@@ -13,7 +13,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import score_rollout
+from gaitval.policy.rollouts import RolloutScore, score_rollout
 from gaitval.policy.storage import Policy
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -26,11 +26,17 @@ from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_w
 
 CYCLES: Final = 20.0
 """Gait cycles of each walk."""
-PUSHES: Final = tuple(
-    (2.0 + 0.25 * (k % 4), force, 2.0 * math.pi * k / 8) for force in (100.0, 200.0, 300.0)
-    for k in range(8)
-)  # fmt: skip
-"""Phase, force N and direction rad of the pushes that are tried."""
+Push = tuple[float, float, float]
+"""Phase, force N and direction rad."""
+
+
+def pushes_of(force: float) -> tuple[Push, ...]:
+    """Eight pushes of `force` N, one from each direction at changing phases."""
+    return tuple((2.0 + 0.25 * (k % 4), force, 2.0 * math.pi * k / 8) for k in range(8))
+
+
+PUSHES: Final = tuple(push for force in (100.0, 200.0, 300.0) for push in pushes_of(force))
+"""Those that are tried."""
 PROSTHETIC_EFFORT: Final = 1.0
 """Times the cost of the moments in an ordinary training that one with a prosthesis has: to walk at
 all comes before ease."""
@@ -112,18 +118,13 @@ Say = Callable[[str], None]
 
 def pushes_survived(environment: WalkingEnvironment, policy: Policy, mu: Array) -> int:
     """How many of `PUSHES` a walker survives."""
-    stride = environment.task.reference.stride_time
-    return sum(
-        not score_rollout(
-            environment,
-            policy,
-            mu=mu,
-            start_phase=0.0,
-            seconds=(push[0] + AFTER) * stride,
-            push=push,
-        ).fell
-        for push in PUSHES
-    )
+    return sum(not pushed(environment, policy, mu, push).fell for push in PUSHES)
+
+
+def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: Push) -> RolloutScore:
+    """A walk until `AFTER` gait cycles after a push."""
+    seconds = (push[0] + AFTER) * environment.task.reference.stride_time
+    return score_rollout(environment, policy, mu=mu, start_phase=0.0, seconds=seconds, push=push)
 
 
 def outcomes(
