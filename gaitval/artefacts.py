@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import os
 import platform
 import shutil
 import tempfile
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from gaitval import __version__, file_gate
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import ArtefactError, GaitvalError
-from gaitval.partial_files import PARTIAL, in_use, remove_abandoned
+from gaitval.partial_files import PARTIAL, in_use, own_folder, remove_abandoned
 
 if TYPE_CHECKING:  # a command that only shows its help need not wait for NumPy
     from _typeshed import DataclassInstance
@@ -132,13 +131,8 @@ def scratch(folder: Path) -> Iterator[Path]:
     folder = Path(folder)
     with writing(folder):
         make_folder(folder)
-        remove_abandoned(folder, PARTIAL, "")
-        with (
-            tempfile.TemporaryDirectory(dir=folder, prefix=PARTIAL) as name,
-            # Windows opens no folder
-            in_use(os.open(name if os.name == "posix" else os.devnull, os.O_RDONLY)),
-        ):
-            yield Path(name)
+        with own_folder(folder, PARTIAL) as own:
+            yield own
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:

@@ -5,6 +5,7 @@ import glob
 import os
 import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -47,6 +48,20 @@ def remove_abandoned(folder: Path, prefix: str, suffix: str) -> None:
             # what is of this second may not be locked yet
             if locked and abs(time.time() - left.stat().st_mtime) > 1.0:
                 _remove(left)
+
+
+@contextmanager
+def own_folder(where: Path, prefix: str) -> Iterator[Path]:
+    """A folder in `where` whose name begins with `prefix`, removed when the block ends. Such that
+    killed processes have left, whose lock nobody holds, are removed first.
+    """
+    remove_abandoned(where, prefix, "")
+    with (
+        tempfile.TemporaryDirectory(dir=where, prefix=prefix) as name,
+        # Windows opens no folder
+        in_use(os.open(name if os.name == "posix" else os.devnull, os.O_RDONLY)),
+    ):
+        yield Path(name)
 
 
 def remove_partial(folder: Path) -> None:

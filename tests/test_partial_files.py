@@ -3,10 +3,11 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from gaitval.artefacts import replacing, scratch, write_text
-from gaitval.partial_files import remove_partial
+from gaitval.partial_files import own_folder, remove_partial
 
 KILLED_WHILE_WRITING = """
 import os, sys
@@ -56,3 +57,35 @@ def test_what_another_is_still_writing_is_not_removed(tmp_path: Path) -> None:
         first.write_text("first")
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
     assert (tmp_path / "a.txt").read_text() == "first"
+
+
+NAME = "gaitval-test-"
+
+
+def left(tmp_path, name):
+    """A folder that a process has left a minute ago."""
+    folder = tmp_path / name
+    folder.mkdir()
+    (folder / "key.pem").write_text("x")
+    os.utime(folder, (time.time() - 60.0,) * 2)
+    return folder
+
+
+def test_an_own_folder_goes_when_the_block_ends(tmp_path):
+    with own_folder(tmp_path, NAME) as folder:
+        (Path(folder) / "key.pem").write_text("x")
+        assert Path(folder).stat().st_mode & 0o077 == 0, "keys are for their owner alone"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_own_folders_that_were_left_go_and_those_in_use_stay(tmp_path):
+    abandoned, others = left(tmp_path, f"{NAME}abcdefgh"), left(tmp_path, "somebody-else")
+    link = tmp_path / f"{NAME}ijklmnop"
+    link.symlink_to(others)
+    with own_folder(tmp_path, NAME) as first:
+        os.utime(first, (time.time() - 60.0,) * 2)
+        with own_folder(tmp_path, NAME) as second:
+            assert Path(first).is_dir()
+            assert Path(second).is_dir()
+    assert not abandoned.exists()
+    assert (others / "key.pem").exists(), "a link is not followed"

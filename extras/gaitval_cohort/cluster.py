@@ -16,8 +16,8 @@ from distributed import Client, LocalCluster
 from distributed.security import Security
 
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.partial_files import own_folder
 from gaitval_cohort.task import SAFE
-from gaitval_cohort.temporary import temporary_folder
 
 LOOPBACK: Final = "127.0.0.1"
 """The only address at which a local cluster listens. Other users of the machine reach it too: who
@@ -97,9 +97,9 @@ def client_of(
         count, security = workers or max(processors() // threads, 1), Security.temporary()
         with (
             _environment_kept(),
-            temporary_folder("gaitval-dask-") as folder,
+            own_folder(Path(tempfile.gettempdir()), "gaitval-dask-") as own,
             # Dask's own folder has a name that anybody can know, and plant a link of
-            dask.config.set({**ours, "temporary-directory": folder}),
+            dask.config.set({**ours, "temporary-directory": str(own)}),
             _local(count, security) as cluster,
             _client(cluster, security=security) as client,
         ):

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -16,8 +17,8 @@ from typing import Any, Final
 
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
+from gaitval.partial_files import own_folder
 from gaitval_cohort.store import LOG, Store
-from gaitval_cohort.temporary import temporary_folder
 
 THREADS: Final = (
     "OMP_NUM_THREADS",
@@ -115,8 +116,8 @@ def pinned(threads: int) -> dict[str, str]:
 
 def _watched(order: Json, folder: Path) -> tuple[Json, int]:
     """Run a study's process to its end; what it reported, and its largest memory, bytes."""
-    with temporary_folder("gaitval-study-") as temporary:
-        told = Path(temporary) / "told.json"
+    with own_folder(Path(tempfile.gettempdir()), "gaitval-study-") as temporary:
+        told = temporary / "told.json"
         sent = {**order, "folder": str(folder), "told": str(told)}
         with (folder / LOG).open("ab") as log:
             process = subprocess.Popen(

@@ -30,6 +30,6 @@ def figures(folder: Path, subject: Subject) -> list[dict[str, Any]]:
     """
     if not subject.devices:
         return []
-    worn = folder / wings.load(wings.PARTS, "device_results").folder_of(subject)
-    found: list[dict[str, Any]] = wings.load(wings.PARTS, "device_results").summary(worn)
+    part = wings.load(wings.PARTS, "device_results")
+    found: list[dict[str, Any]] = part.summary(folder / part.folder_of(subject))
     return found

@@ -251,9 +251,11 @@ def print_tolerances(metrics: "Metrics") -> None:
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
     table = Table(title=f"{metrics.subject.identifier}: every limit and value")
-    for name in (
-        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "verdict"),
-    ):
+    columns = (
+        *("limit", "of", "value", "in repeats", "limit is"),
+        *("goal", "role", "status", "verdict"),
+    )
+    for name in columns:
         table.add_column(name)
     for row in metrics.tolerances:
         verdict = "goal" if row.reached else "pass" if row.passed else "[red]fail[/]"
