@@ -201,9 +201,10 @@ def all_cases(
 
 
 def _add(log: Path, found: Json) -> None:
+    told = json.dumps(found | {"survived": survived(found)})
     with log.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(found) + "\n")
-    print(json.dumps(found), flush=True)
+        file.write(told + "\n")
+    print(told, flush=True)
 
 
 def main() -> None:
