@@ -40,6 +40,8 @@ FAULTS: Final = {
 """Error number, kinds of operations (see `bad_disk.c`), and whether the fault lasts."""
 WEIGHTS: Final = {**kills.WRITING, "subject": 2}
 """How often each command is tried in a turn."""
+PAUSE: Final = 2.0
+"""s until the next start: what is younger than one may still be somebody's, and is not removed."""
 Json = dict[str, Any]
 
 
@@ -88,6 +90,7 @@ def failed(job: kills.Job, disk: Disk, fault: str, number: int, temporary: Path)
     process = job.start(temporary, disk.environment(fault, number))
     told, _ = process.communicate(timeout=kills.SECONDS)
     left = kills.still_there(process.pid)
+    time.sleep(PAUSE)
     again = job.start(temporary)
     second, _ = again.communicate(timeout=kills.SECONDS)
     fine = (0, job.verdict)
