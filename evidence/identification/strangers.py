@@ -15,6 +15,7 @@ import numpy as np
 import evidence
 from evidence.identification.bodies import PAGE, STORE, rms, within
 from evidence.marked_table import with_table
+from experiments.harsh_people import PEOPLE
 from gaitval.artefacts import write_text
 from gaitval.identification.verdicts import IDENTIFIED
 from gaitval.model.parameters import PARAMETERS
@@ -253,7 +254,8 @@ def gained_table(people: list[dict[str, Any]]) -> list[str]:
 def harsh_table(people: list[dict[str, Any]]) -> list[str]:
     """Legs with and without shared errors, by how they were scaled."""
     lines = [
-        f"{len(people)} people of seeds {', '.join(map(str, seeds_of(people)))}. Errors in cm RMS.",
+        f"{len(people)} people of seeds {', '.join(map(str, seeds_of(people)))}; of {len(PEOPLE)} who "
+        f"are asked for {len(measured('harsh', 'harsh_people'))} are measured. Errors in cm RMS.",
         "",
         "| leg by | people | as scaled | found | 90 % hold | without shared errors: people, found,"
         " 90 % hold | with a range-of-motion trial: found, 90 % hold | hip to ankle so |",
