@@ -254,8 +254,9 @@ def gained_table(people: list[dict[str, Any]]) -> list[str]:
 def harsh_table(people: list[dict[str, Any]]) -> list[str]:
     """Legs with and without shared errors, by how they were scaled."""
     lines = [
-        f"{len(people)} people of seeds {', '.join(map(str, seeds_of(people)))}; of {len(PEOPLE)} who "
-        f"are asked for {len(measured('harsh', 'harsh_people'))} are measured. Errors in cm RMS.",
+        f"{len(people)} people of seeds {' and '.join(map(str, seeds_of(people)))}. Of "
+        f"{len(PEOPLE)} who are asked for, {len(measured('harsh', 'harsh_people'))} are measured "
+        "by now, and of these some fell. Errors in cm RMS.",
         "",
         "| leg by | people | as scaled | found | 90 % hold | without shared errors: people, found,"
         " 90 % hold | with a range-of-motion trial: found, 90 % hold | hip to ankle so |",
