@@ -439,8 +439,8 @@ def longer_leg() -> str:
         f"{mm(as_it_is, 'alone', 'alone_sd')}, within what people's legs differ. But the logarithm "
         "of the record's likelihood is then lower by "
         f"{(straight['cost'] - as_it_is['cost']) / 2:.1f}, and the bend in standing is that of "
-        "joint centres, which no axes enter. What is left is a longer leg or a hip centre in the wrong place. "
-        "Measure both legs to decide."
+        "joint centres, which no axes enter. What is left is a longer leg or a hip centre in the "
+        "wrong place. Measure both legs to decide."
     )
 
 
