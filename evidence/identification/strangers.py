@@ -49,11 +49,19 @@ MEASURES = {
             "@body with shared errors",
             "extras/gaitval_bodies/offsets.py",
             "experiments/ten_bodies.py",
+            "evidence/identification/strangers.py:shift_errors",
+            "evidence/identification/strangers.py:unseen_halves",
+            "evidence/identification/strangers.py:between_trials",
+            "evidence/identification/strangers.py:shared",
         ),
         "results": ("reports/identification/ten_shared.json",),
     },
     "skin of the ten: *": {
-        "code": ("@body with shared errors", "experiments/skin_width.py"),
+        "code": (
+            "@body with shared errors",
+            "experiments/skin_width.py",
+            "evidence/identification/strangers.py:shared",
+        ),
         "results": ("reports/identification/skin.json",),
     },
 }
