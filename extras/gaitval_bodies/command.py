@@ -26,6 +26,9 @@ def body(
             help="Import with --functional: its hips and knees count as measured.",
         ),
     ] = None,
+    trials: Annotated[
+        bool, typer.Option("--trials", help="With the person's further trials, see [[trials]].")
+    ] = False,
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -34,14 +37,14 @@ def body(
     First in two sentences: how long the legs are, and whether they differ. Then each parameter as
     scaled and as found, what seems wrong with angles and belt, and what a further trial would add.
     Warns if mass, speed and lengths cannot be one person's. No policy has a part in it, and no run
-    is changed. About ten seconds.
+    is changed. About ten seconds a trial.
     """
     from dataclasses import replace
 
     from gaitval.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.errors import ArtefactError
+    from gaitval.errors import ArtefactError, SubjectError
     from gaitval.identification.identify import begin
     from gaitval.identification.prior import measured_by, prior_sd
     from gaitval.identification.verdicts import judged
@@ -52,6 +55,7 @@ def body(
     from gaitval_bodies.offsets import offset_of
     from gaitval_bodies.page import tables, write_body_page
     from gaitval_bodies.plausible import implausible
+    from gaitval_bodies.pooled import pooled
     from gaitval_bodies.shared_errors import NAMES, identified
     from gaitval_bodies.words import sentences
 
@@ -67,8 +71,17 @@ def body(
     for warning in implausible(person, configuration.contact):
         display.messages.print(f"Warning: {warning}", highlight=False)
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
-    fit, held = begin(person.record(), model, prior_sd(person), configuration, person.has_kinetics)
-    found = identified(fit, held, offset_of(person))
+    if trials and not person.trials:
+        raise SubjectError(
+            f"{person.identifier} has one trial, so there are none to take with it. Leave --trials "
+            "out, or add the others to its file, each under [[trials]]."
+        )
+    others = [person.on_trial(each.name) for each in person.trials] if trials else []
+    each_trial = []
+    for own in (person, *others):
+        fit, held = begin(own.record(), model, prior_sd(person), configuration, own.has_kinetics)
+        each_trial.append(identified(fit, held, offset_of(person)))
+    found = pooled(each_trial) if others else each_trial[0]
     if session is not None:
         if measured_by(person)["thigh_length"] != "markers":
             raise ArtefactError(
@@ -85,7 +98,7 @@ def body(
         display.plain(f"Page: {write_body_page(page, person.identifier, found, model)}")
     if out is None:
         return
-    posterior, trials = found.posterior, shown[-1][1]
+    posterior, bought = found.posterior, shown[-1][1]
     write_json(
         out,
         {
@@ -105,7 +118,7 @@ def body(
                 name: {"mean": float(value), "sd": float(sd)}
                 for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)
             },
-            "trials": [dict(zip(trials[0], row, strict=True)) for row in trials[1:]],
+            "trials": [dict(zip(bought[0], row, strict=True)) for row in bought[1:]],
         },
     )  # fmt: skip
     display.plain(f"Body: {out}")

@@ -10,6 +10,7 @@ from gaitval.identification.verdicts import Judged, judged_combinations
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval_bodies.joints import FunctionalLeg, with_joints
+from gaitval_bodies.pooled import SAME
 from gaitval_bodies.shared_errors import Shared
 
 _LITTLE: Final = 0.9
@@ -47,10 +48,8 @@ NEXT: Final = (
     "another trial of the session, at another speed",
     "a range-of-motion trial of hips and knees",
 )
-_AGAIN: Final = 1.09
-"""Factor on what the record says, of another trial of its session. They share markers and skin: of
-the variance of what three people's trials said, 83 % was common to them, so a second one makes of
-one 2 / (1 + 0.83)."""
+_AGAIN: Final = 2.0 / (1.0 + SAME)
+"""Factor on what the record says, of another trial of its session, see `pooled`."""
 
 
 def next_trials(found: Shared, model: BodyModel) -> list[list[str]]:
