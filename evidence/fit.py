@@ -7,6 +7,7 @@ the runs that `experiments/held_out_runs.py` keeps.
 
 from argparse import Namespace
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.prediction.known import told
+from gaitval.prediction.normal_form import normal_form
+from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
+from gaitval_estimate.estimate import Estimate, estimate
 
 BOUNDS = {
     "sagittal angles": (1.0, 1.15),
@@ -81,6 +85,20 @@ MEASURES = {
         "allowed": 130,
         "why": "the URDF is read by Python's XML, scaling.csv written without pandas, and speeds "
         "far below every trial are predicted otherwise: bodies and known records keep their bits",
+    },
+    "estimate of kinetics from kinematics*": {
+        "code": (
+            "@reference",
+            "gaitval/prediction/*.py",
+            "gaitval/metrics/reference_curves.py",
+            "extras/gaitval_estimate/deviations.py",
+            "extras/gaitval_estimate/estimate.py",
+            "experiments/estimate_fits.py",
+            "evidence/held_out.py:mean,rmse_of,stored",
+            "evidence/fit.py:estimates,_estimate_of,lower_end,SKILLS",
+        ),
+        "data": ("extras/gaitval_estimate/fits.json",),
+        "results": ("reports/held_out/kinematics/*.json",),
     },
     "*": {
         "code": (
@@ -208,6 +226,73 @@ def kinematics(_: Namespace) -> list[evidence.Row]:
     what = "kinetics from kinematics: curves whose skill against the expectation is above 0 at 5 %"
     above = sum(end > 0.0 for end in ends)
     return [*rows, evidence.Row(what, above, "curves", ">=", 6, 4, len(ends))]
+
+
+@evidence.measurement()
+def estimates(_: Namespace) -> list[evidence.Row]:
+    """Kinetics of people of whom angles only are known, estimated: as `kinematics`, and with the
+    weights that would have been best for all ten; how many points are within the bands; and
+    without what angles say, as for another laboratory.
+    """
+    found = stored("kinematics")
+    ours = [_estimate_of(person) for person in found]
+    plain = [_estimate_of(person, angles=False) for person in found]
+    people = [load_subject(person) for person in found]
+    truth = [kinetics_of(normal_form(each.record(), each.leg_length_m)) for each in people]
+    rows, ends, plain_ends, inside = [], [], [], []
+    for (kind, name), (goal, must) in SKILLS.items():
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        i, scale = KINETICS.index((kind, name)), 100.0 if kind == "forces" else 1.0
+
+        def error(curves: list[Array], i: int = i, scale: float = scale) -> Array:
+            pairs = zip(curves, truth, strict=True)
+            return np.array(
+                [np.mean([scale * rms(c[s, i] - t[s, i]) for s in (0, 1)]) for c, t in pairs]
+            )
+
+        line = [
+            mean(rmse_of(each, "line through others")[kind], (name,)) for each in found.values()
+        ]
+        errors, guess = (
+            error([each.kinetics for each in ours]),
+            error([each.expected for each in ours]),
+        )
+        best = min(
+            error([e.expected + e.regressed + w * e.own for e in ours]).mean()
+            for w in np.linspace(0.0, 1.0, 101)
+        )
+        of = "estimate of kinetics from kinematics: skill against"
+        what = f"{of} nine others, {noun}"
+        for which, value in (("", errors.mean()), (", weight chosen in hindsight", best)):
+            least = must if not which else -np.inf
+            skill = float(1.0 - value / np.mean(line))
+            rows.append(evidence.Row(what + which, skill, "1", ">=", goal, least, len(found)))
+        ends.append(lower_end(errors, guess))
+        what = f"{of} the expectation, 5 % point, {noun}"
+        rows.append(evidence.Row(what, ends[-1], "1", ">=", 0.0, -0.03, len(found)))
+        plain_ends.append(lower_end(error([each.kinetics for each in plain]), guess))
+        inside += [
+            np.mean(np.abs(e.kinetics[:, i] - t[:, i]) <= e.half_width[i])
+            for e, t in zip(ours, truth, strict=True)
+        ]
+    of = "estimate of kinetics from kinematics:"
+    what = f"{of} curves whose skill against the expectation is above 0 at 5 %"
+    above = sum(end > 0.0 for end in ends)
+    rows.append(evidence.Row(what, above, "curves", ">=", 6, 4, len(ends)))
+    what = f"{of} without what angles say, skill against the expectation, 5 % point, worst curve"
+    rows.append(evidence.Row(what, min(plain_ends), "1", ">=", 0.0, -0.03, len(found)))
+    what = f"{of} points within the band of 90 %"
+    share = float(100.0 * np.mean(inside))
+    return [*rows, evidence.Row(what, share, "%", ">=", 90.0, 85.0, len(inside))]
+
+
+def _estimate_of(person: str, *, angles: bool = True) -> Estimate:
+    """Of a built-in person, by the nine others; their own kinetics are NaN in it."""
+    subject = load_subject(person)
+    fit = stored_fits()[f"{subject.identifier} {subject.trial}"]
+    gait = normal_form(subject.record(), subject.leg_length_m)
+    hidden = replace(gait, moments=np.nan * gait.moments, forces=np.nan * gait.forces)
+    return estimate(Trial(hidden, fit), learned_from(subject, builtin_subjects()), angles=angles)
 
 
 def lower_end(ours: Array, guess: Array) -> float:
