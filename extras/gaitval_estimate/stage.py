@@ -20,7 +20,6 @@ from gaitval.errors import ConfigurationError
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import read_metrics
 from gaitval.model.urdf import read_urdf
-from gaitval.prediction.known import is_predicted, quantities_told
 from gaitval.prediction.normal_form import normal_form
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting.drawing import new_figure, svg
@@ -40,9 +39,8 @@ _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
 
 
 def applies(run: Run) -> bool:
-    """Whether the walk of `run` is on a recorded trial whose kinetics it did not know."""
-    settings = run.configuration.record
-    return not is_predicted(settings) and "moments" not in quantities_told(run.subject, settings)
+    """Whether `run` knew no moments and forces of the person."""
+    return not run.subject.has_kinetics or run.configuration.record.use == "kinematics"
 
 
 def stage(run: Run) -> Stage:
@@ -60,14 +58,12 @@ def stage(run: Run) -> Stage:
 
 
 def of_run(run: Run) -> Estimate:
-    """The estimate of the kinetics of `run`. Raises ConfigurationError if it knew them, or of a
-    predicted walk.
-    """
+    """The estimate of the kinetics of `run`. Raises ConfigurationError if it knew them."""
     if not applies(run):
         raise ConfigurationError(
-            f"{run.folder}: this walk knew the person's moments and forces, or is of another speed "
-            "than was recorded, so there is nothing to estimate. An estimate is for a run of a "
-            "person without force plates, or with --use kinematics."
+            f"{run.folder}: this run knew the person's moments and forces, so there is nothing to "
+            "estimate. An estimate is for a person without force plates: give the folder of such a "
+            "run, or run this person with --use kinematics."
         )
     record, subject = run.told().record, run.subject
     reference = ReferenceMotion.load(run.folder / "reference.npz")
