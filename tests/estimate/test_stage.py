@@ -41,6 +41,8 @@ def test_the_table_and_the_page_of_a_run(tmp_path):
 
 
 def test_a_run_that_knew_the_forces_is_refused(tmp_path):
-    with open_run(load_subject("7"), load_configuration(), tmp_path, Observer()) as run:
-        with pytest.raises(ConfigurationError, match="knew the person's moments"):
-            of_run(run)
+    with (
+        open_run(load_subject("7"), load_configuration(), tmp_path, Observer()) as run,
+        pytest.raises(ConfigurationError, match="knew the person's moments"),
+    ):
+        of_run(run)
