@@ -21,13 +21,21 @@ from gaitval.configuration import RecordSettings
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.prediction.known import told
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
-from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
+from gaitval_estimate.deviations import (
+    KINETICS,
+    Trial,
+    kinetics_of,
+    kinetics_of_curves,
+    learned_from,
+    stored_fits,
+)
 from gaitval_estimate.estimate import Estimate, estimate
 
 BOUNDS = {
@@ -125,11 +133,10 @@ MEASURES = {
             "extras/gaitval_estimate/deviations.py",
             "extras/gaitval_estimate/estimate.py",
             "experiments/estimate_fits.py",
-            "evidence/held_out.py:mean,rmse_of,stored",
+            "gaitval/metrics/baselines.py",
             "evidence/fit.py:estimates,_estimate_of,lower_end,SKILLS",
         ),
         "data": ("extras/gaitval_estimate/fits.json",),
-        "results": ("reports/held_out/kinematics/*.json",),
     },
     "*": {
         "code": (
@@ -265,11 +272,13 @@ def estimates(_: Namespace) -> list[evidence.Row]:
     weights that would have been best for all ten; how many points are within the bands; and
     without what angles say, as for another laboratory.
     """
-    found = stored("kinematics")
+    people = builtin_subjects()
+    found = [each.identifier for each in people]
     ours = [_estimate_of(person) for person in found]
     plain = [_estimate_of(person, angles=False) for person in found]
-    people = [load_subject(person) for person in found]
     truth = [kinetics_of(normal_form(each.record(), each.leg_length_m)) for each in people]
+    drawn = [others_line(each, people) for each in people]
+    lines = [kinetics_of_curves(each.curves) for each in drawn if each]
     rows, ends, plain_ends, inside = [], [], [], []
     for (kind, name), (goal, must) in SKILLS.items():
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
@@ -281,9 +290,7 @@ def estimates(_: Namespace) -> list[evidence.Row]:
                 [np.mean([scale * rms(c[s, i] - t[s, i]) for s in (0, 1)]) for c, t in pairs]
             )
 
-        line = [
-            mean(rmse_of(each, "line through others")[kind], (name,)) for each in found.values()
-        ]
+        line = error(lines)
         errors, guess = (
             error([each.kinetics for each in ours]),
             error([each.expected for each in ours]),
