@@ -134,7 +134,7 @@ MEASURES = {
             "extras/gaitval_estimate/estimate.py",
             "experiments/estimate_fits.py",
             "gaitval/metrics/baselines.py",
-            "evidence/fit.py:estimates,_estimate_of,lower_end,SKILLS",
+            "evidence/fit.py:estimates,_estimate_of,_closed,lower_end,SKILLS",
         ),
         "data": ("extras/gaitval_estimate/fits.json",),
     },
@@ -287,7 +287,10 @@ def estimates(_: Namespace) -> list[evidence.Row]:
         def error(curves: list[Array], i: int = i, scale: float = scale) -> Array:
             pairs = zip(curves, truth, strict=True)
             return np.array(
-                [np.mean([scale * rms(c[s, i] - t[s, i]) for s in (0, 1)]) for c, t in pairs]
+                [
+                    np.mean([scale * rms(_closed(c[s, i] - t[s, i])) for s in (0, 1)])
+                    for c, t in pairs
+                ]
             )
 
         line = error(lines)
@@ -322,6 +325,11 @@ def estimates(_: Namespace) -> list[evidence.Row]:
     what = f"{of} points within the band of 90 %"
     share = float(100.0 * np.mean(inside))
     return [*rows, evidence.Row(what, share, "%", ">=", 90.0, 85.0, len(inside))]
+
+
+def _closed(curve: Array) -> Array:
+    """A whole cycle at 101 points, as walks are compared."""
+    return np.append(curve, curve[0])
 
 
 def _estimate_of(person: str, *, angles: bool = True) -> Estimate:
