@@ -5,8 +5,11 @@ record corrected for the plates. What is held out (unseen speeds, kinetics from 
 the runs that `experiments/held_out_runs.py` keeps.
 """
 
+import csv
 from argparse import Namespace
 from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,13 +18,25 @@ from evidence.fitted import MOMENTS, Stored, corrected, skill_of, stored_baselin
 from evidence.held_out import mean, rmse_of, split_by_speed, stored
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
+from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.prediction.known import told
+from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
+from gaitval_estimate.deviations import (
+    KINETICS,
+    Trial,
+    kinetics_of,
+    kinetics_of_curves,
+    learned_from,
+    stored_fits,
+)
+from gaitval_estimate.estimate import Estimate, estimate
 
 BOUNDS = {
     "sagittal angles": (1.0, 1.15),
@@ -45,6 +60,25 @@ SKILLS = {
     ("moments", "ankle_angle"): (0.3, 0.2),
 }
 """Goal and must of the skill of kinetics from kinematics against nine others, by curve."""
+BOVI_SPEEDS = {
+    "Very Slow": "XS", "Slow": "S", "Medium": "M", "Fast": "L", "Free": "Natural"
+}  # fmt: skip
+BOVI_ANGLES = (
+    (1, "Hip Flex/Extension"),
+    (1, "Hip Ad/Abduction"),
+    (1, "Hip Int/External Rotation"),
+    (1, "Knee Flex/Extension"),
+    (1, "Ankle Dorsi/Plantarflexion"),
+    (0, "Ankle Dorsi/Plantarflexion"),  # in place of subtalar angles, which are not looked at
+    (-1, "Pelvic Ant/Posterior Tilt"),
+    (1, "Pelvic Up/Down Obliquity"),
+    (1, "Pelvic Int/External Rotation"),
+)
+"""Sign and name in Bovi2011.csv of the angles of a leg in the order of `REQUIRED_ANGLES`."""
+BOVI_MOMENTS = (
+    "Hip Ext/Flexion", "Hip Ab/Adduction", "Knee Ext/Flexion", "Ankle Dorsi/Plantarflexion"
+)  # fmt: skip
+BOVI_FORCES = ("Anterior/Posterior", "Medio_Lateral", "Vertical")
 NEAR = 0.2
 """Change of speed up to which the nearest trial is copied."""
 DRAWS, SEED = 10_000, 36
@@ -81,6 +115,28 @@ MEASURES = {
         "allowed": 130,
         "why": "the URDF is read by Python's XML, scaling.csv written without pandas, and speeds "
         "far below every trial are predicted otherwise: bodies and known records keep their bits",
+    },
+    "another laboratory's means*": {
+        "code": (
+            "gaitval/prediction/normal_form.py",
+            "gaitval/prediction/population.py",
+            "extras/gaitval_estimate/deviations.py",
+            "extras/gaitval_estimate/estimate.py",
+            "evidence/fit.py:laboratory,_means_elsewhere",
+        ),
+    },
+    "estimate of kinetics from kinematics*": {
+        "code": (
+            "@reference",
+            "gaitval/prediction/*.py",
+            "gaitval/metrics/reference_curves.py",
+            "extras/gaitval_estimate/deviations.py",
+            "extras/gaitval_estimate/estimate.py",
+            "experiments/estimate_fits.py",
+            "gaitval/metrics/baselines.py",
+            "evidence/fit.py:estimates,_estimate_of,_closed,lower_end,SKILLS",
+        ),
+        "data": ("extras/gaitval_estimate/fits.json",),
     },
     "*": {
         "code": (
@@ -208,6 +264,146 @@ def kinematics(_: Namespace) -> list[evidence.Row]:
     what = "kinetics from kinematics: curves whose skill against the expectation is above 0 at 5 %"
     above = sum(end > 0.0 for end in ends)
     return [*rows, evidence.Row(what, above, "curves", ">=", 6, 4, len(ends))]
+
+
+@evidence.measurement()
+def estimates(_: Namespace) -> list[evidence.Row]:
+    """Kinetics of people of whom angles only are known, estimated: as `kinematics`, and with the
+    weights that would have been best for all ten; how many points are within the bands; and
+    without what angles say, as for another laboratory.
+    """
+    people = builtin_subjects()
+    found = [each.identifier for each in people]
+    ours = [_estimate_of(person) for person in found]
+    plain = [_estimate_of(person, angles=False) for person in found]
+    truth = [kinetics_of(normal_form(each.record(), each.leg_length_m)) for each in people]
+    drawn = [others_line(each, people) for each in people]
+    lines = [kinetics_of_curves(each.curves) for each in drawn if each]
+    rows, ends, plain_ends, inside = [], [], [], []
+    for (kind, name), (goal, must) in SKILLS.items():
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        i, scale = KINETICS.index((kind, name)), 100.0 if kind == "forces" else 1.0
+
+        def error(curves: list[Array], i: int = i, scale: float = scale) -> Array:
+            pairs = zip(curves, truth, strict=True)
+            return np.array(
+                [
+                    np.mean([scale * rms(_closed(c[s, i] - t[s, i])) for s in (0, 1)])
+                    for c, t in pairs
+                ]
+            )
+
+        line = error(lines)
+        errors, guess = (
+            error([each.kinetics for each in ours]),
+            error([each.expected for each in ours]),
+        )
+        best = min(
+            error([e.expected + e.regressed + w * e.own for e in ours]).mean()
+            for w in np.linspace(0.0, 1.0, 101)
+        )
+        of = "estimate of kinetics from kinematics: skill against"
+        what = f"{of} nine others, {noun}"
+        for which, value in (("", errors.mean()), (", weight chosen in hindsight", best)):
+            least = must if not which else -np.inf
+            skill = float(1.0 - value / np.mean(line))
+            rows.append(evidence.Row(what + which, skill, "1", ">=", goal, least, len(found)))
+        ends.append(lower_end(errors, guess))
+        what = f"{of} the expectation, 5 % point, {noun}"
+        rows.append(evidence.Row(what, ends[-1], "1", ">=", 0.0, -0.03, len(found)))
+        plain_ends.append(lower_end(error([each.kinetics for each in plain]), guess))
+        inside += [
+            np.mean(np.abs(e.kinetics[:, i] - t[:, i]) <= e.half_width[i])
+            for e, t in zip(ours, truth, strict=True)
+        ]
+    of = "estimate of kinetics from kinematics:"
+    what = f"{of} curves whose skill against the expectation is above 0 at 5 %"
+    above = sum(end > 0.0 for end in ends)
+    rows.append(evidence.Row(what, above, "curves", ">=", 6, 4, len(ends)))
+    what = f"{of} without what angles say, skill against the expectation, 5 % point, worst curve"
+    rows.append(evidence.Row(what, min(plain_ends), "1", ">=", 0.0, -0.03, len(found)))
+    what = f"{of} points within the band of 90 %"
+    share = float(100.0 * np.mean(inside))
+    return [*rows, evidence.Row(what, share, "%", ">=", 90.0, 85.0, len(inside))]
+
+
+def _closed(curve: Array) -> Array:
+    """A whole cycle at 101 points, as walks are compared."""
+    return np.append(curve, curve[0])
+
+
+def _estimate_of(person: str, *, angles: bool = True) -> Estimate:
+    """Of a built-in person, by the nine others; their own kinetics are NaN in it."""
+    subject = load_subject(person)
+    fit = stored_fits()[f"{subject.identifier} {subject.trial}"]
+    gait = normal_form(subject.record(), subject.leg_length_m)
+    hidden = replace(gait, moments=np.nan * gait.moments, forces=np.nan * gait.forces)
+    return estimate(Trial(hidden, fit), learned_from(subject, builtin_subjects()), angles=angles)
+
+
+@evidence.measurement(evidence.DATA)
+def laboratory(arguments: Namespace) -> list[evidence.Row]:
+    """Another laboratory's mean kinetics at five speeds of adults and of the young (Bovi and others
+    2011, Gait Posture 33:6), as expected of anybody by our people, and with what the angles say.
+    """
+    folder = arguments.data / "normative"
+    people = learned_from(load_subject("5").model_copy(update={"person": ""}), builtin_subjects())
+    found, guess, truth = [], [], []
+    for gait in _means_elsewhere(folder):
+        trial = Trial(gait, np.zeros((2, len(KINETICS), SAMPLES)))
+        said = estimate(trial, people)
+        found.append(said.expected + said.regressed)
+        guess.append(said.expected)
+        truth.append(kinetics_of(gait))
+    skills, rows = [], []
+    for kind, name in SKILLS:
+        i, scale = KINETICS.index((kind, name)), 100.0 if kind == "forces" else 1.0
+        ours, usual = (
+            float(
+                np.mean([scale * rms(c[0, i] - t[0, i]) for c, t in zip(each, truth, strict=True)])
+            )
+            for each in (found, guess)
+        )
+        skills.append(1.0 - ours / usual)
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        what = f"another laboratory's means: error of what is expected of anybody, {noun}"
+        unit = "% BW" if kind == "forces" else "Nm/kg"
+        rows.append(evidence.Row(what, usual, unit, "<=", 0.0, np.inf, len(truth)))
+    what = "another laboratory's means: skill of what angles say against the expectation, worst"
+    return [*rows, evidence.Row(what, min(skills), "1", ">=", 0.0, -np.inf, len(truth))]
+
+
+def _means_elsewhere(folder: Path) -> Iterator[NormalForm]:
+    """Mean gaits of `Bovi2011.csv`, whose moments have the other sign."""
+    with (folder / "Bovi2011.csv").open(encoding="utf-8", newline="") as file:
+        curves = {tuple(row[:4]): np.array(row[4:-1], float) for row in list(csv.reader(file))[1:]}
+    with (folder / "Bovi2011_parameters.csv").open(encoding="utf-8", newline="") as file:
+        figures = {(row["parameter"], row["task"]): row for row in csv.DictReader(file)}
+    for column, group in (("adult_mean", "A"), ("young_mean", "Y")):
+        for speed, task in BOVI_SPEEDS.items():
+
+            def figure(name: str, task: str = task, column: str = column) -> float:
+                return float(figures[name, task][column])
+
+            def both(kind: str, name: str, of: str = f"{speed} {group}") -> Array:
+                return np.array([curves[kind, name, of, "mean"]] * 2)
+
+            leg = 53.0 * figure("Stride length [m]") / figure("Stride length / BH [%BH]")  # Winter
+            metres = figure("Stride length [m]") / figure("Stride time [s]")
+            angles = [
+                np.deg2rad(sign * both("joint_rotations", name)) for sign, name in BOVI_ANGLES
+            ]
+            moments = [-both("joint_moments", name) for name in BOVI_MOMENTS]
+            forces = [both("ground_reaction_forces", name) for name in BOVI_FORCES]
+            yield NormalForm(
+                metres / np.sqrt(GRAVITY * leg),
+                figure("Stride time [s]") / np.sqrt(leg / GRAVITY),
+                0.5,
+                np.full(2, np.nan),
+                np.stack(angles, axis=1).reshape(18, SAMPLES),
+                np.stack(moments, axis=1).reshape(8, SAMPLES),
+                np.stack(forces, axis=2),
+            )
 
 
 def lower_end(ours: Array, guess: Array) -> float:

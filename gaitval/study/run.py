@@ -146,8 +146,8 @@ def run_subject(
             f"a training starts from nothing or from {start}. Give one of --scratch and --start."
         )
 
-    def do(stage: Stage) -> None:
-        run_stage(stage, run.folder, force=force, observer=run.observer)
+    def do(stage: Stage) -> bool:
+        return run_stage(stage, run.folder, force=force, observer=run.observer)
 
     beginning: Start = "scratch" if scratch else "general"
     say_unread(run, plan(run, 1), beginning, ("correction.range_rounds",))
@@ -189,9 +189,10 @@ def run_subject(
         _together(run, walks, pushes, force=force)
         kept.close()  # they have grown by their walkers
         do(validate_stage(run))
-        if run.subject.devices:
-            worn = wings.load(wings.PARTS, "device_results").stage(run)
-            force |= run_stage(worn, run.folder, force=force, observer=run.observer)  # for its link
+        unknown = not run.subject.has_kinetics or run.configuration.record.use == "kinematics"
+        for part, asked in (("device_results", run.subject.devices), ("estimate", unknown)):
+            if asked:
+                force |= do(wings.load(wings.PARTS, part).stage(run))  # the report links to it
         kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(report_stage(run))
 
@@ -213,8 +214,7 @@ def _train_and_identify(
 
         # the other stage reports nothing, so its progress is read from the file of its state
         state = run.folder / f"rounds/{round_number}/identification" / STATE
-        total = run.configuration.identification.generations
-        shown = generations_shown(run.observer, state, total)
+        shown = generations_shown(run.observer, state, run.configuration.identification.generations)
     identify = identify_stage(_silent(run), round_number, begun)
     _together(run, training, identify, shown, force=force)
 

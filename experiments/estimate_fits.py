@@ -1,0 +1,49 @@
+"""Fit every trial of the built-in people as if their forces were unknown, for `gaitval_estimate`.
+
+    python -m experiments.estimate_fits
+
+Writes `extras/gaitval_estimate/fits.json`: by person and trial, how the kinetics of the dynamic fit
+differ from the expected ones that it began from, in units of `UNIT`. About a minute.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import gaitval_estimate
+from gaitval.artefacts import write_text
+from gaitval.configuration import ContactSettings, RecordSettings
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.metrics.reference_curves import reference_curves
+from gaitval.prediction.known import told
+from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.scaling.scaling import scale_subject
+from gaitval_estimate.deviations import UNIT, fit_of
+
+STORE = Path(gaitval_estimate.__file__).parent / "fits.json"
+
+
+def whole_numbers(subject: Subject) -> list[list[list[int]]]:
+    """What is stored of the trial that `subject` is on."""
+    known = told(subject, RecordSettings(use="kinematics"), builtin_subjects())
+    model = scale_subject(subject).model
+    reference = consistent_reference(known.record, model, ContactSettings(), known.accuracy)
+    curves = reference_curves(reference, model.mass, known.record.left_phase)
+    found: list[list[list[int]]] = np.rint(fit_of(curves, known.record) / UNIT).astype(int).tolist()
+    return found
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    rows = []
+    for subject in builtin_subjects():
+        for trial in (subject.trial, *(each.name for each in subject.trials)):
+            numbers = str(whole_numbers(subject.on_trial(trial))).replace(" ", "")
+            rows.append(f'"{subject.identifier} {trial}": {numbers}')
+            print(rows[-1][:60], flush=True)
+    write_text(STORE, "{\n" + ",\n".join(rows) + "\n}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""How gaits differ from what is expected of anybody at their speed: angles, kinetics, mechanics."""
+
+from collections.abc import Sequence
+from importlib import resources
+from json import loads
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.datasets.subject import Subject
+from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, Curves, recorded_curves
+from gaitval.gait.record import RECORDED_ANGLES, GaitRecord
+from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form, symmetric
+from gaitval.prediction.population import expected
+
+KINETICS: Final = tuple(
+    [("moments", name) for name in JOINT_MOMENTS] + [("forces", name) for name in FORCES]
+)
+"""Order of all arrays of kinetics: Nm/kg, and body weights."""
+_LEG: Final = (*RECORDED_ANGLES, "pelvis_tilt", "pelvis_list", "pelvis_rotation")
+SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
+OTHER: Final = ("hip_adduction", "hip_rotation", "pelvis_tilt", "pelvis_list", "pelvis_rotation")
+"""The angles that are looked at; subtalar angles are mostly where markers were put on the foot."""
+UNIT: Final = 1e-5
+"""Of the whole numbers in `fits.json`: body weights, Nm/kg."""
+
+
+class Trial(NamedTuple):
+    """A gait, and what mechanics says of it.
+
+    Attributes
+    ----------
+    gait : as recorded.
+    fit : (2, 7, n) `KINETICS` of the dynamic fit to its angles, less those it began from; right
+        and left side, each over its own cycle.
+    """
+
+    gait: NormalForm
+    fit: Array
+
+
+class Deviation(NamedTuple):
+    """What of a gait is not what is expected of anybody at its speed.
+
+    Attributes
+    ----------
+    sagittal, other : (2, 3, n) and (2, 5, n) rad, `SAGITTAL` and `OTHER` angles.
+    stride_time : without dimension.
+    kinetics : (2, 7, n).
+    fit : (2, 7, n), as `Trial.fit`.
+    """
+
+    sagittal: Array
+    other: Array
+    stride_time: float
+    kinetics: Array
+    fit: Array
+
+
+def kinetics_of(gait: NormalForm) -> Array:
+    """(2, 7, n) `KINETICS` of a gait."""
+    moments = gait.moments.reshape(2, len(JOINT_MOMENTS), SAMPLES)
+    return np.concatenate([moments, gait.forces.transpose(0, 2, 1)], axis=1)
+
+
+def kinetics_of_curves(curves: Curves) -> Array:
+    """(2, 7, n) `KINETICS` of `curves` at 101 points, the last of which is the first again."""
+    return np.array(
+        [[getattr(curves, kind)[f"{name}_{side}"][:-1] for kind, name in KINETICS] for side in "rl"]
+    )
+
+
+def fit_of(curves: Curves, record: GaitRecord) -> Array:
+    """(2, 7, n) `KINETICS` of a dynamic fit's `curves` less those of the `record` it began from."""
+    return kinetics_of_curves(curves) - kinetics_of_curves(recorded_curves(record))
+
+
+def _angles_of(gait: NormalForm, names: Sequence[str]) -> Array:
+    return gait.angles.reshape(2, len(_LEG), SAMPLES)[:, [_LEG.index(name) for name in names]]
+
+
+def usual_gait(people: Sequence[Sequence[Trial]], speed: float) -> NormalForm:
+    """What is expected of anybody at a dimensionless `speed`, by the trials of `people`."""
+    return symmetric(expected([[trial.gait for trial in each] for each in people], speed))
+
+
+def deviation(trial: Trial, people: Sequence[Sequence[Trial]]) -> Deviation:
+    """How a trial differs from what is expected of anybody, by other `people`.
+
+    Parameters
+    ----------
+    trial : whose kinetics may be unknown: then so are those of the result.
+    people : the trials of everybody else, the own first.
+    """
+    usual = usual_gait(people, trial.gait.speed)
+    return Deviation(
+        _angles_of(trial.gait, SAGITTAL) - _angles_of(usual, SAGITTAL),
+        _angles_of(trial.gait, OTHER) - _angles_of(usual, OTHER),
+        trial.gait.stride_time - usual.stride_time,
+        kinetics_of(trial.gait) - kinetics_of(usual),
+        trial.fit,
+    )
+
+
+def deviations(people: Sequence[Sequence[Trial]]) -> list[list[Deviation]]:
+    """Of every trial of everybody among `people`, each from what the others are expected to do."""
+    return [
+        [deviation(trial, [*people[:i], *people[i + 1 :]]) for trial in each]
+        for i, each in enumerate(people)
+    ]
+
+
+def stored_fits() -> dict[str, Array]:
+    """The fits of the built-in people's trials, by "S05 T05" (experiments/estimate_fits.py)."""
+    text = (resources.files("gaitval_estimate") / "fits.json").read_text(encoding="utf-8")
+    return {name: UNIT * np.array(values, float) for name, values in loads(text).items()}
+
+
+def learned_from(subject: Subject, others: Sequence[Subject]) -> list[list[Trial]]:
+    """All trials of all `others` whose fits are stored, without the person of `subject`."""
+    fits, people = stored_fits(), []
+    for other in others:
+        if subject.is_person_of(other):
+            continue
+        trials = [other, *(other.on_trial(each.name) for each in other.trials)]
+        known = [(t, fits.get(f"{other.identifier} {t.trial}")) for t in trials]
+        gaits = [
+            Trial(normal_form(t.record(), t.leg_length_m), fit)
+            for t, fit in known
+            if fit is not None
+        ]
+        if gaits:
+            people.append(gaits)
+    return people

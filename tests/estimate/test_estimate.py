@@ -1,0 +1,112 @@
+"""The estimate reads no kinetics of the person, learns who is right, and its bands hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
+from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
+from gaitval_estimate.estimate import estimate
+
+NAN = float("nan")
+
+
+def hidden(gait: NormalForm) -> NormalForm:
+    return replace(
+        gait, moments=NAN * gait.moments, forces=NAN * gait.forces, stance=NAN * gait.stance
+    )
+
+
+def trial_of(name: str) -> Trial:
+    subject = load_subject(name)
+    gait = normal_form(subject.record(), subject.leg_length_m)
+    return Trial(gait, stored_fits()[f"{subject.identifier} {subject.trial}"])
+
+
+def planted(seed: int, of_angles: float, of_fit: float):
+    """Twelve people whose kinetics are what angles and fit say, each its share, and noise."""
+    rng = np.random.default_rng(seed)
+    phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    waves = np.array([np.ones(SAMPLES), np.sin(phase), np.cos(2.0 * phase)])
+    to_kinetics = rng.normal(size=(9, 3, 7))
+    people = []
+    for _ in range(12):
+        amount = rng.normal(size=(2, 9, 3))
+        fit = np.einsum("skw,wn->skn", rng.normal(size=(2, 7, 3)), waves)
+        said = np.einsum("sjw,jwk,wn->skn", amount, to_kinetics, waves) / 5.0
+        noise = 0.1 * np.einsum("skw,wn->skn", rng.normal(size=(2, 7, 3)), waves)
+        kinetics = 10.0 + of_angles * said + of_fit * fit + noise
+        gait = NormalForm(
+            rng.uniform(0.2, 0.5),
+            3.5,
+            0.5,
+            np.full(2, 0.6),
+            np.einsum("sjw,wn->sjn", amount, waves).reshape(18, SAMPLES),
+            kinetics[:, :4].reshape(8, SAMPLES),
+            kinetics[:, 4:].transpose(0, 2, 1),
+        )
+        people.append([Trial(gait, fit)])
+    return people
+
+
+def error(found, trial):
+    return np.sqrt(np.mean((found - kinetics_of(trial.gait)) ** 2, axis=(0, 2)))
+
+
+@pytest.mark.parametrize("angles", [True, False])
+def test_kinetics_of_the_person_are_not_read(angles):
+    people = learned_from(load_subject("5"), builtin_subjects())
+    trial = trial_of("5")
+    plain = estimate(trial, people, angles=angles)
+    poisoned = estimate(Trial(hidden(trial.gait), trial.fit), people, angles=angles)
+    for name in ("kinetics", "expected", "half_width", "weights"):
+        assert np.array_equal(getattr(plain, name), getattr(poisoned, name))
+
+
+def test_nobody_is_learned_from_for_themselves():
+    subject = load_subject("5")
+    others = [each for each in builtin_subjects() if not subject.is_person_of(each)]
+    known = learned_from(subject, builtin_subjects())
+    assert len(known) == len(others) == 9
+    assert len(learned_from(subject, others)) == 9
+
+
+def test_mechanics_weigh_as_much_as_they_know():
+    people = planted(3, of_angles=0.0, of_fit=1.0)
+    assert np.all(estimate(people[0][0], people[1:]).weights > 0.6)
+    people = planted(4, of_angles=0.0, of_fit=0.0)
+    assert np.all(estimate(people[0][0], people[1:]).weights < 0.15)
+
+
+def test_angles_that_say_something_are_learned_from():
+    people = planted(5, of_angles=1.0, of_fit=0.0)
+    with_angles, without = (estimate(people[0][0], people[1:], angles=a) for a in (True, False))
+    assert (
+        error(with_angles.kinetics, people[0][0]).sum()
+        < error(without.kinetics, people[0][0]).sum()
+    )
+
+
+def test_the_ten_are_estimated_better_than_expected_and_within_the_bands():
+    errors, guesses, inside = [], [], []
+    for subject in builtin_subjects():
+        trial = trial_of(subject.identifier)
+        found = estimate(trial, learned_from(subject, builtin_subjects()))
+        truth = kinetics_of(trial.gait)
+        errors.append(error(found.kinetics, trial))
+        guesses.append(error(found.expected, trial))
+        inside.append(np.mean(np.abs(found.kinetics - truth) <= found.half_width))
+        assert found.kinetics[:, -1].min() >= 0.0
+    gained = 1.0 - np.mean(errors, axis=0) / np.mean(guesses, axis=0)
+    assert np.all(gained > 0.0), dict(zip(KINETICS, gained, strict=True))
+    assert 0.85 < np.mean(inside) < 0.97
+
+
+def test_without_angles_it_is_expectation_and_mechanics():
+    trial, people = trial_of("2"), learned_from(load_subject("2"), builtin_subjects())
+    found = estimate(trial, people, angles=False)
+    whole = found.expected + found.weights[:, None] * trial.fit
+    whole[:, -1] = np.maximum(whole[:, -1], 0.0)
+    assert np.allclose(found.kinetics, whole, rtol=0.0, atol=1e-15)

@@ -1,0 +1,48 @@
+"""A run that knew no forces gets its estimate; one that knew them is refused."""
+
+import csv
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
+from gaitval.study.stage import Observer, open_run, run_stage, why_run
+from gaitval.study.stages import reference_stage, scale_stage
+from gaitval_estimate.stage import PAGE, TABLE, of_run, stage
+
+BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
+
+
+def test_the_table_and_the_page_of_a_run(tmp_path):
+    configuration = load_configuration(settings=["record.use=kinematics"])
+    with open_run(load_subject("7"), configuration, tmp_path, Observer()) as run:
+        for each in (scale_stage(run), reference_stage(run)):
+            run_stage(each, tmp_path, observer=run.observer)
+        shutil.copy(BASELINE, tmp_path / "metrics.json")  # any walk of this body
+        run_stage(stage(run), tmp_path, observer=run.observer)
+        assert why_run(stage(run), tmp_path) is None
+        rows = list(csv.DictReader((tmp_path / TABLE).open(encoding="utf-8")))
+        assert len(rows) == 7 * 2 * 100
+        vertical = [row for row in rows if row["quantity"] == "vertical force"]
+        assert 40.0 < np.mean([float(row["estimate"]) for row in vertical]) < 60.0
+        assert all(float(row["plus_minus"]) >= 0.0 for row in rows)
+        page = (tmp_path / PAGE).read_text(encoding="utf-8")
+        assert "need not obey Newton" in page
+        assert "another laboratory" not in page
+        found = of_run(run)
+        strange = load_subject("7").model_copy(update={"laboratory": "elsewhere"})
+        elsewhere = of_run(type(run)(tmp_path, strange, configuration))
+        assert found.looked_at_angles
+        assert not elsewhere.looked_at_angles
+
+
+def test_a_run_that_knew_the_forces_is_refused(tmp_path):
+    with (
+        open_run(load_subject("7"), load_configuration(), tmp_path, Observer()) as run,
+        pytest.raises(ConfigurationError, match="knew the person's moments"),
+    ):
+        of_run(run)
