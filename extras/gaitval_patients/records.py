@@ -66,7 +66,6 @@ class Patient:
     smoothing : by angle with its side, what became of the stride, rad.
     mismatch : rad, RMS by which the two sides' strides disagree about the one pelvis.
     affected : side that the table, or the amputation, names; None if nothing does.
-    healthy : whether the person walks as healthy adults do.
     """
 
     subject: Subject
@@ -77,7 +76,6 @@ class Patient:
     smoothing: Mapping[str, Smoothed]
     mismatch: float
     affected: Side | None
-    healthy: bool
 
     def told_of(self) -> dict[str, Any]:
         """For JSON: what is estimated, how far the record is from the strides, who it is."""
@@ -204,7 +202,6 @@ def patient(
         smoothing,
         strike.mismatch,
         affected,
-        healthy,
     )
 
 
