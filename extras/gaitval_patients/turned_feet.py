@@ -42,7 +42,8 @@ def turned_feet(strides: Strides, told: GaitRecord, model: BodyModel) -> dict[Si
     stands = (phase > STANCE[0]) & (phase < STANCE[1])
     for side in SIDES:
         foot = leg_frames(told.angles, told.left_phase, model, side)
-        inwards = pointing(foot[:, SEGMENTS.index(f"foot_{side[0]}")], side)
+        forward = foot[:, SEGMENTS.index(f"foot_{side[0]}"), :, 0]
+        inwards = np.arctan2(forward[:, 1], forward[:, 0]) * (1.0 if side == "right" else -1.0)
         recorded = np.radians(strides.angles[f"foot_progression_{side[0]}"])
         recorded = np.interp(phase, np.linspace(0.0, 1.0, len(recorded)), recorded)
         turn = float(np.mean((inwards - recorded)[stands]))
@@ -55,8 +56,9 @@ def pointing(foot: Array, side: Side) -> Array:
     angles leave about the vertical after pitch and list, as Visual3D has it.
 
     It does not turn round where the foot is tipped beyond the vertical, as the direction of its
-    axis seen from above does. On strides of 22 people with Parkinson's disease it is nearer than
-    that to the recorded one of the recorded angles: 3.7 against 5.2 degrees.
+    axis seen from above does (`turned_feet` looks at that, but in stance, where both are one). On
+    strides of 22 people with Parkinson's disease it is nearer than that to the recorded one of the
+    recorded angles: 3.7 against 5.2 degrees.
 
     Parameters
     ----------
