@@ -6,6 +6,7 @@ As `markers.py`, which has the ways to take names away, and on no account to cho
 
 import tomllib
 from argparse import Namespace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -41,11 +42,15 @@ def unseen_markers(arguments: Namespace) -> list[evidence.Row]:
     found: dict[str, list[tuple[int, int, int]]] = {}
     listed = tomllib.loads(LIST.read_text(encoding="utf-8"))["unseen"]
     for number, entry in enumerate(listed):
-        walking, standing, truth = recorded(entry, arguments.clones)
-        walking, standing = only_markers(walking), only_markers(standing)
-        names = list(dict.fromkeys([*standing.names, *walking.names]))
-        for kind, new in variants(names, truth, SEED + number):
-            draft = draft_of(places_of(renamed(walking, new), renamed(standing, new)))
+        _, standing, truth = recorded(entry, arguments.clones)
+        standing = only_markers(standing)
+        number_of = {name: f"M{i:02d}" for i, name in enumerate(standing.names)}
+        # What places alone say does not depend on the names: it is worked out once.
+        places = places_of(renamed(standing, number_of))
+        name_of = {each: name for name, each in number_of.items()}
+        for kind, new in variants(standing.names, truth, SEED + number):
+            named = tuple(new[name_of[each]] for each in places.names)
+            draft = draft_of(replace(places, names=named))
             told = {new[name]: where for name, where in truth.items() if name in new}
             right, count, used, wrong = judged(draft, told)
             found.setdefault(kind, []).append((right, count, used))
