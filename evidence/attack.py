@@ -115,7 +115,7 @@ MEASURES = {
             "gaitval/folder_lock.py",
             "gaitval/policy/processes.py",
             "extras/gaitval_cohort/task.py",
-            "tests/robustness/bad_disk.py:stopped",
+            "tests/robustness/bad_disk.py:Trial",
             "evidence/attack.py:disk",
         ),
         "allowed": 20,
