@@ -18,11 +18,12 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
 from gaitval.metrics.comparison import curves_of
-from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.foot_progression import foot_progression
+from gaitval.metrics.cycles import cut, find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.metrics.rollouts import endurance
+from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
+from gaitval.model.tree import segment_frames
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.travel import travel_together
@@ -33,7 +34,7 @@ from gaitval.simulation.walker import WalkingTask
 from gaitval_patients.gentle_fit import gentle_reference
 from gaitval_patients.records import Patient, two_sided
 from gaitval_patients.told import expected_record, told_record
-from gaitval_patients.turned_feet import turned_feet, with_turned_feet
+from gaitval_patients.turned_feet import pointing, turned_feet, with_turned_feet
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
@@ -75,10 +76,16 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
         if rollout.fell[0] or not all(cycles.count(side) for side in SIDES):
             continue
         curves = curves_of(task, rollout, cycles)
-        pointing = foot_progression(rollout, cycles, model)
-        for side, turn in turns.items():
-            pointing[f"foot_progression_{side[0]}"] -= turn
-        for name, values in (curves.angles | pointing).items():
+        frames = segment_frames(model, rollout.positions)
+        points = {
+            f"foot_progression_{side[0]}": cut(
+                pointing(frames[:, SEGMENTS.index(f"foot_{side[0]}")], side) - turn,
+                cycles.starts[side],
+                cycles.ends[side],
+            )
+            for side, turn in turns.items()
+        }
+        for name, values in (curves.angles | points).items():
             angles.setdefault(name, []).append(np.degrees(values))
         for name, values in curves.moments.items():
             moments.setdefault(name, []).append(values)

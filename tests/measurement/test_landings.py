@@ -1,0 +1,116 @@
+"""Events by plates, markers and file side by side; two feet on one plate are known as a sum."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from gaitval.configuration import load_configuration
+from gaitval.coordinates import SIDES
+from gaitval.errors import RecordError
+from gaitval.mocap.axes import detect_axes
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.recording import Event, Plate
+from gaitval.scaling.marker_sets import recognise
+from gaitval.session.read import named, prepared
+from gaitval_measurement.events_command import events
+from gaitval_measurement.landings import disagreements, landings
+
+PROCESSING = load_configuration().processing
+MASS_KG = 64.95
+
+
+@pytest.fixture(scope="module")
+def walk(sample_request):
+    """The sample's walk in the project's axes, and its landmarks."""
+    still = read_recording(sample_request.static, plates=False)
+    known = recognise(still.names)
+    axes = detect_axes(named(still, known), dict(known.landmarks))
+    file = sample_request.trials[0]
+    turned = named(read_recording(file), known).turned(axes.rotation)
+    return prepared(turned, known, PROCESSING, file), dict(known.landmarks)
+
+
+@pytest.fixture(scope="module")
+def found(walk):
+    return landings(*walk, PROCESSING)
+
+
+def on_one_plate(recording):
+    """The same walk on one plate that is as large as both, and carries what both carry."""
+    plates = recording.plates
+    force = np.sum([plate.force for plate in plates], axis=0)
+    moment = np.sum([plate.moment for plate in plates], axis=0)
+    corners = np.vstack([plate.corners for plate in plates])
+    (x0, y0, z0), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
+    vertical = np.where(force[:, 2] > 20.0, force[:, 2], np.nan)
+    pressure = np.stack(
+        [-moment[:, 1] / vertical, moment[:, 0] / vertical, 0.0 * vertical + z0], axis=1
+    )
+    square = np.array([[x0, y0, z0], [x1, y0, z0], [x1, y1, z0], [x0, y1, z0]])
+    one = Plate("1", square, force, pressure, np.zeros_like(force), moment)
+    return replace(recording, plates=(one,))
+
+
+def test_plates_and_markers_of_a_sound_walk_agree(found):
+    assert set(found.events) == {"plates", "markers"}
+    assert list(disagreements(found)) == []
+    assert not found.shared.any()
+
+
+def test_the_sum_of_the_plates_is_the_bodys_weight(found):
+    carried = found.carried()
+    assert len(carried) >= 4
+    assert np.allclose(carried, MASS_KG, rtol=0.02)
+
+
+def test_both_feet_on_one_plate_are_known_as_a_sum(walk, found):
+    """Nothing is known of either foot then, but all strides carry what they did."""
+    recording, landmarks = walk
+    one = landings(on_one_plate(recording), landmarks, PROCESSING)
+    assert one.shared.mean() > 0.1
+    assert np.allclose(one.total, found.total, atol=25.0)
+    assert np.allclose(one.carried(), found.carried(), atol=1.0)
+
+
+def test_a_foot_on_no_plate_makes_the_sum_incomplete(walk):
+    recording, landmarks = walk
+    half = landings(replace(recording, plates=recording.plates[:1]), landmarks, PROCESSING)
+    assert 0.1 < half.complete.mean() < 0.5
+    assert half.carried() == ()
+
+
+@pytest.mark.parametrize("late", [0.07, -0.06])
+def test_a_late_event_of_the_file_is_named_with_how_late_it_is(walk, found, late):
+    recording, landmarks = walk
+    events = list(found.events["markers"])
+    (number,) = [i for i, e in enumerate(events) if 1.5 < e.time < 2.5 and e.side == "left"][:1]
+    events[number] = replace(events[number], time=events[number].time + late)
+    other = landings(replace(recording, events=tuple(events)), landmarks, PROCESSING)
+    apart = [each for each in disagreements(other) if each.second == "file"]
+    assert {each.side for each in apart} == {"left"}
+    assert all(np.isclose(each.late, late, atol=0.03) for each in apart)
+    assert ("later" if late > 0 else "earlier") in str(apart[0])
+
+
+def test_an_event_that_the_markers_lack_is_named(walk, found):
+    recording, landmarks = walk
+    extra = Event(found.events["markers"][4].time + 0.3, SIDES[0], "heel_strike")
+    events = (*found.events["markers"], extra)
+    other = landings(replace(recording, events=events[:-2]), landmarks, PROCESSING)
+    said = [str(each) for each in disagreements(other)]
+    assert said
+    assert all("by the file" in each or "the file shows nothing there" in each for each in said)
+
+
+def test_the_command_draws_and_says_what_it_saw(sample_request, tmp_path):
+    picture = tmp_path / "events.svg"
+    given = [str(sample_request.trials[0]), "--standing", str(sample_request.static)]
+    done = CliRunner().invoke(events.app, [*given, "--out", str(picture)])
+    assert done.exit_code == 0, done.output
+    assert "0 on which two of them disagree" in done.output
+    assert "these carry 64.9 kg" in done.output
+    assert picture.stat().st_size > 10_000
+    wrong = CliRunner().invoke(events.app, [*given, "--out", str(tmp_path / "events.jpg")])
+    assert isinstance(wrong.exception, RecordError)
