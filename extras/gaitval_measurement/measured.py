@@ -26,6 +26,7 @@ from gaitval_measurement.page import (
     fits,
 )
 from gaitval_measurement.said import FaultRow, rows, warnings
+from gaitval_measurement.standing import standing_of
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,8 @@ def measured(found: Import, tell: Tell) -> Import:
     kinds = wanted(request.correct)
     if request.aid is not None:
         return found
-    seen = examined(found.body.model, found.trials, request.mass_kg, request.height_m)
+    stood = standing_of(request, found.session)
+    seen = examined(found.body.model, found.trials, request.mass_kg, request.height_m, stood)
     if seen is None:
         return found
     said: list[tuple[str, str]] = []
