@@ -1,8 +1,9 @@
 """Faults planted in what a session has read: forces that are late, plates that are moved.
 
 Each takes the trials in the project's axes, standing trial and walks, and gives them back as a
-session with that fault would have recorded them: a plate's fault is there in standing as well. What is planted in the forces acts on whatever the
-file gives: force with moment, or force with centre of pressure.
+session with that fault would have recorded them: a plate's fault is there in standing as well. What
+is planted in the forces acts on whatever the file gives: force with moment, or force with centre of
+pressure.
 """
 
 from collections.abc import Callable, Sequence

@@ -163,8 +163,8 @@ def data_of(
     }
     still = []
     if stood is not None:
-        table = np.abs([effect for *_, effect in rows]).max(axis=0)
-        walked = [plate for plate in stood.force if table[column.get(f"gain {plate}", 0)] > STEPPED_ON]
+        most = dict(zip(names, np.abs([of for *_, of in rows]).max(axis=0), strict=True))
+        walked = [name for name in stood.force if most.get(f"gain {name}", 0.0) > STEPPED_ON]
         still = stood.rows(mass_kg * STANDARD_GRAVITY, names, walked)
     noises = [usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]
     return Data(

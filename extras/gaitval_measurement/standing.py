@@ -138,7 +138,7 @@ def _turn(here: Sequence[Plate], there: Sequence[Plate]) -> float | None:
         (np.diff(one.corners[:, :2], axis=0), np.diff(others[one.name].corners[:, :2], axis=0))
         for one in here if one.name in others
     ]  # fmt: skip
-    if not edges or not all(np.isfinite(one).all() and np.isfinite(two).all() for one, two in edges):
+    if not edges or not np.isfinite(edges).all():
         return None
     one, two = (np.concatenate(each) for each in zip(*edges, strict=True))
     across = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
