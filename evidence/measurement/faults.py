@@ -85,6 +85,7 @@ MEASURES = {
         "code": (
             "extras/gaitval_measurement/balance.py", "extras/gaitval_measurement/estimate.py",
             "extras/gaitval_measurement/expected.py", "extras/gaitval_measurement/said.py",
+            "extras/gaitval_measurement/standing.py",
             "evidence/measurement/faults.py", "evidence/measurement/planting.py",
         ),
         "data": ("experiments/public_recordings.toml",),
