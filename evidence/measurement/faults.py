@@ -11,7 +11,7 @@ import json
 import tempfile
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -35,8 +35,10 @@ from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import ImportOptions, Request, checked
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import speed
+from gaitval_measurement.balance import STEPPED_ON
 from gaitval_measurement.estimate import alone
 from gaitval_measurement.said import CHECK, named
+from gaitval_measurement.standing import KINDS, with_plates
 
 FROM: Final = option(
     "--from",
@@ -83,6 +85,7 @@ MEASURES = {
         "code": (
             "extras/gaitval_measurement/balance.py", "extras/gaitval_measurement/estimate.py",
             "extras/gaitval_measurement/expected.py", "extras/gaitval_measurement/said.py",
+            "extras/gaitval_measurement/standing.py",
             "evidence/measurement/faults.py", "evidence/measurement/planting.py",
         ),
         "data": ("experiments/public_recordings.toml",),
@@ -229,6 +232,8 @@ def _session(
 ) -> tuple[Request, SessionRecordings]:
     request, session = _read(recording, base, folder)
     session = replace(session, walking=tuple(_beginning(walk) for walk in session.walking))
+    with suppress(GaitvalError):
+        session = with_plates(request, session)
     if recording["name"] in OWN_FAULTS:
         plate, metres = OWN_FAULTS[recording["name"]]
         walks = tuple(moved(walk, plate, 0, -metres) for walk in session.walking)
@@ -257,9 +262,10 @@ def _beginning(walk: Recording) -> Recording:
 def _used(found: Import) -> list[int]:
     """Numbers of the plates that carry a foot in the first trial."""
     seen = found.measurement.seen.data
+    walked = seen.effect[~np.isin(seen.kind, KINDS)]
     return [
         i for i, plate in enumerate(found.trials[0].recording.plates)
-        if np.abs(seen.effect[:, seen.names.index(f"gain {plate.name}")]).max() > 0.05
+        if np.abs(walked[:, seen.names.index(f"gain {plate.name}")]).max() > STEPPED_ON
     ]  # fmt: skip
 
 
@@ -273,7 +279,10 @@ def _all_cases(base: Path, names: Sequence[str]) -> Iterator[dict[str, Any]]:
                 replace(walk, plates=tuple(walk.plates[i] for i in used))
                 for walk in session.walking
             )
-            session = replace(session, walking=kept)
+            stood = session.standing
+            order = [*used, *(i for i in range(len(stood.plates)) if i not in used)]
+            stood = replace(stood, plates=tuple(stood.plates[i] for i in order if stood.plates))
+            session = replace(session, walking=kept, standing=stood)
             right = _right(request, session)
             names = [plate.name for plate in kept[0].plates]
             for fault in faults(names):

@@ -1,8 +1,9 @@
 """Faults planted in what a session has read: forces that are late, plates that are moved.
 
 Each takes the trials in the project's axes, standing trial and walks, and gives them back as a
-session with that fault would have recorded them. What is planted in the forces acts on whatever the
-file gives: force with moment, or force with centre of pressure.
+session with that fault would have recorded them: a plate's fault is there in standing as well. What
+is planted in the forces acts on whatever the file gives: force with moment, or force with centre of
+pressure.
 """
 
 from collections.abc import Callable, Sequence
@@ -118,7 +119,7 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
             Fault(
                 f"plate {plates[p]} {name}",
                 causes,
-                _walks(lambda r, q=p, c=change: _on_plate(r, q, c)),
+                _all(lambda r, q=p, c=change: _on_plate(r, q, c)),
                 size=size,
                 plate=p,
             )
@@ -128,7 +129,7 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
             Fault(
                 f"all plates {mm} mm {'forward' if axis == 0 else 'left'}",
                 (f"place {every}",),
-                _walks(lambda r, d=mm / 1000, a=axis: _on_all(r, lambda x: _moved(x, a, d))),
+                _all(lambda r, d=mm / 1000, a=axis: _on_all(r, lambda x: _moved(x, a, d))),
                 size=mm / 1000,
             )
         )
@@ -137,7 +138,7 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
             Fault(
                 f"all plates rotated {degrees}° beside the cameras",
                 (f"rotation {every}",),
-                _walks(lambda r, a=degrees: _turned_about_origin(r, np.radians(a))),
+                _all(lambda r, a=degrees: _turned_about_origin(r, np.radians(a))),
                 size=np.radians(degrees),
             )
         )
@@ -321,6 +322,8 @@ def _rotated(plate: Plate, angle: float) -> Plate:
 def _turned_about_origin(recording: Recording, angle: float) -> Recording:
     """All plates turned about the middle of them all, as one block."""
     turn = Rotation.from_rotvec([0, 0, angle]).as_matrix()
+    if not recording.plates:
+        return recording
     middle = np.mean([_middle(plate) for plate in recording.plates], axis=0)
 
     def change(f: Array, m: Array) -> tuple[Array, Array]:

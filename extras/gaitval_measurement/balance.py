@@ -28,6 +28,7 @@ from gaitval.mocap.recording import FootForces, Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.session.trial import WalkingTrial
+from gaitval_measurement.standing import Standing
 
 STRIDE_BINS: Final = 20
 STANCE_BINS: Final = np.linspace(0.1, 0.9, 9)
@@ -39,6 +40,8 @@ MOMENT_CUTOFF_HZ: Final = 8.0
 SLOW_FORCES_HZ: Final = 5.0
 SLOW_MARKERS_HZ: Final = 3.0
 """Hz, low-passes of the files themselves that would be a fault of size one."""
+STEPPED_ON: Final = 0.05
+"""Body weights, in the mean over a bin, of a plate that somebody walks on."""
 LOADED_N: Final = 20.0
 LONGEST_STRIDE: Final = 3.5
 SHORTEST_STANCE: Final = 0.3
@@ -57,7 +60,7 @@ class Data:
     Attributes
     ----------
     names : (F,) of the faults.
-    kind : (N,) of `NEWTON`, `PRESSURE` or `FALL`.
+    kind : (N,) of `NEWTON`, `PRESSURE`, `FALL` or `standing.KINDS`.
     group : (N,) the foot and plate of a pressure, "" of Newton's law.
     phase : (N,) of the stride or of the stance, 0 to 1.
     value : (N,) what was seen.
@@ -121,9 +124,12 @@ def trials_of(model: BodyModel, walks: Sequence[WalkingTrial]) -> tuple[Trial, .
     return tuple(found)
 
 
-def data_of(trials: Sequence[Trial], mass_kg: float, *, later: float = 0.0) -> Data | None:
-    """The data of all `trials` of a person of `mass_kg`; None if no frame shows the forces of both
-    feet. The forces are taken to come `later` (s) than they should.
+def data_of(
+    trials: Sequence[Trial], mass_kg: float, *, later: float = 0.0, stood: Standing | None = None
+) -> Data | None:
+    """The data of all `trials` of a person of `mass_kg`, and of the forces when the person `stood`;
+    None if no frame shows the forces of both feet. Those of the trials are taken to come `later`
+    (s) than they should.
     """
     parts = [part for trial in trials if (part := _of_trial(trial, mass_kg, later))]
     if not parts:
@@ -155,14 +161,20 @@ def data_of(trials: Sequence[Trial], mass_kg: float, *, later: float = 0.0) -> D
         else USUAL_SCATTER[kind]
         for kind in (*NEWTON, *PRESSURE, *FALL)
     }
+    still = []
+    if stood is not None:
+        most = dict(zip(names, np.abs([of for *_, of in rows]).max(axis=0), strict=True))
+        walked = [name for name in stood.force if most.get(f"gain {name}", 0.0) > STEPPED_ON]
+        still = stood.rows(mass_kg * STANDARD_GRAVITY, names, walked)
+    noises = [usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]
     return Data(
         names=tuple(names),
-        kind=tuple(key[0] for key, *_ in rows),
-        group=tuple(key[1] for key, *_ in rows),
-        phase=np.array([phase for _, phase, _, _ in rows]),
-        value=np.array([values.mean() for _, _, values, _ in rows]),
-        noise=np.array([usual[key[0]] / np.sqrt(len(values)) for key, _, values, _ in rows]),
-        effect=np.array([effect for *_, effect in rows]),
+        kind=(*(key[0] for key, *_ in rows), *(kind for kind, *_ in still)),
+        group=(*(key[1] for key, *_ in rows), *("" for _ in still)),
+        phase=np.array([*(phase for _, phase, _, _ in rows), *(0.0 for _ in still)]),
+        value=np.array([*(values.mean() for _, _, values, _ in rows), *(v for _, v, *_ in still)]),
+        noise=np.array([*noises, *(noise for _, _, noise, _ in still)]),
+        effect=np.array([effect for *_, effect in (*rows, *still)]),
         middles={
             plate.name: middle
             for trial in trials

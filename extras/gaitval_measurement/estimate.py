@@ -35,6 +35,7 @@ from gaitval_measurement.expected import (
     expected,
     spread,
 )
+from gaitval_measurement.standing import Standing
 
 SUSPECTED: Final = 0.1
 """Probability before the data that one given fault is there."""
@@ -121,10 +122,14 @@ class Examined:
 
 
 def examined(
-    model: BodyModel, walks: Sequence[WalkingTrial], mass_kg: float, height_m: float
+    model: BodyModel,
+    walks: Sequence[WalkingTrial],
+    mass_kg: float,
+    height_m: float,
+    stood: Standing | None = None,
 ) -> Examined | None:
     """Look for faults in the trials (`walks`) of a person of `mass_kg` and `height_m` on their
-    `model`; None without forces of both feet.
+    `model`, who `stood` on plates before; None without forces of both feet.
 
     The effect of a delay is not linear over more than about 10 ms, because load passes from foot
     to foot in a tenth of a second: its evidence is that of a grid of delays. If no other fault
@@ -133,7 +138,7 @@ def examined(
     trials = trials_of(model, walks)
     tried: dict[float, Data] = {}
     for delay in DELAYS:
-        data = data_of(trials, mass_kg, later=delay)
+        data = data_of(trials, mass_kg, later=delay, stood=stood)
         if data is not None:
             tried[delay] = data
     if 0.0 not in tried:
@@ -141,7 +146,7 @@ def examined(
     among = causes(tried[0.0].names)
     lag = delay_of(tried, height_m)
     linear = balance(tried[0.0], height_m)
-    later = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY)
+    later = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY, stood=stood)
     late = None if later is None else balance(later, height_m)
     weighed = weigh(linear, among, None if late is None else (late, lag))
     if linear.left > LARGEST_LEFT:

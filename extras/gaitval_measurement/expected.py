@@ -112,6 +112,8 @@ def expected(kind: str, phase: Array, height_m: float, acceleration: float) -> A
         return np.asarray(whole[np.floor(phase * len(whole)).astype(int)])
     if kind in FALLS:
         return np.full(len(phase), FALLS[kind][0])
+    if kind not in PRESSURE_MEAN:
+        return np.zeros(len(phase))
     mean = np.array(PRESSURE_MEAN[kind])
     return np.asarray(height_m * mean[np.rint((phase - 0.15) * 10).astype(int)])
 
@@ -123,5 +125,7 @@ def spread(kind: str, phase: Array, height_m: float) -> Array:
         return np.asarray(of[np.floor(phase * len(of)).astype(int)])
     if kind in FALLS:
         return np.full(len(phase), FALLS[kind][1])
+    if kind not in PRESSURE_SPREAD:
+        return np.zeros(len(phase))
     of = np.array(PRESSURE_SPREAD[kind])
     return np.asarray(height_m * of[np.rint((phase - 0.15) * 10).astype(int)])

@@ -25,7 +25,8 @@ from gaitval_measurement.page import (
     draw_bands,
     fits,
 )
-from gaitval_measurement.said import FaultRow, rows, warnings
+from gaitval_measurement.said import FaultRow, rows, unused, warnings
+from gaitval_measurement.standing import standing_of
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def measured(found: Import, tell: Tell) -> Import:
 
     Each is said with `tell`. With `--correct`, moments and forces are those of corrected plates,
     and the estimate is that before. Without forces of both feet, or with an aid that carries what
-    no plate shows, nothing is looked for.
+    no plate shows, nothing is looked for; there is a warning if none of the plates' forces is used.
 
     Raises
     ------
@@ -120,7 +121,13 @@ def measured(found: Import, tell: Tell) -> Import:
     kinds = wanted(request.correct)
     if request.aid is not None:
         return found
-    seen = examined(found.body.model, found.trials, request.mass_kg, request.height_m)
+    if not found.forces:
+        flag = unused(found.trials)
+        tell("warnings", str(flag))
+        decisions = (*found.decisions, ("warnings", str(flag)))
+        return replace(found, of_means=(flag, *found.of_means), decisions=decisions)
+    stood = standing_of(request, found.session)
+    seen = examined(found.body.model, found.trials, request.mass_kg, request.height_m, stood)
     if seen is None:
         return found
     said: list[tuple[str, str]] = []

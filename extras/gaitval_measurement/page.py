@@ -13,6 +13,7 @@ from gaitval.session.session import Import
 from gaitval_measurement.balance import FALL, NEWTON, PRESSURE
 from gaitval_measurement.bands import Bands
 from gaitval_measurement.estimate import LEAST_SCALE, Examined
+from gaitval_measurement.standing import KINDS
 
 SHOWN: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Joints whose bands are drawn and said."""
@@ -25,6 +26,7 @@ GROUPS: Final[Mapping[str, Sequence[str]]] = {
     "moments about the centre of mass": NEWTON[3:],
     "centre of pressure in the foot": PRESSURE,
     "spectra of forces and markers": FALL,
+    "forces in standing": KINDS,
 }
 REGULAR: Final = 0.5
 IRREGULAR: Final = 2.0

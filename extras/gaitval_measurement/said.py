@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.gait.quality_flags import QualityFlag
+from gaitval.session.trial import WalkingTrial
 from gaitval_measurement.estimate import Cause, Examined, Found, alone, kind_of, likeness
 from gaitval_measurement.expected import USUAL
 
@@ -172,6 +173,23 @@ def rows(seen: Examined) -> tuple[FaultRow, ...]:
 def warnings(seen: Examined) -> tuple[QualityFlag, ...]:
     """A warning for each fault that was found and matters."""
     return tuple(_warning(f) for f in seen.found if f.matters)
+
+
+def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
+    """A warning that of all forces which the plates of the `walks` show none is used, and why."""
+    why = [finding for walk in walks for finding in walk.findings if finding.kind == "contact"]
+    plates = [f"{', '.join(f.names)}: {f.action}" for f in why if f.names[0].startswith("plate")]
+    said = "; ".join(dict.fromkeys(plates)) or "no foot is on a plate by its markers"
+    return QualityFlag(
+        f"{CHECK}: forces not used",
+        "all plates",
+        0.0,
+        1.0,
+        "cycles",
+        f"they show a force, and no gait cycle with it can be used, so there are no moments ({said}"
+        "): check the corners of the plates in the file, and give a trial in which each foot lands "
+        "whole on a plate of its own",
+    )
 
 
 def named(found: Found) -> tuple[Cause, ...]:

@@ -35,7 +35,7 @@ def test_bands_are_drawn(found):
 
 def test_a_sound_session_fits_and_a_strange_one_is_said_not_to(found):
     rows = {row.name: row for row in found.measurement.fits}
-    assert set(rows) == set(GROUPS)
+    assert set(rows) == {*GROUPS} - {"forces in standing"}  # which the sample has not
     assert sum(row.count for row in rows.values()) == len(found.measurement.seen.data.kind)
     assert all(0.05 < row.ratio < 3.0 for row in rows.values())
     assert FitRow("x", 9, 4.0).said

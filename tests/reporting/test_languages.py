@@ -5,6 +5,7 @@ import re
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import messages
 import pytest
@@ -25,6 +26,7 @@ from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.drawing import drawn, new_figure, svg
 from gaitval.reporting.page import _environment
 from gaitval.reporting.recording_report import write_recording_report
+from gaitval.reporting.report import _failed_text as failed_text
 from gaitval.reporting.report import write_report
 from gaitval.reporting.translated import TranslatedWords
 
@@ -118,6 +120,20 @@ class Bracketed(gettext.NullTranslations):
 
     def ngettext(self, one, many, count):
         return f"⟦{one if count == 1 else many}⟧"
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+def test_an_error_within_the_record_s_own_is_translated(language: str) -> None:
+    rows = [
+        SimpleNamespace(measure="angle_rmse", target=f"knee_angle_{side}", value=3.4, passed=False)
+        for side in "rl"
+    ]
+    said = failed_text(rows, {"angle_knee_angle_r": 0.07, "angle_knee_angle_l": 0.08})
+    translated = words(language).of(said)
+    assert translated is not None
+    assert "uncertainty" not in translated
+    assert "3,4 (" in translated
+    assert "± 4,6" in translated
 
 
 def bracket_the_results(monkeypatch: pytest.MonkeyPatch) -> None:
