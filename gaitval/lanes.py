@@ -26,7 +26,6 @@ import math
 import operator
 from typing import Any, ClassVar
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typeconv import Conversion

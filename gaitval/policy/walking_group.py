@@ -4,6 +4,7 @@ An environment of a group does, bit for bit, what it does alone. Its arrays are 
 so it resets and pushes itself; an action of all eight is one compiled call.
 """
 
+import weakref
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -22,13 +23,7 @@ from gaitval.policy.environment import (
     episode_arrays,
 )
 from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
-from gaitval.policy.observation import (
-    MIRROR_ORDER,
-    MIRROR_SIGNS,
-    OBSERVATION_SIZES,
-    Targets,
-    is_mirrored,
-)
+from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, Targets, is_mirrored
 from gaitval.simulation.physics_steps import Account, Workspace
 from gaitval.simulation.side_by_side import LaneArrays, LaneBodies, SideBySide, advance_lanes
 from gaitval.simulation.walker import WalkerArrays, WalkingTask, walker_arrays
@@ -173,24 +168,23 @@ def act_together(
 
 @njit
 def _actions(
-    asked: NDArray[np.float32],
-    settings: Array,
-    group: GroupArrays,
-    inward: Pairs,
-    outward: Pairs,
-    bodies: LaneBodies,
-    lanes: LaneArrays,
-    account: Account,
-    work: Workspace,
+    asked: NDArray[np.float32], settings: Array, group: GroupArrays, inward: Pairs, outward: Pairs,
+    bodies: LaneBodies, lanes: LaneArrays, account: Account, work: Workspace,
     seen: NDArray[np.float32],
-) -> Iterator[int]:
-    """`act_together` each time it is asked for the next. A generator is handed its many arrays
-    once; in each call that took as long as half of the physics. `settings` (4,) may change.
+) -> Iterator[int]:  # fmt: skip
+    """`act_together` each time it is asked for the next, until the tolerance share in `settings`
+    (4,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
     """
-    while True:
-        numbers = GroupSettings(settings[0], settings[1], settings[2], settings[3])
-        act_together(asked, numbers, group, inward, outward, bodies, lanes, account, work, seen)
+    while settings[3] > 0.0:
+        some = GroupSettings(settings[0], settings[1], settings[2], settings[3])
+        act_together(asked, some, group, inward, outward, bodies, lanes, account, work, seen)
         yield 0
+
+
+def _end(actions: Iterator[int], settings: Array) -> None:
+    """End `_actions`: one that has not ended keeps its arrays for ever."""
+    settings[3] = 0.0
+    next(actions, None)
 
 
 def _stacked(values: Sequence[Any]) -> Any:
@@ -241,24 +235,24 @@ class WalkingGroup:
             _stacked([yardstick for _, yardstick in kinds]),
             np.array([order.index(id(each.task)) for each in every]),
             np.array([each.shares for each in every]),
-            np.zeros((WIDTH, 1)),
-            np.ones((WIDTH, 1)),
-            np.zeros((WIDTH, ACTUATED_COUNT)),
-            np.zeros(WIDTH),
-            np.zeros(WIDTH),
-            np.zeros(WIDTH, dtype=bool),
-        )
+            np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, ACTUATED_COUNT)),
+            np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
+        )  # fmt: skip
         self._habits = np.zeros((len(tasks), HABIT_PHASES, action_size(constants)))
         self._lanes = np.arange(len(tasks))
         self._mu = [each.walker.mu for each in every]
-        beside, actions = self.beside, action_size(constants)
+        first, beside = self.environments[0], self.beside
         numbers = constants.action_limit, constants.action_scale, constants.pace_scale, 1.0
-        self._settings, self._asked = np.array(numbers), np.zeros((len(tasks), actions), np.float32)
-        self._seen = np.zeros((len(tasks), OBSERVATION_SIZES[constants.observation]), np.float32)
+        self._settings = np.array(numbers)
+        self._asked, self._seen = (
+            np.zeros((len(tasks), *space.shape), dtype=np.float32)
+            for space in (first.action_space, first.observation_space)
+        )
         self._actions = _actions(
             self._asked, self._settings, self._arrays, *self._pairs(),
             beside.bodies, beside.arrays, beside.account, beside.work, self._seen,
         )  # fmt: skip
+        weakref.finalize(self, _end, self._actions, self._settings)
 
     def _pairs(self) -> tuple[Pairs, Pairs]:
         rows, lanes = self._arrays, self.beside.arrays

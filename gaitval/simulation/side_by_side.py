@@ -4,13 +4,13 @@ The functions are those of a single walker (`simulation.physics_steps`), compile
 each walker's steps are, bit for bit, those that it takes alone.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_borrowing
+from gaitval.compiled import njit_borrowing
 from gaitval.contact.law import ContactLaw
 from gaitval.lanes import WIDTH, in_lanes, numbers_in_lanes, with_lanes
 from gaitval.model.tree import ACTUATED_COUNT, Tree
@@ -114,16 +114,6 @@ def advance_lanes(
     )
 
 
-@njit
-def _actions(
-    bodies: LaneBodies, arrays: LaneArrays, account: Account, work: Workspace
-) -> Iterator[int]:
-    """`advance_lanes` each time it is asked for the next; it is handed its many arrays once."""
-    while True:
-        advance_lanes(bodies, arrays, account, work)
-        yield 0
-
-
 def _tables_of(walkers: Sequence[Walker]) -> Any:
     """What the servos of each walker follow; walkers of one task share it."""
     kinds = list({id(walker.task): walker.tables for walker in walkers}.items())
@@ -174,7 +164,6 @@ class SideBySide:
         members = (with_lanes(array) for array in (one, one, joints, force, joints, joints))
         self.arrays = LaneArrays(arrays, *members)
         self.work = with_lanes(workspace(spheres))
-        self._actions = _actions(self.bodies, self.arrays, self.account, self.work)
         for lane, walker in enumerate(walkers):
             self.enter_body(lane, walker)
 
@@ -194,4 +183,4 @@ class SideBySide:
 
     def advance(self) -> None:
         """All physics steps of an action of every walker."""
-        next(self._actions)
+        advance_lanes(self.bodies, self.arrays, self.account, self.work)
