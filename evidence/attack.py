@@ -35,6 +35,9 @@ KILLED: Final = "kills over all commands that write, not equal after the next st
 LEFT: Final = "kills over all commands that write: processes, shared memory and files left"
 KILLS: Final = "kills over all commands that write: number"
 COMMANDS: Final = "kills over all commands that write: commands"
+DISK: Final = "disk that fails at one operation of a command: no message, or not equal after"
+FAULTY: Final = "disk that fails at one operation of a command: number"
+STOPPED: Final = "commands that are stopped for minutes, not equal"
 SAME: Final = "same bits over workers, threads, kills, commands: comparisons that differ"
 ELSEWHERE: Final = "other instructions of NumPy and OpenBLAS: largest change of a measure, margins"
 MUTANTS: Final = "mutants killed by the tests of their module, equivalent ones aside"
@@ -91,6 +94,33 @@ MEASURES = {
         "allowed": 20,
         "why": "tests/test_partial_files.py and tests/workflows/test_kills.py kill in every run",
     },
+    "disk that fails *": {
+        "code": (
+            "gaitval/artefacts.py",
+            "gaitval/disk_errors.py",
+            "gaitval/partial_files.py",
+            "gaitval/folder_lock.py",
+            "gaitval/journal.py",
+            "gaitval/study/stage.py",
+            "gaitval/session/write.py",
+            "tests/robustness/bad_disk.py",
+            "evidence/attack.py:disk",
+        ),
+        "data": ("tests/robustness/bad_disk.c",),
+        "allowed": 20,
+        "why": "tests/workflows/test_bad_disk.py runs a part of it in every run of the suite",
+    },
+    "commands that are stopped *": {
+        "code": (
+            "gaitval/folder_lock.py",
+            "gaitval/policy/processes.py",
+            "extras/gaitval_cohort/task.py",
+            "tests/robustness/bad_disk.py:stopped",
+            "evidence/attack.py:disk",
+        ),
+        "allowed": 20,
+        "why": "nothing else waits for another process by the clock",
+    },
     "same bits *": {
         "code": ("@study", "extras/gaitval_cohort/task.py", "tests/robustness/same_bits.py"),
         "allowed": 60,
@@ -129,6 +159,8 @@ MEASURES = {
 CASES_OPTION: Final = option("--cases", type=int, default=8000, help="of all kinds together")
 SEED: Final = option("--seed", type=int, default=43_000_000, help="of the first case of a kind")
 SAMPLE: Final = option("--mutants", type=int, default=400, help="of the four folders together")
+FAULTS: Final = option("--faults", type=int, default=100, help="of the disk")
+STOPS: Final = option("--stops", type=int, default=13, help="of a command, for three minutes")
 NUMBER: Final = option("--kills", type=int, default=120, help="of all commands together")
 LOG: Final = option("--log", type=Path, help="a line for each case; goes on from it")
 CONTROLS: Final = 2
@@ -326,6 +358,23 @@ def kills(given: Namespace) -> list[evidence.Row]:
         evidence.none_may(LEFT, left, "1", len(done)),
         evidence.Row(KILLS, len(done), "kills", ">=", 120, 120, len(done)),
         evidence.Row(COMMANDS, commands, "commands", ">=", 13, 13, len(done)),
+    ]
+
+
+@evidence.measurement(FAULTS, STOPS, SEED, LOG)
+def disk(given: Namespace) -> list[evidence.Row]:
+    """Every command that writes, on a disk that fails, and stopped for three minutes."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = (given.log or Path(folder) / "disk.jsonl").resolve()
+        numbers = ("--cases", given.faults, "--stops", given.stops, "--seed", given.seed)
+        _robustness("bad_disk.py", log, *map(str, numbers))
+        done = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    stopped = [not each["survived"] for each in done if each["fault"] == "stopped"]
+    faults = [not each["survived"] for each in done if each["fault"] != "stopped"]
+    return [
+        evidence.none_may(DISK, sum(faults), "cases", len(faults)),
+        evidence.Row(FAULTY, len(faults), "cases", ">=", 100, 60, len(faults)),
+        evidence.none_may(STOPPED, sum(stopped), "commands", len(stopped)),
     ]
 
 

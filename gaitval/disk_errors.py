@@ -1,11 +1,12 @@
-"""Why the operating system refused to write a file; loaded when it has."""
+"""Why the operating system did not write or read a file; loaded when it has not."""
 
 import errno
 import os
 from pathlib import Path
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
+FAILED = (errno.EIO, getattr(errno, "ESTALE", errno.EIO))
 
 
 def is_of_another(error: Exception, path: Path) -> bool:
@@ -26,13 +27,14 @@ def why_unwritable(error: Exception) -> str | None:
 
     Returns
     -------
-    Words for the middle of a message; None if the error is not about a full disk or permissions.
+    Words for the middle of a message; None if the error is not about a disk or permissions.
     """
     # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
     number = error.errno if isinstance(error, OSError) else None
     for kinds, told in (
-        (_NO_ROOM, "there is no space left for it. Free some space"),
+        (_FULL, "there is no space left for it. Free some space"),
         (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
+        (FAILED, "its disk or network share reports an error. Check that it is there and sound"),
     ):
         if number in kinds or any(f"(os error {kind})" in str(error) for kind in kinds):
             return told

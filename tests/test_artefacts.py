@@ -176,6 +176,7 @@ NO_SPACE = OSError(errno.ENOSPC, "No space left on device")
         (NO_SPACE, "no space left for it. Free some space"),
         (OSError(errno.EROFS, "Read-only file system"), "its folder may not be written to"),
         (OSError(errno.EACCES, "Permission denied"), "its folder may not be written to"),
+        (OSError(errno.EIO, "Input/output error"), "its disk or network share reports an error"),
         (SafetensorError("I/O error: No space left on device (os error 28)"), "no space left"),
     ],
 )

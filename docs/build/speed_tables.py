@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import Logger
 
 from evidence.marked_table import with_table
 from gaitval.arrays import Array
@@ -296,7 +296,7 @@ def _trained(task: WalkingTask, rollouts: int) -> tuple[float, float, Learner]:
     torch.set_num_threads(1)  # as in a training
     training = task.configuration.training
     learner = Learner(task.configuration)
-    learner.ppo.set_logger(configure(None, []))
+    learner.ppo.set_logger(Logger(None, []))
     learner.begin(0)
     walking, learning = [], []
     workers = WalkingWorkers(

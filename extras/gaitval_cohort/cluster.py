@@ -17,7 +17,7 @@ from distributed.security import Security
 
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.partial_files import own_folder
-from gaitval_cohort.task import SAFE
+from gaitval_cohort.task import OF_CLUSTER, SAFE
 
 LOOPBACK: Final = "127.0.0.1"
 """The only address at which a local cluster listens. Other users of the machine reach it too: who
@@ -97,7 +97,7 @@ def client_of(
         count, security = workers or max(processors() // threads, 1), Security.temporary()
         with (
             _environment_kept(),
-            own_folder(Path(tempfile.gettempdir()), "gaitval-dask-") as own,
+            own_folder(Path(tempfile.gettempdir()), OF_CLUSTER) as own,
             # Dask's own folder has a name that anybody can know, and plant a link of
             dask.config.set({**ours, "temporary-directory": str(own)}),
             _local(count, security) as cluster,

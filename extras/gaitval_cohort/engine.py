@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+import tempfile
 import threading
 import time
 from collections import deque
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.partial_files import remove_abandoned
 from gaitval_cohort.answers import outcome_of
 from gaitval_cohort.identity import REAL, fingerprint
 from gaitval_cohort.table import Study
@@ -108,7 +110,10 @@ def run_cohort(
     """
     require()
     from gaitval_cohort.store import Store
+    from gaitval_cohort.task import OF_CLUSTER, OF_STUDY
 
+    for prefix in (OF_CLUSTER, OF_STUDY):  # of a killed cohort, even if there is nothing left to do
+        remove_abandoned(Path(tempfile.gettempdir()), prefix, "")
     store = Store(address)
     store.check()
     outcomes, orders = _known_and_ordered(studies, store, function, threads)

@@ -4,7 +4,7 @@ A worker imports this for every study, so what takes long to load is imported wh
 """
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -19,7 +19,7 @@ from gaitval.study.run import general_policy
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Observer
 from gaitval_cohort.table import Study
-from gaitval_cohort.worn import identity_of
+from gaitval_cohort.worn import Worn, identity_of
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -66,7 +66,7 @@ def fingerprint(study: Study, function: str = REAL) -> str:
         "record": record_parts(study),
     }
     if study.devices:
-        parts["devices"] = identity_of(study)
+        parts["devices"] = identity_of(study.devices)
     if function == REAL:
         parts["policies"] = _policies(study)
     return value_hash(parts)
@@ -81,10 +81,11 @@ def record_parts(study: Study) -> Json:
         options = {key: each for key, each in given.items() if key not in ("static", *FILES)}
         return {"files": hashes, "name": study.name, **options}
     if study.virtual is not None:
-        around = _known(study.virtual.around)[1]
+        around, _ = _known(study.virtual.around)
         return {"around": around, **study.virtual.model_dump(mode="json")}
     assert study.subject is not None
-    return {"subject": _known(study.subject, study.trial)[1]}
+    subject, devices = _known(study.subject, study.trial)
+    return {"subject": subject} | ({"devices": identity_of(devices)} if devices else {})
 
 
 def _hash_of(file: Path) -> str:
@@ -102,21 +103,21 @@ def _policies(study: Study) -> list[str]:
     return [file_hash(each / name) for each in folders if each for name in POLICY_FILES]
 
 
-def _known(subject: str, trial: str = "") -> tuple[str, str]:
-    """Identifier of a subject, and the hash of its record on a trial."""
+def _known(subject: str, trial: str = "") -> tuple[str, Sequence[Worn]]:
+    """Hash of a subject's record on a trial, and the devices of its file."""
     path = Path(subject)
     stamp = path.stat().st_mtime_ns if path.is_file() else 0
     return _read(subject, trial, stamp)
 
 
 @cache
-def _read(subject: str, trial: str, stamp: int) -> tuple[str, str]:
+def _read(subject: str, trial: str, stamp: int) -> tuple[str, Sequence[Worn]]:
     """As `_known`; a cohort has many studies of few subjects, and reading one takes 0.05 s. A
     subject is read again if `stamp`, the time of its last change, is another.
     """
     del stamp
     found = subject_in_table(Study(name="any", subject=subject, trial=trial))
-    return found.identifier, value_hash(found.to_toml())
+    return value_hash(found.to_toml()), found.devices
 
 
 def subject_in_table(study: Study) -> "Subject":

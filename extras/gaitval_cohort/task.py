@@ -33,6 +33,9 @@ THREADS: Final = (
 SAFE: Final = "PYTHONSAFEPATH"
 """Variable that keeps a Python from modules in the folder that it is started in, whose others may
 be: a `pickle.py` there would run."""
+OF_CLUSTER: Final = "gaitval-dask-"
+OF_STUDY: Final = "gaitval-study-"
+"""First letters of temporary folders."""
 SAMPLING: Final = 0.5
 """s between two looks at the memory of a study's processes."""
 COUNTING: Final = 10.0
@@ -116,7 +119,7 @@ def pinned(threads: int) -> dict[str, str]:
 
 def _watched(order: Json, folder: Path) -> tuple[Json, int]:
     """Run a study's process to its end; what it reported, and its largest memory, bytes."""
-    with own_folder(Path(tempfile.gettempdir()), "gaitval-study-") as temporary:
+    with own_folder(Path(tempfile.gettempdir()), OF_STUDY) as temporary:
         told = temporary / "told.json"
         sent = {**order, "folder": str(folder), "told": str(told)}
         with (folder / LOG).open("ab") as log:

@@ -1,5 +1,6 @@
 """Devices that the person of a study wears, which another wing knows: the part `device_results`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -7,13 +8,14 @@ from gaitval import wings
 from gaitval.datasets.subject import Subject
 from gaitval_cohort.table import Study
 
+Worn = str | dict[str, Any]
+"""A device: its name or file, or its table."""
 
-def identity_of(study: Study) -> dict[str, Any]:
-    """What walks with the devices of a `study` depend on. Raises ConfigurationError if there is no
-    such device.
-    """
+
+def identity_of(devices: Sequence[Worn]) -> dict[str, Any]:
+    """What walks with `devices` depend on. Raises ConfigurationError if there is no such device."""
     part = wings.load(wings.PARTS, "device_results")
-    return {"tables": part.tables(study.devices), "code": part.code()}
+    return {"tables": part.tables(devices), "code": part.code()}
 
 
 def wearing(study: Study, subject: Subject) -> Subject:

@@ -189,7 +189,7 @@ def outcomes(
             samples=samples,
             effort=PROSTHETIC_EFFORT if any(each.stumps for each in devices) else EFFORT,
             on_progress=lambda done, total, length: say(
-                f"learning: {100 * done // total} %, episodes of {length:.1f} gait cycles"
+                f"learning: {min(100, 100 * done // total)} %, episodes of {length:.1f} gait cycles"
             ),
         )
     results.append(walked("learned", learned))

@@ -214,14 +214,14 @@ class _Commands(Group):
                 )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
         except OSError as error:
-            from gaitval.disk_errors import why_unwritable
+            from gaitval.disk_errors import FAILED, why_unwritable
 
-            told = why_unwritable(error)
-            if told is None:
+            if (told := why_unwritable(error)) is None:
                 raise
             display.messages.print(
-                f"{error.filename or 'a file of the run, or a temporary one'}: cannot be written: "
-                f"{told}, or give another folder with --out. Finished work is kept.",
+                f"{error.filename or 'a file of the run, or a temporary one'}: cannot be "
+                f"{'read or ' * (error.errno in FAILED)}written: {told}, or give another folder "
+                "with --out. Finished work is kept.",
                 style="red", markup=False, highlight=False, soft_wrap=True,
             )  # fmt: skip
             raise typer.Exit(GaitvalError.exit_code) from None

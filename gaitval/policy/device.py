@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import torch
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import Logger
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
@@ -23,7 +23,7 @@ def update_seconds(configuration: Configuration, device: str) -> float:
     device : `cpu` or `cuda`.
     """
     learner = Learner(configuration, device=device)
-    learner.ppo.set_logger(configure(None, []))
+    learner.ppo.set_logger(Logger(None, []))
     learner.begin(0)
     noise = learner.noise()
     shape = noise.shape[:2]

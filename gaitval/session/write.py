@@ -66,9 +66,7 @@ def check_folder(folder: Path) -> None:
         if not nearest.is_dir():
             raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
         if not os.access(nearest, os.W_OK | os.X_OK):
-            raise ArtefactError(
-                f"{nearest}: no permission to write. Give another folder with --out."
-            )
+            raise ArtefactError(f"{nearest}: no permission to write. Give another with --out.")
     subject = Path(folder) / SUBJECT
     if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
         raise ArtefactError(
@@ -84,8 +82,8 @@ def writing(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ArtefactError(
-            f"{error.filename or folder}: cannot be written ({error.strerror}). Free disk space, "
-            "or give another folder with --out; then run the same command again."
+            f"{error.filename or folder}: cannot be written ({error.strerror}). Free disk space or "
+            "check the disk, or give another folder with --out; then run the same command again."
         ) from None
 
 

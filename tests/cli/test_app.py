@@ -3,6 +3,7 @@
 import ast
 import errno
 import io
+import os
 import re
 import subprocess
 import sys
@@ -304,20 +305,30 @@ def test_a_fault_of_ours_shows_no_traceback(
     assert "Traceback" not in captured.out + captured.err
 
 
-def test_a_full_disk_is_no_fault_of_ours(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
+@pytest.mark.parametrize(
+    ("number", "told"),
+    [
+        (errno.ENOSPC, "cannot be written: there is no space left"),
+        (errno.EIO, "cannot be read or written: its disk or network share reports an error"),
+        (errno.ESTALE, "cannot be read or written: its disk or network share reports an error"),
+    ],
+)
+def test_a_full_or_broken_disk_is_no_fault_of_ours(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    plain_messages: io.StringIO,
+    number: int,
+    told: str,
 ) -> None:
     """Where a library writes its own files, and says only what the system said."""
 
     def fail(*arguments: Any, **options: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "events"))
+        raise OSError(number, os.strerror(number), str(tmp_path / "events"))
 
     monkeypatch.setattr("gaitval.study.run.run_subject", fail)
     result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
-    assert f"{tmp_path / 'events'}: cannot be written: there is no space left" in (
-        plain_messages.getvalue()
-    )
+    assert f"{tmp_path / 'events'}: {told}" in plain_messages.getvalue()
 
 
 @pytest.mark.parametrize("round_number", ["0", "1001", "9" * 400])

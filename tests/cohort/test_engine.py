@@ -4,12 +4,14 @@ import contextlib
 import json
 import os
 import sys
+import tempfile
 from types import SimpleNamespace
 
 import psutil
 import pytest
 from killed_cohort import environment
 
+from gaitval import partial_files
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval_cohort import cluster, engine, task
 from gaitval_cohort.engine import require, run_cohort
@@ -112,6 +114,19 @@ def test_finished_studies_are_not_run_again(ran, monkeypatch):
     with pytest.raises(KeyError):
         run_cohort(studies(), str(ran.folder), workers=1, function="quick_study:work")
     assert asked == ["refuse", "crash"]
+
+
+def test_what_a_killed_cohort_left_goes_though_nothing_is_to_be_done(tmp_path, monkeypatch):
+    """It was killed after its last study, so that no cluster is started again."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with partial_files.own_folder(tmp_path, task.OF_CLUSTER) as in_use:
+        left = [tmp_path / f"{prefix}abcd1234" for prefix in (task.OF_CLUSTER, task.OF_STUDY)]
+        for folder in (*left, in_use):
+            folder.mkdir(exist_ok=True)
+            os.utime(folder, (0, 0))
+        assert run_cohort([], str(tmp_path / "cohort"), workers=1) == []
+        assert in_use.exists()
+        assert not any(folder.exists() for folder in left)
 
 
 def order(folder, name, fingerprint="f"):

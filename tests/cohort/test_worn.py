@@ -7,6 +7,7 @@ from gaitval.artefacts import write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval_cohort.answers import Summary
+from gaitval_cohort.identity import record_parts
 from gaitval_cohort.table import Study
 from gaitval_cohort.worn import figures, identity_of, wearing
 
@@ -41,9 +42,19 @@ def test_figures_are_those_of_the_page_with_what_a_search_found(tmp_path):
 
 
 def test_code_and_whole_tables_count():
-    named = identity_of(study("hip_exo"))
-    assert named == identity_of(study({"name": "hip_exo"}))
+    named = identity_of(["hip_exo"])
+    assert named == identity_of([{"name": "hip_exo"}])
     assert named["tables"][0]["hinges"]
     assert "gaitval_devices/search.py" in named["code"]
     with pytest.raises(ConfigurationError, match="no such device"):
-        identity_of(study("jetpack"))
+        identity_of(["jetpack"])
+
+
+def test_devices_of_a_subjects_file_count_as_those_of_the_table(tmp_path):
+    """What they are and their code: another version of a shipped one is another study."""
+    file = tmp_path / "person.toml"
+    file.write_text(PERSON.to_toml())
+    assert "devices" not in record_parts(Study(name="a", subject=str(file)))
+    worn = tmp_path / "worn.toml"
+    worn.write_text(PERSON.to_toml() + '\n[[devices]]\nname = "hip_exo"\n')
+    assert record_parts(Study(name="a", subject=str(worn)))["devices"] == identity_of(["hip_exo"])

@@ -5,7 +5,7 @@ import pytest
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import CallbackList
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gaitval.configuration import Configuration
@@ -37,7 +37,7 @@ def configuration(**training):
 
 def learner(**training):
     made = Learner(configuration(**training))
-    made.ppo.set_logger(configure(None, []))
+    made.ppo.set_logger(Logger(None, []))
     made.begin(1)
     return made
 

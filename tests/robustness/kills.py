@@ -145,7 +145,9 @@ class Job:
         if self.before is not None:
             shutil.copytree(self.before, self.folder)
 
-    def start(self, temporary: Path) -> "subprocess.Popen[str]":
+    def start(
+        self, temporary: Path, environment: Mapping[str, str] | None = None
+    ) -> "subprocess.Popen[str]":
         """Start it, in a session of its own, in which its workers can be found."""
         return subprocess.Popen(
             [
@@ -161,6 +163,7 @@ class Job:
                 "TMPDIR": str(temporary),
                 "OMP_NUM_THREADS": "1",
                 "SOURCE_DATE_EPOCH": "0",  # the date on a page, else that of the clock
+                **(environment or {}),
             },
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -346,7 +349,7 @@ def shared_memory(session: int) -> set[str]:
     return {name for name in found if not name.endswith("(deleted)") and Path(name).exists()}
 
 
-def _still_there(session: int) -> list[str]:
+def still_there(session: int) -> list[str]:
     """Commands of the processes of a session that do not end by themselves."""
     end = time.monotonic() + ENDING_SECONDS
     while (alive := processes(session)) and time.monotonic() < end:
@@ -370,7 +373,7 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
     process.communicate()
     if process.returncode != -signal.SIGKILL:
         return None
-    alive = _still_there(process.pid)  # its workers notice that it has gone
+    alive = still_there(process.pid)  # its workers notice that it has gone
     if clock_back:
         ahead = time.time() + DAY
         for path in (*job.folder.rglob("*"), *temporary.rglob("*")):
@@ -380,7 +383,7 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
             os.utime(path, (time.time() - DAY,) * 2, follow_symlinks=False)
     again = job.start(temporary)
     told, _ = again.communicate(timeout=SECONDS)
-    alive += _still_there(again.pid)
+    alive += still_there(again.pid)
     return {
         "returned": again.returncode,
         "told": masked(told, temporary)[-500:] if again.returncode else "",
@@ -454,9 +457,9 @@ def kills(count: int, seed: int, names: list[str], study: Path | None = None) ->
             print(json.dumps(found), flush=True)
 
 
-def turn() -> list[str]:
-    """Commands of `WRITING` as often as they are killed in a turn, the cheap ones between."""
-    places = [((2 * i + 1) / (2 * n), name) for name, n in WRITING.items() for i in range(n)]
+def turn(often: Mapping[str, int] = WRITING) -> list[str]:
+    """Commands as `often` as they are killed in a turn, the cheap ones between."""
+    places = [((2 * i + 1) / (2 * n), name) for name, n in often.items() for i in range(n)]
     return [name for _, name in sorted(places, key=lambda place: place[0])]
 
 

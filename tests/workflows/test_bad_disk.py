@@ -1,0 +1,74 @@
+"""On a disk that fails a command says so, and its next start ends well. More by
+`python tests/robustness/bad_disk.py`."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+
+import bad_disk
+import kills
+import pytest
+
+pytestmark = [
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="LD_PRELOAD and /proc"),
+    pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler `cc`"),
+]
+
+PROGRAM = """
+import sys
+from pathlib import Path
+folder = Path(sys.argv[1])
+try:
+    (folder / "a").write_text("x")
+    (folder / "a").replace(folder / "b")
+    print((folder / "b").read_text())
+except OSError as error:
+    print(error.errno)
+"""
+
+
+@pytest.fixture(scope="module")
+def disk(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("disk")
+    (folder / "bad").mkdir()
+    return bad_disk.Disk(bad_disk.built(folder), folder / "bad", folder / "count"), folder / "bad"
+
+
+@pytest.mark.parametrize(
+    ("fault", "number", "told"),
+    [
+        ("full", 0, "x"),
+        *((fault, 2, str(bad_disk.FAULTS[fault][0])) for fault in bad_disk.FAULTS),
+        ("full", 4, str(errno.ENOSPC)),  # the exchange of the file
+        ("full", 5, "x"),  # none is left
+    ],
+)
+def test_the_disk_fails_at_the_operation_that_is_asked_for(disk, fault, number, told):
+    library, folder = disk
+    environment = {**os.environ, **library.environment(fault, number)}
+    program = [sys.executable, "-c", PROGRAM, str(folder)]
+    found = subprocess.run(program, env=environment, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == told
+    if number == 0:
+        assert library.operations() == 4, "open, write, close, exchange"
+
+
+@pytest.mark.slow
+def test_a_history_on_a_disk_that_fails():
+    with kills.workplace() as (work, temporary, made):
+        trial = bad_disk.Trial(made | kills.further_jobs(work), work.parent, temporary)
+        for number in range(3):
+            case = trial.case("history", number, seed=1)
+            assert case["of"] > 30
+            assert bad_disk.survived(case), case
+
+
+def test_what_a_fault_spoils_is_seen():
+    """Else the row of evidence proves nothing."""
+    good = {"returned": 2, "traceback": False, "again": 0, "differ": [], "processes": []}
+    assert bad_disk.survived(good)
+    bad = [{"returned": 70}, {"returned": 1}, {"traceback": True}, {"again": 2}]
+    for each in (*bad, {"differ": ["a"]}, {"processes": ["python"]}):
+        assert not bad_disk.survived({**good, **each})
