@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 from speed_ratio import speed_ratio
 
-from gaitval.compiled import njit_borrowing
+from gaitval.compiled import njit
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject_file import load_subject
@@ -62,7 +62,7 @@ def walking(task, engine):
     return walk
 
 
-@njit_borrowing
+@njit
 def actions(bodies, arrays, account, work):
     while True:
         advance_lanes(bodies, arrays, account, work)
