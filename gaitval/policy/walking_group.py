@@ -176,8 +176,10 @@ def _actions(
     (4,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
     """
     while settings[3] > 0.0:
-        some = GroupSettings(settings[0], settings[1], settings[2], settings[3])
-        act_together(asked, some, group, inward, outward, bodies, lanes, account, work, seen)
+        act_together(
+            asked, GroupSettings(settings[0], settings[1], settings[2], settings[3]), group,
+            inward, outward, bodies, lanes, account, work, seen,
+        )  # fmt: skip
         yield 0
 
 
@@ -241,16 +243,17 @@ class WalkingGroup:
         self._habits = np.zeros((len(tasks), HABIT_PHASES, action_size(constants)))
         self._lanes = np.arange(len(tasks))
         self._mu = [each.walker.mu for each in every]
-        first, beside = self.environments[0], self.beside
-        numbers = constants.action_limit, constants.action_scale, constants.pace_scale, 1.0
-        self._settings = np.array(numbers)
+        self._settings = np.array(
+            [constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]
+        )
         self._asked, self._seen = (
-            np.zeros((len(tasks), *space.shape), dtype=np.float32)
-            for space in (first.action_space, first.observation_space)
+            np.zeros((len(tasks), size), dtype=np.float32)
+            for size in (action_size(constants), len(every[0].episode.observation))
         )
         self._actions = _actions(
             self._asked, self._settings, self._arrays, *self._pairs(),
-            beside.bodies, beside.arrays, beside.account, beside.work, self._seen,
+            self.beside.bodies, self.beside.arrays, self.beside.account, self.beside.work,
+            self._seen,
         )  # fmt: skip
         weakref.finalize(self, _end, self._actions, self._settings)
 
