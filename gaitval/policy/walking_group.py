@@ -243,12 +243,10 @@ class WalkingGroup:
         self._habits = np.zeros((len(tasks), HABIT_PHASES, action_size(constants)))
         self._lanes = np.arange(len(tasks))
         self._mu = [each.walker.mu for each in every]
-        self._settings = np.array(
-            [constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]
-        )
-        self._asked, self._seen = (
-            np.zeros((len(tasks), size), dtype=np.float32)
-            for size in (action_size(constants), len(every[0].episode.observation))
+        self._settings, self._asked, self._seen = (
+            np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
+            np.zeros((len(tasks), action_size(constants)), dtype=np.float32),
+            np.zeros((len(tasks), len(every[0].episode.observation)), dtype=np.float32),
         )
         self._actions = _actions(
             self._asked, self._settings, self._arrays, *self._pairs(),
