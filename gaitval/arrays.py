@@ -1,4 +1,6 @@
-"""Array types for annotations, and the runs of True in an array."""
+"""Array types for annotations, arrays in whole lines of the cache, and runs of True in an array."""
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,6 +8,14 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.int64]
+
+
+def aligned(shape: tuple[int, ...]) -> Array:
+    """Zeros of a `shape` that begin where a line of the processor's cache does: a vector of eight
+    numbers that lies in two takes twice as long to read or write (a physics step, a sixth longer).
+    """
+    room = np.zeros(math.prod(shape) + 7)
+    return room[-room.ctypes.data % 64 // 8 :][: math.prod(shape)].reshape(shape)
 
 
 def runs(on: Flags) -> tuple[Index, Index]:

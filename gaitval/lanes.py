@@ -26,7 +26,6 @@ import math
 import operator
 from typing import Any, ClassVar
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typeconv import Conversion
@@ -35,6 +34,7 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 from numba.np.arrayobj import make_array, populate_array
 
+from gaitval.arrays import aligned
 from gaitval.compiled import njit_borrowing
 
 # One AVX-512 register: 8 x 64 bits. LLVM splits the vector into two or four registers where they
@@ -448,7 +448,7 @@ def with_lanes(arrays: Any) -> Any:
     """
     if isinstance(arrays, tuple):
         return type(arrays)(*(with_lanes(member) for member in arrays))
-    return np.zeros((*arrays.shape, WIDTH)) if arrays.dtype == float else arrays
+    return aligned((*arrays.shape, WIDTH)) if arrays.dtype == float else arrays
 
 
 # Cody and Waite's three parts of π/2, and the polynomials of fdlibm's sine and cosine (Sun

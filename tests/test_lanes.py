@@ -14,6 +14,7 @@ from gaitval.lanes import (
     sine_cosine,
     sqrt,
     where,
+    with_lanes,
 )
 
 RANDOM = np.random.default_rng(0)
@@ -95,3 +96,12 @@ def test_everywhere_sees_every_lane(lane):
     assert all_below(x, 0.5)
     x[0, lane] = 1.0
     assert not all_below(x, 0.5)
+
+
+@pytest.mark.parametrize("shape", [(1,), (5, 3), (31, 6), (0, 3)])
+def test_lanes_begin_with_a_line_of_the_cache(shape):
+    for array in [with_lanes(np.ones(shape)) for _ in range(5)]:  # wherever the memory is
+        assert array.ctypes.data % 64 == 0
+        assert array.shape == (*shape, 8)
+        assert not array.any()
+        assert array.flags.c_contiguous

@@ -36,20 +36,6 @@ MEASURES = {
             "extras/gaitval_patients/rolling_foot.py",
         ),
     },
-    "GPS of walker*": {
-        "code": (
-            "extras/gaitval_patients/estimates.py",
-            "extras/gaitval_patients/gentle_fit.py",
-            "extras/gaitval_patients/one_stride.py",
-            "extras/gaitval_patients/prosthesis.py",
-            "extras/gaitval_patients/records.py",
-            "extras/gaitval_patients/rolling_foot.py",
-            "extras/gaitval_patients/told.py",
-            "extras/gaitval_patients/turned_feet.py",
-            "extras/gaitval_patients/walk.py:walk",
-            "@walk",
-        ),
-    },
     "*": {
         "code": (
             "extras/gaitval_patients/estimates.py",
@@ -63,8 +49,6 @@ MEASURES = {
             "extras/gaitval_patients/walk.py:walk",
             "@walk",
         ),
-        "allowed": 7,
-        "why": "where a foot points by Cardan angles: in the scores, and in none of these rows",
     },
 }
 """What the rows depend on; see evidence/stale.py."""

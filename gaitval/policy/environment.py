@@ -39,7 +39,6 @@ HABIT_PHASES = 100
 """Phases of the cycle at which a policy's action bias is known, see `WalkingEnvironment.centre`; a
 multiple of four, so that none is used on both sides of the mirror's seam."""
 
-
 _TOLERANCES = "height", "rotation", "drift"
 
 
@@ -122,15 +121,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._made_for = task.reference_body
         tolerances = [getattr(self.constants, f"{name}_tolerance") for name in _TOLERANCES]
         self.yardstick = Yardstick(
-            targets_of(task.reference, task.model),
-            *reward_numbers(configuration.reward),
+            targets_of(task.reference, task.model), *reward_numbers(configuration.reward),
             np.array(tolerances, dtype=float),
             0.5 * self.walker.action_seconds / task.reference.stride_time,
-            task.model.mass,
-            self.walker.weight,
-            self._extended,
-            self._mirrors,
-        )
+            task.model.mass, self.walker.weight, self._extended, self._mirrors,
+        )  # fmt: skip
         self._lower, self._upper = parameter_bounds(configuration.randomisation)
         self._nominal = nominal_parameters()
         self._middle = 0.5 * (self._lower + self._upper)
@@ -285,18 +280,10 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     def _judge(self) -> tuple[float, bool]:
         walker = self.walker
         reward, fell = judge(
-            walker.tree,
-            self.yardstick,
-            walker.state,
-            walker.phase,
-            self._pace(),
-            self.lift,
-            self.tolerance_share,
-            walker.mean_ground_reaction,
-            walker.mean_moments,
-            walker.mean_square_moments,
-            self.episode,
-        )
+            walker.tree, self.yardstick, walker.state, walker.phase, self._pace(), self.lift,
+            self.tolerance_share, walker.mean_ground_reaction, walker.mean_moments,
+            walker.mean_square_moments, self.episode,
+        )  # fmt: skip
         return float(reward), bool(fell)
 
     def push(self) -> None:

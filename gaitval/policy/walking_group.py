@@ -4,7 +4,8 @@ An environment of a group does, bit for bit, what it does alone. Its arrays are 
 so it resets and pushes itself; an action of all eight is one compiled call.
 """
 
-from collections.abc import Sequence
+import weakref
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -133,58 +134,29 @@ def act_together(
         # numba cannot index all members of a named tuple at once, so each array's row is taken by
         # hand.
         tree = Tree(
-            trees.joint_position[e],
-            trees.mass[e],
-            trees.centre_of_mass[e],
-            trees.inertia[e],
-            trees.sphere_segment,
-            trees.sphere_position[e],
-            trees.sphere_radius[e],
-        )
+            trees.joint_position[e], trees.mass[e], trees.centre_of_mass[e], trees.inertia[e],
+            trees.sphere_segment, trees.sphere_position[e], trees.sphere_radius[e],
+        )  # fmt: skip
         yardstick = Yardstick(
             Targets(
-                targets.positions[task],
-                targets.velocities[task],
-                targets.centre_of_mass[task],
-                targets.end_effectors[task],
-                targets.ground_reaction[task],
-                targets.moments[task],
-                targets.has_moment[task],
-                targets.stride_length[task],
-                targets.speed[task],
+                targets.positions[task], targets.velocities[task], targets.centre_of_mass[task],
+                targets.end_effectors[task], targets.ground_reaction[task], targets.moments[task],
+                targets.has_moment[task], targets.stride_length[task], targets.speed[task],
             ),
-            yards.weights[task],
-            yards.sharpness[task],
-            yards.tolerances[task],
-            yards.half_action[task],
-            yards.mass[task],
-            yards.weight[task],
-            yards.extended,
-            yards.mirrors,
-        )
+            yards.weights[task], yards.sharpness[task], yards.tolerances[task],
+            yards.half_action[task], yards.mass[task], yards.weight[task],
+            yards.extended, yards.mirrors,
+        )  # fmt: skip
         episode = EpisodeArrays(
-            episodes.action[e],
-            episodes.before[e],
-            episodes.parameters[e],
-            episodes.observation[e],
-            episodes.errors[e],
-            episodes.terms[e],
-            episodes.root_force[e],
-        )
+            episodes.action[e], episodes.before[e], episodes.parameters[e], episodes.observation[e],
+            episodes.errors[e], episodes.terms[e], episodes.root_force[e],
+        )  # fmt: skip
         phase = group.phase[e, 0]
         group.rewards[e], group.fell[e] = judge(
-            tree,
-            yardstick,
-            walkers.state[e],
-            phase,
-            group.pace[e, 0],
-            group.lift[e],
-            settings.tolerance_share,
-            walkers.ground[e],
-            walkers.moments[e],
-            walkers.squares[e],
+            tree, yardstick, walkers.state[e], phase, group.pace[e, 0], group.lift[e],
+            settings.tolerance_share, walkers.ground[e], walkers.moments[e], walkers.squares[e],
             episode,
-        )
+        )  # fmt: skip
         observation = episode.observation
         mirrored = mirrors and is_mirrored(phase)
         for i in range(seen.shape[1]):
@@ -192,6 +164,29 @@ def act_together(
                 seen[e, i] = MIRROR_SIGNS[i] * observation[MIRROR_ORDER[i]]
             else:
                 seen[e, i] = observation[i]
+
+
+@njit
+def _actions(
+    asked: NDArray[np.float32], settings: Array, group: GroupArrays, inward: Pairs, outward: Pairs,
+    bodies: LaneBodies, lanes: LaneArrays, account: Account, work: Workspace,
+    seen: NDArray[np.float32],
+) -> Iterator[int]:  # fmt: skip
+    """`act_together` each time it is asked for the next, until the tolerance share in `settings`
+    (4,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
+    """
+    while settings[3] > 0.0:
+        act_together(
+            asked, GroupSettings(settings[0], settings[1], settings[2], settings[3]), group,
+            inward, outward, bodies, lanes, account, work, seen,
+        )  # fmt: skip
+        yield 0
+
+
+def _end(actions: Iterator[int], settings: Array) -> None:
+    """End `_actions`: one that has not ended keeps its arrays for ever."""
+    settings[3] = 0.0
+    next(actions, None)
 
 
 def _stacked(values: Sequence[Any]) -> Any:
@@ -222,7 +217,6 @@ class WalkingGroup:
 
     def __init__(self, tasks: Sequence[WalkingTask]) -> None:
         constants, spheres = tasks[0].configuration.environment, len(tasks[0].model.spheres)
-        self._constants = constants
         walkers = walker_arrays(spheres, WIDTH)
         episodes = episode_arrays(constants, WIDTH)
         self.environments = [
@@ -243,17 +237,23 @@ class WalkingGroup:
             _stacked([yardstick for _, yardstick in kinds]),
             np.array([order.index(id(each.task)) for each in every]),
             np.array([each.shares for each in every]),
-            np.zeros((WIDTH, 1)),
-            np.ones((WIDTH, 1)),
-            np.zeros((WIDTH, ACTUATED_COUNT)),
-            np.zeros(WIDTH),
-            np.zeros(WIDTH),
-            np.zeros(WIDTH, dtype=bool),
-        )
+            np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, ACTUATED_COUNT)),
+            np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
+        )  # fmt: skip
         self._habits = np.zeros((len(tasks), HABIT_PHASES, action_size(constants)))
         self._lanes = np.arange(len(tasks))
         self._mu = [each.walker.mu for each in every]
-        self._inward, self._outward = self._pairs()
+        self._settings, self._asked, self._seen = (
+            np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
+            np.zeros((len(tasks), action_size(constants)), dtype=np.float32),
+            np.zeros((len(tasks), len(every[0].episode.observation)), dtype=np.float32),
+        )
+        self._actions = _actions(
+            self._asked, self._settings, self._arrays, *self._pairs(),
+            self.beside.bodies, self.beside.arrays, self.beside.account, self.beside.work,
+            self._seen,
+        )  # fmt: skip
+        weakref.finalize(self, _end, self._actions, self._settings)
 
     def _pairs(self) -> tuple[Pairs, Pairs]:
         rows, lanes = self._arrays, self.beside.arrays
@@ -331,20 +331,12 @@ class WalkingGroup:
         -------
         Reward, whether it fell, and whether the episode has its full length: (environments,) each.
         """
-        constants, group, count = self._constants, self._arrays, len(self.environments)
+        group, count = self._arrays, len(self.environments)
         for environment in self.environments:
             environment.push()
-        settings = GroupSettings(
-            constants.action_limit,
-            constants.action_scale,
-            constants.pace_scale,
-            float(self.environments[0].tolerance_share),
-        )
-        lanes = self.beside
-        act_together(
-            asked, settings, group, self._inward, self._outward,
-            lanes.bodies, lanes.arrays, lanes.account, lanes.work, seen,
-        )  # fmt: skip
+        self._asked[:], self._settings[3] = asked, self.environments[0].tolerance_share
+        next(self._actions)
+        seen[:] = self._seen
         over = np.zeros(count, dtype=bool)
         for e, (environment, phase) in enumerate(
             zip(self.environments, group.phase[:, 0].tolist(), strict=False)

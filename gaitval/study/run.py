@@ -183,11 +183,15 @@ def run_subject(
             done, why = algorithm_1_ends(run, rounds)
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
         do(choose_stage(run, rounds))
+        kept.close()  # they have grown by their walkers; new ones are forked in a moment
+        kept.enter_context(keeping_workers(run.configuration.training.workers))
         do(correct_stage(run))
+        kept.close()
+        kept.enter_context(keeping_workers(run.configuration.training.workers))
         # the workers do one what the other leaves of their time
         walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
         _together(run, walks, pushes, force=force)
-        kept.close()  # they have grown by their walkers
+        kept.close()
         do(validate_stage(run))
         unknown = not run.subject.has_kinetics or run.configuration.record.use == "kinematics"
         for part, asked in (("device_results", run.subject.devices), ("estimate", unknown)):

@@ -156,14 +156,9 @@ def learned(
 
     first, *rest = tasks
     return train(
-        first,
-        folder,
-        also=rest,
-        samples=samples,
-        start=policy,
-        subject=subject,
+        first, folder, also=rest, samples=samples, start=policy, subject=subject,
         on_progress=run.observer.progress,
-    )
+    )  # fmt: skip
 
 
 def _asked(run: Run) -> bool:

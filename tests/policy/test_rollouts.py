@@ -1,5 +1,6 @@
 """Walks of a policy: scored, recorded, in worker processes."""
 
+import gc
 import json
 import os
 import pickle
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import textwrap
 import time
+import weakref
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -264,6 +266,18 @@ def test_a_walk_does_not_depend_on_those_beside_it(task):
         np.testing.assert_array_equal(all_of_them[2].positions, all_of_them[0].positions)
         assert [bool(each.fell[0]) for each in all_of_them] == [walker is wild] * 5
     assert len({len(each.time) for each in all_of_them}) > 1
+
+
+def test_a_group_that_is_no_longer_needed_gives_its_arrays_back(task):
+    group = WalkingGroup([task] * 8)
+    lanes = weakref.ref(group.beside.arrays.phase), weakref.ref(group.beside.account.moments)
+    asked, seen = (np.zeros(each.shape, np.float32) for each in (group._asked, group._seen))
+    group.step(asked, seen)
+    assert np.isfinite(seen).all()
+    assert seen.any()
+    del group
+    gc.collect()
+    assert [each() for each in lanes] == [None, None]
 
 
 @pytest.mark.parametrize("scale", [0.1, 20.0])
