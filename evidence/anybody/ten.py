@@ -15,7 +15,7 @@ from evidence.fitted import stored_baselines
 from evidence.rows import git
 
 START: Final = "7ac11c342"
-"""The last commit before the first of issue 37 (events of markers against plates)."""
+"""The last commit before the first of events of markers against plates."""
 MEASURES = {"*": {"code": (), "data": ("reports/S??/baseline/metrics.json",)}}
 """What the rows depend on; see evidence/stale.py."""
 
@@ -40,7 +40,7 @@ def lost(before: Limits, now: Limits, role: str) -> tuple[int, list[tuple[str, s
 
 @evidence.measurement(option("--before", default=START, help="the commit to compare with"))
 def ten(arguments: Namespace) -> list[evidence.Row]:
-    """The ten before and after: limits that were kept before issue 37 and are missed today."""
+    """The ten before and after: limits that were kept before anybody else walked and are missed today."""
     found: dict[str, list[tuple[int, int]]] = {"acceptance": [], "context": []}
     for person, today in enumerate(stored_baselines(), start=1):
         file = f"reports/S{person:02d}/baseline/metrics.json"
