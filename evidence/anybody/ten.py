@@ -40,7 +40,7 @@ def lost(before: Limits, now: Limits, role: str) -> tuple[int, list[tuple[str, s
 
 @evidence.measurement(option("--before", default=START, help="the commit to compare with"))
 def ten(arguments: Namespace) -> list[evidence.Row]:
-    """The ten before and after: limits that were kept before anybody else walked and are missed today."""
+    """The ten before and after: limits that were kept then and are missed today."""
     found: dict[str, list[tuple[int, int]]] = {"acceptance": [], "context": []}
     for person, today in enumerate(stored_baselines(), start=1):
         file = f"reports/S{person:02d}/baseline/metrics.json"
