@@ -28,6 +28,7 @@ from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.prediction.known import told
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
+from gaitval.simulation.servo import closed_cycle
 from gaitval_estimate.deviations import (
     KINETICS,
     Trial,
@@ -134,7 +135,7 @@ MEASURES = {
             "extras/gaitval_estimate/estimate.py",
             "experiments/estimate_fits.py",
             "gaitval/metrics/baselines.py",
-            "evidence/fit.py:estimates,_estimate_of,_closed,lower_end,SKILLS",
+            "evidence/fit.py:estimates,_estimate_of,lower_end,SKILLS",
         ),
         "data": ("extras/gaitval_estimate/fits.json",),
     },
@@ -288,7 +289,7 @@ def estimates(_: Namespace) -> list[evidence.Row]:
             pairs = zip(curves, truth, strict=True)
             return np.array(
                 [
-                    np.mean([scale * rms(_closed(c[s, i] - t[s, i])) for s in (0, 1)])
+                    np.mean([scale * rms(closed_cycle(c[s, i] - t[s, i])) for s in (0, 1)])
                     for c, t in pairs
                 ]
             )
@@ -325,11 +326,6 @@ def estimates(_: Namespace) -> list[evidence.Row]:
     what = f"{of} points within the band of 90 %"
     share = float(100.0 * np.mean(inside))
     return [*rows, evidence.Row(what, share, "%", ">=", 90.0, 85.0, len(inside))]
-
-
-def _closed(curve: Array) -> Array:
-    """A whole cycle at 101 points, as walks are compared."""
-    return np.append(curve, curve[0])
 
 
 def _estimate_of(person: str, *, angles: bool = True) -> Estimate:

@@ -1,11 +1,12 @@
 """How well `gaitval markers` finds out where markers are whose names say nothing, or in any
 language.
 
-`evidence/anybody/markers.toml` lists the recordings. FOLDER has a clone of each repository, named
-OWNER+NAME, as for `experiments/public_recordings.py`. The built-in set of a recording says where
-its markers are. Each is drafted three times: with numbers for names; with its names exchanged among
-its markers; and with names in German, French, Italian, Spanish or Portuguese, which this file
-makes.
+`evidence/anybody/markers.toml` lists the recordings, and `unseen_markers.toml` those that nobody
+had looked at before they were measured; on no account is anything chosen on them. FOLDER has a
+clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`. The built-in
+set of a recording says where its markers are. Each is drafted three times: with numbers for names;
+with its names exchanged among its markers; and with names in German, French, Italian, Spanish or
+Portuguese, which this file makes.
 
 A marker is right if its segment and its landmark are those of the set. Three differences are none:
 a wand on thigh or shank that is called a tracking marker; a marker on the sacrum where both
@@ -34,6 +35,7 @@ from gaitval_markers.draft import Draft, Guess, Places, draft_of, places_of
 from gaitval_markers.names import computed
 
 LIST: Final = ROOT / "evidence" / "anybody" / "markers.toml"
+UNSEEN: Final = ROOT / "evidence" / "anybody" / "unseen_markers.toml"
 CLONES = option("--from", dest="clones", type=Path, required=True, help="folder of the clones")
 SEED: Final = 37
 NOT_OF_THE_BODY: Final = ("FHD", "BHD", "HEAD", "TEMP", "FIN", "HMC")
@@ -45,6 +47,7 @@ MEASURES = {
         "code": ("evidence/anybody/markers.py", "extras/gaitval_markers/*.py"),
         "data": (
             "evidence/anybody/markers.toml",
+            "evidence/anybody/unseen_markers.toml",
             "evidence/anybody/languages.toml",
             "extras/gaitval_markers/*.toml",
         ),
@@ -207,22 +210,35 @@ _ONLY = option("--only", default="", help="sets that begin with this: no rows")
 def markers(arguments: Namespace) -> list[evidence.Row]:
     """Markers drafted right: without names, with exchanged ones, in another language."""
     of = "chosen" if arguments.chosen else "measured"
-    rows = _measured(arguments.clones, of, arguments.only, "public sets")
+    rows = _measured(arguments.clones, _listed(of), "public sets", arguments.only)
     return [] if arguments.chosen or arguments.only else rows
 
 
 @evidence.measurement(CLONES)
 def fresh_markers(arguments: Namespace) -> list[evidence.Row]:
     """The same of recordings that were looked at once, when everything was chosen."""
-    return _measured(arguments.clones, "fresh", "", "public sets looked at once")
+    return _measured(arguments.clones, _listed("fresh"), "public sets looked at once")
 
 
-def _measured(clones: Path, of: str, only: str, words: str) -> list[evidence.Row]:
-    """The rows of a part of the list."""
-    content = tomllib.loads(LIST.read_text(encoding="utf-8"))
+@evidence.measurement(CLONES)
+def unseen_markers(arguments: Namespace) -> list[evidence.Row]:
+    """The same of people whose recordings nobody had looked at, drafted in the measurement once."""
+    return _measured(arguments.clones, _listed("unseen", UNSEEN), "people never looked at")
+
+
+def _listed(of: str, file: Path = LIST) -> list[dict[str, Any]]:
+    """A part of a list."""
+    entries: list[dict[str, Any]] = tomllib.loads(file.read_text(encoding="utf-8"))[of]
+    return entries
+
+
+def _measured(
+    clones: Path, entries: Sequence[Mapping[str, Any]], words: str, only: str = ""
+) -> list[evidence.Row]:
+    """The rows of the recordings of `entries`, of sets that begin with `only`."""
     found: dict[str, list[tuple[int, int, int]]] = {}
     certain: dict[str, list[int]] = {}
-    for number, entry in enumerate(content[of]):
+    for number, entry in enumerate(entries):
         if not entry["set"].startswith(only):
             continue
         walking, standing, truth = recorded(entry, clones)

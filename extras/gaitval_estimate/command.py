@@ -27,12 +27,11 @@ def estimate(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stage import open_run, run_stage
-    from gaitval_estimate.stage import PAGE, applies, of_run, stage
+    from gaitval_estimate.stage import PAGE, check, stage
 
     subject = load_subject(str(run / "subject.toml"))
     configuration = load_configuration(run / "configuration.toml")
     with display.live_view() as live, open_run(subject, configuration, run, live) as opened:
-        if not applies(opened):
-            of_run(opened)  # raises
+        check(opened)
         run_stage(stage(opened), run, observer=live)
     display.plain(f"Estimate: {run / PAGE}")

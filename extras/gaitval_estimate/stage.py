@@ -38,11 +38,6 @@ _JOINTS: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "an
 _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}
 
 
-def applies(run: Run) -> bool:
-    """Whether `run` knew no moments and forces of the person."""
-    return not run.subject.has_kinetics or run.configuration.record.use == "kinematics"
-
-
 def stage(run: Run) -> Stage:
     """Known record and reference of `run` → the estimate's table and page."""
     return Stage(
@@ -57,21 +52,26 @@ def stage(run: Run) -> Stage:
     )
 
 
-def of_run(run: Run) -> Estimate:
-    """The estimate of the kinetics of `run`. Raises ConfigurationError if it knew them."""
-    if not applies(run):
+def check(run: Run) -> None:
+    """Raise ConfigurationError if `run` knew the moments and forces of the person."""
+    if not run.knew_no_kinetics:
         raise ConfigurationError(
             f"{run.folder}: this run knew the person's moments and forces, so there is nothing to "
             "estimate. An estimate is for a person without force plates: give the folder of such a "
             "run, or run this person with --use kinematics."
         )
-    record, subject = run.told().record, run.subject
+
+
+def of_run(run: Run) -> Estimate:
+    """The estimate of the kinetics of `run`; raises as `check`."""
+    check(run)
+    record, subject, others = run.told().record, run.subject, builtin_subjects()
     reference = ReferenceMotion.load(run.folder / "reference.npz")
     mass = read_urdf(run.folder / "model.urdf").mass
     fit = fit_of(reference_curves(reference, mass, record.left_phase), record)
-    people = learned_from(subject, builtin_subjects())
-    same = any(subject.laboratory == other.laboratory for other in builtin_subjects())
-    return estimate(Trial(normal_form(record, subject.leg_length_m), fit), people, angles=same)
+    trial = Trial(normal_form(record, subject.leg_length_m), fit)
+    same = any(subject.laboratory == other.laboratory for other in others)
+    return estimate(trial, learned_from(subject, others), angles=same)
 
 
 def write(run: Run) -> Estimate:

@@ -158,7 +158,12 @@ def run_subject(
     do(scale_stage(run))
     rounds, done = 0, False
     with ExitStack() as kept:
-        kept.enter_context(keeping_workers(run.configuration.training.workers))
+
+        def renew_workers() -> None:
+            kept.close()  # they have grown by their walkers; new ones are forked when needed
+            kept.enter_context(keeping_workers(run.configuration.training.workers))
+
+        renew_workers()
         reference, begun = reference_stage(run), None
         if run.configuration.training.workers > 1 and (force or why_run(reference, run.folder)):
             # in a thread, since the workers' server is not ready yet
@@ -183,21 +188,19 @@ def run_subject(
             done, why = algorithm_1_ends(run, rounds)
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
         do(choose_stage(run, rounds))
-        kept.close()  # they have grown by their walkers; new ones are forked in a moment
-        kept.enter_context(keeping_workers(run.configuration.training.workers))
+        renew_workers()
         do(correct_stage(run))
-        kept.close()
-        kept.enter_context(keeping_workers(run.configuration.training.workers))
+        renew_workers()
         # the workers do one what the other leaves of their time
         walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
         _together(run, walks, pushes, force=force)
         kept.close()
         do(validate_stage(run))
-        unknown = not run.subject.has_kinetics or run.configuration.record.use == "kinematics"
-        for part, asked in (("device_results", run.subject.devices), ("estimate", unknown)):
+        further = {"device_results": run.subject.devices, "estimate": run.knew_no_kinetics}
+        for part, asked in further.items():
             if asked:
                 force |= do(wings.load(wings.PARTS, part).stage(run))  # the report links to it
-        kept.enter_context(keeping_workers(run.configuration.training.workers))
+        renew_workers()
         do(report_stage(run))
 
 

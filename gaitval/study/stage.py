@@ -98,6 +98,11 @@ class Run:
     configuration: "Configuration"
     observer: Observer = field(default_factory=Observer)
 
+    @property
+    def knew_no_kinetics(self) -> bool:
+        """Whether the person's moments and forces are unknown, or not to be used."""
+        return not self.subject.has_kinetics or self.configuration.record.use == "kinematics"
+
     def told(self, *, speed: float | None = None) -> "Told":
         """What the run may know of the record; at `speed` m/s instead of the configured one."""
         from gaitval.datasets.subject_file import builtin_subjects

@@ -23,6 +23,7 @@ import random
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Any, Final
@@ -111,18 +112,25 @@ def survived(case: Json) -> bool:
 
 
 class Trial:
-    """Jobs on a bad disk, one after the other; `work` holds what they read and write."""
+    """Jobs on a bad disk, one after the other.
 
-    def __init__(self, made: dict[str, kills.Job], work: Path, temporary: Path) -> None:
+    Parameters
+    ----------
+    made : the jobs, by name.
+    temporary : folder for their temporary files, beside that of all that they read and write.
+    own : folder for the library and the number of operations, on a good disk.
+    """
+
+    def __init__(self, made: dict[str, kills.Job], temporary: Path, own: Path) -> None:
         self._killing = kills.Killing(made, temporary)
         self._temporary = temporary
-        self._disk = Disk(built(work.parent), work, work.parent / "operations")
+        self._disk = Disk(built(own), temporary.parent, own / "operations")
         self._operations: dict[tuple[str, str], int] = {}
 
     def case(self, name: str, number: int, seed: int) -> Json:
         """A fault at an operation that follows from seed and number."""
         job = self._killing.jobs[name]
-        _, wanted, always = self._killing.usual(name)
+        self._killing.usual(name)
         draw = random.Random(f"{seed} {number}")
         fault = draw.choice(list(FAULTS))
         if (name, fault) not in self._operations:
@@ -133,18 +141,13 @@ class Trial:
         operations = self._operations[name, fault]
         at = draw.randint(1, max(operations, 1))
         found = failed(job, self._disk, fault, at, self._temporary)
-        now = kills.contents(job.folder)
-        found["differ"] = sorted(
-            file for file in {*now, *wanted} if now.get(file) != wanted.get(file)
-        )
-        found["files"] = sorted({*kills.emptied(self._temporary)} - {*always})
         about = {"job": name, "fault": fault, "operation": at, "of": operations, "seed": seed}
-        return about | found
+        return about | found | self._killing.spoilt(name)
 
     def stopped(self, name: str, number: int, seed: int, seconds: float) -> Json | None:
         """All processes of a job halted for `seconds` of the clock; None if it ended before."""
         job = self._killing.jobs[name]
-        usual, wanted, always = self._killing.usual(name)
+        usual, _, _ = self._killing.usual(name)
         share = random.Random(f"stop {seed} {number}").uniform(0.1, 0.9)
         job.prepared()
         process = job.start(self._temporary)
@@ -158,7 +161,6 @@ class Trial:
             if sent == signal.SIGSTOP:
                 time.sleep(seconds)
         told, _ = process.communicate(timeout=kills.SECONDS)
-        now = kills.contents(job.folder)
         fine = process.returncode in (0, job.verdict)
         return {
             "job": name,
@@ -171,9 +173,7 @@ class Trial:
             "told": "" if fine else kills.masked(told, self._temporary)[-600:],
             "again": 0,
             "processes": kills.still_there(process.pid),
-            "differ": sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file)),
-            "files": sorted({*kills.emptied(self._temporary)} - {*always}),
-        }
+        } | self._killing.spoilt(name)
 
 
 def all_cases(
@@ -187,8 +187,8 @@ def all_cases(
 ) -> None:
     """Faults, then stops, until there are so many of each in the log."""
     order = [name for name in kills.turn(WEIGHTS) if name in names]
-    with kills.workplace() as (work, temporary, made):
-        trial = Trial(made | kills.further_jobs(work), work.parent, temporary)
+    with kills.workplace() as (work, temporary, made), tempfile.TemporaryDirectory() as own:
+        trial = Trial(made | kills.further_jobs(work), temporary, Path(own))
         kills.finished_study(work, temporary, study)
         kills.emptied(temporary)
         done = kills.logged(log)

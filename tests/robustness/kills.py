@@ -427,7 +427,7 @@ class Killing:
 
     def kill(self, name: str, number: int, seed: int) -> Json:
         """What becomes of a job that is killed at a moment that follows from seed and number."""
-        seconds, wanted, always = self.usual(name)
+        seconds, _, _ = self.usual(name)
         job, clock_back = self.jobs[name], number % 2 == 1
         share = random.Random(f"{seed} {number}").uniform(0.02, 1.0)
         found, tries = None, 0
@@ -435,12 +435,17 @@ class Killing:
             after = share * seconds * 0.9**tries
             found = killed(job, after, self.temporary, clock_back=clock_back)
             tries += 1
-        found["files"] = sorted({*found["files"]} - {*always})
-        now = contents(job.folder)
-        differ = sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file))
-        emptied(self.temporary)
         about = {"job": name, "share": round(share, 3), "clock_back": clock_back, "seed": seed}
-        return found | about | {"differ": differ}
+        return found | about | self.spoilt(name)
+
+    def spoilt(self, name: str) -> Json:
+        """What a job has left in its folder that differs from a run that nobody disturbs, and the
+        temporary files that such a run does not leave; these are removed.
+        """
+        _, wanted, always = self.usual(name)
+        now = contents(self.jobs[name].folder)
+        differ = sorted(file for file in {*now, *wanted} if now.get(file) != wanted.get(file))
+        return {"differ": differ, "files": sorted({*emptied(self.temporary)} - {*always})}
 
 
 def kills(count: int, seed: int, names: list[str], study: Path | None = None) -> None:

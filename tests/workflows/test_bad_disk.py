@@ -56,9 +56,9 @@ def test_the_disk_fails_at_the_operation_that_is_asked_for(disk, fault, number, 
 
 
 @pytest.mark.slow
-def test_a_history_on_a_disk_that_fails():
+def test_a_history_on_a_disk_that_fails(tmp_path):
     with kills.workplace() as (work, temporary, made):
-        trial = bad_disk.Trial(made | kills.further_jobs(work), work.parent, temporary)
+        trial = bad_disk.Trial(made | kills.further_jobs(work), temporary, tmp_path)
         for number in range(3):
             case = trial.case("history", number, seed=1)
             assert case["of"] > 30
