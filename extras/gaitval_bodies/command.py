@@ -9,7 +9,9 @@ from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, added_command
 
 
-@added_command("gaitval body 5", "gaitval body 5 --out body.json --page body.html", after="imports")
+@added_command(
+    "gaitval body 5", "gaitval body 5 --out body.json --page body.html", after="subjects"
+)
 def body(
     subject: SubjectArgument,
     out: Annotated[

@@ -108,7 +108,7 @@ RetriesOption = Annotated[
     "gaitval cohort table.csv --out runs/c --scheduler tls://10.0.0.5:8786",
     "gaitval cohort table.csv --out runs/c --scheduler slurm --workers 20",
     "gaitval cohort table.csv --out runs/c --store s3://bucket/cohort",
-    after="imports",
+    after="subjects",
 )
 def cohort(
     table: TableArgument = None,

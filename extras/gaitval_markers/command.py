@@ -13,7 +13,7 @@ from gaitval.cli.app import added_command
 @added_command(
     "gaitval markers walk.c3d --standing stand.c3d     # walk_markers.toml and .svg",
     "gaitval markers walk.trc --out my_laboratory.toml",
-    after="imports",
+    after="subjects",
 )
 def markers(
     file: Annotated[

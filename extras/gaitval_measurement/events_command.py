@@ -12,7 +12,7 @@ from gaitval.cli.app import added_command
 @added_command(
     "gaitval events walk.c3d --standing stand.c3d       # walk_events.svg",
     "gaitval events walk.trc --forces walk.mot --out landings.png",
-    after="imports",
+    after="subjects",
 )
 def events(
     file: Annotated[

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     "gaitval subject runs/virtual/V7_000.toml     # identify it, and walk as it does",
     "gaitval virtual --world harsh --out runs/virtual   # records err otherwise",
     "gaitval virtual --c3d --out runs/recorded",
-    after="imports",
+    after="subjects",
 )
 def virtual(
     out: Annotated[

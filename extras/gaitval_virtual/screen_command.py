@@ -9,7 +9,7 @@ from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, added_command
 
 
-@added_command("gaitval screen 5", "gaitval screen 5 --out screening.csv", after="imports")
+@added_command("gaitval screen 5", "gaitval screen 5 --out screening.csv", after="subjects")
 def screen(
     subject: SubjectArgument,
     out: Annotated[

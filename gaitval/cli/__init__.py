@@ -1,10 +1,9 @@
 """The `gaitval` command: root, options, commands, tables and the live view."""
 
-from gaitval.cli import imports, recording, study
+from gaitval.cli import recording, study
 from gaitval.cli.app import main
 
 __all__ = [
-    "imports",
     "main",
     "recording",
     "study",

@@ -45,7 +45,7 @@ Exit codes: 0 done, 1 a limit was failed (validate, check, compare
 
 PANELS = {
     "Main jobs": ("subject", "import", "predict", "report"),
-    "More ways in, and many people": ("subjects", "imports"),
+    "More ways in, and many people": ("subjects",),
     "Stored accuracy": ("baseline",),
     "Single stages of a run": (
         *("scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"),

@@ -43,6 +43,9 @@ LEAST_SHOWN: Final = 0.8
 BRUSH_FORCE: Final = 2.0
 """A touch too short for a stance is reported above this many force thresholds."""
 
+LONGEST_FLIGHT: Final = 0.25
+"""s. Runners are in the air for at most about 0.15 s of a step (Weyand et al. 2000)."""
+
 LARGEST_LAG_SECONDS: Final = 0.06
 """s. Events from forces may be this much earlier or later than those from markers, in the median of
 strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal et al. 2016."""
@@ -254,7 +257,7 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
 
 
 def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Finding]:
-    """Find stances that the plates do not show, or show only in part.
+    """Find stances that the plates do not show, or show in part, and landings that nothing shows.
 
     Parameters
     ----------
@@ -266,7 +269,7 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
     Returns
     -------
     list
-        One finding for each such stance.
+        One finding for each.
     """
     findings = []
     settling = round(SETTLING_SECONDS * recording.force_rate)
@@ -285,4 +288,9 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
                 else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
             )
             findings.append(finding(recording, "contact", (f"{side} foot",), begin, end, action))
+    for begin, end in zip(*runs(~(feet.stance | touched).any(axis=1)), strict=True):
+        if end - begin > LONGEST_FLIGHT * recording.force_rate:
+            valid[begin:end] = False
+            action = "neither is seen on the ground, longer than anybody flies; no forces there"
+            findings.append(finding(recording, "contact", ("both feet",), begin, end, action))
     return findings

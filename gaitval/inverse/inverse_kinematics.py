@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
-from gaitval.coordinates import COORDINATES, RANGES
+from gaitval.coordinates import COORDINATES, LEG, RANGES, ROOT
 from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, held_pose, marker_trial, place
@@ -73,7 +73,7 @@ class InverseKinematics(Saved):
 
 @dataclass(frozen=True)
 class MarkerErrors:
-    """Distances between measured and model markers over a trial, m.
+    """Distances between measured and model markers over the frames that show pelvis and legs, m.
 
     Attributes
     ----------
@@ -93,14 +93,17 @@ class MarkerErrors:
 
 
 def marker_errors(result: InverseKinematics) -> MarkerErrors:
-    """Root-mean-square and largest error, of each marker and of all.
+    """Root-mean-square and largest error, of each marker and of all, in the frames that show pelvis
+    and legs: of who walks into the cameras' view too little is seen at first to fit a body to.
 
     Parameters
     ----------
     result : of `inverse_kinematics`.
     """
     errors = result.marker_errors
-    seen = np.isfinite(errors)
+    lower = [i for i, name in enumerate(COORDINATES) if name in ROOT or name[:-2] in LEG]
+    shown = (result.determined | ~result.determined.any(axis=0))[:, lower].all(axis=1)
+    seen = np.isfinite(errors) & (shown if shown.any() else ~shown)[:, None]
     filled = np.where(seen, errors, 0.0)
     count = seen.sum(axis=0)
     # A marker that is never seen has 0 / 0, which is NaN, as it should be.

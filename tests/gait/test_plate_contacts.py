@@ -243,6 +243,21 @@ def test_a_stance_of_which_plates_show_too_little(shown, words, column):
     np.testing.assert_array_equal(valid, expected)
 
 
+@pytest.mark.parametrize(("seconds", "known"), [(0.24, True), (0.26, False)])
+def test_nobody_is_in_the_air_for_longer_than_runners(seconds, known):
+    """Who walks out of the cameras' sight lands unseen: no force there is not a force of zero."""
+    flight = slice(100, 100 + round(seconds * RATE))
+    stance = np.zeros((N, 2), bool)
+    stance[:100, 0] = stance[flight.stop :, 1] = True
+    valid = np.ones((N, 2), bool)
+    feet = replace(feet_at([0.0, 0.1], [0.0, 0.1]), stance=stance)
+    found = judge_unshown(trial(loaded()), feet, stance.copy(), valid)
+    assert [each.names for each in found] == ([] if known else [("both feet",)])
+    assert valid[flight].all() == valid[flight].any() == known
+    assert valid[: flight.start].all()
+    assert valid[flight.stop :].all()
+
+
 @pytest.mark.parametrize(
     ("strikes", "offs", "refused"),
     [(0.07, 0.07, True), (-0.07, -0.07, True), (0.05, 0.05, False), (0.07, 0.0, False),

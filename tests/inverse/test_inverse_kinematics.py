@@ -321,6 +321,22 @@ def test_the_summary_names_the_worst_marker_and_frame(walk):
     )
 
 
+def test_frames_that_show_a_part_of_the_body_are_not_judged(walk):
+    """Who walks into the cameras' view: of the first frames only the trunk is known."""
+    model, _, markers, measured = walk
+    seen = measured[:4].copy()
+    away = ("thigh", "shank", "foot", "toes")
+    below = [i for i, marker in enumerate(markers) if marker.segment.startswith(away)]
+    seen[:2, below] = np.nan
+    found = inverse_kinematics(model, markers, seen)
+    errors = np.where(np.isnan(seen[..., 0]), np.nan, 0.004)
+    errors[:2] *= 80.0
+    errors[2, 0] = 0.005
+    summary = marker_errors(replace(found, marker_errors=errors))
+    assert (summary.whole_largest, summary.worst_frame) == (0.005, 2)
+    np.testing.assert_allclose(summary.rms[1:], 0.004)
+
+
 def _on(markers, **changes):
     return [replace(markers[0], **changes), *markers[1:]]
 

@@ -6,16 +6,16 @@ from typing import Annotated
 import typer
 
 from gaitval.cli import display
-from gaitval.cli.app import ConfigOption, SetOption, command
+from gaitval.cli.app import ConfigOption, SetOption, added_command
 
 
-@command(
+@added_command(
     "gaitval imports session.toml --out reports/lab",
     "gaitval imports recordings/ --out reports/lab     # every session.toml in a folder",
     "gaitval imports OpenCapData_f2/ --out reports/lab   # or a session of OpenCap or Pose2Sim",
-    name="imports",
+    after="subjects",
 )
-def imports_command(
+def imports(
     sessions: Annotated[
         Path,
         typer.Argument(
