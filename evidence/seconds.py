@@ -1,6 +1,6 @@
-"""How long a study takes and how much memory it needs, which speeds and which strangers are walked
-without own training, how quick physics and the live page are, as rows of
-`reports/evidence/seconds.csv`.
+"""How long a study takes, alone, from nothing and in a cohort, and how much memory it needs, which
+speeds and which strangers are walked without own training, how quick physics and the live page are,
+as rows of `reports/evidence/seconds.csv`.
 
 Wall time says something on an idle machine only. So a run during which other programs took more
 than `OTHERS` of the processors does not count; if none counts, no row is written.
@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -49,6 +49,16 @@ TABLES: Final = {"F": "ANSUR_II_FEMALE_Public.csv", "M": "ANSUR_II_MALE_Public.c
 SLOWEST, FASTEST = 0.4, 1.6
 """m/s, of the strangers' speeds."""
 MEASURES = {
+    "people an hour *": {
+        "code": ("@study", "@page", "@cohort", "evidence/seconds.py:cohort,_ran,_idle"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a study",
+    },
+    "from nothing *": {
+        "code": ("@study", "@page", "evidence/seconds.py:scratch,_ran,_idle"),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a study",
+    },
     "physics, *": {"code": ("@physics", "evidence/seconds.py:physics")},
     "s*without own training*": {
         "code": (
@@ -109,10 +119,10 @@ def _busy() -> int:
     return sum(times) - times[3] - times[4]  # idle, and waiting for a disk
 
 
-def _ran(subject: str, folder: str) -> _Ran:
-    """A study of a subject in an empty folder."""
+def _ran(*words: str) -> _Ran:
+    """A command of gaitval."""
     before, began = _busy(), time.monotonic()
-    command = [sys.executable, "-m", "gaitval", "subject", subject, "--out", folder]
+    command = [sys.executable, "-m", "gaitval", *words]
     own: dict[int, int] = {}
     memory = 0.0
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL) as study:
@@ -124,21 +134,30 @@ def _ran(subject: str, folder: str) -> _Ran:
     if study.returncode:
         raise SystemExit(f"{' '.join(command)}: exit code {study.returncode}")
     ticks = os.sysconf("SC_CLK_TCK") * seconds * (os.cpu_count() or 1)
-    return _Ran(seconds, memory, max(0.0, _busy() - before - sum(own.values())) / ticks)
+    ran = _Ran(seconds, memory, max(0.0, _busy() - before - sum(own.values())) / ticks)
+    worked = sum(own.values()) / os.sysconf("SC_CLK_TCK")
+    print(
+        f"{ran.seconds:.1f} s, {worked:.0f} s of processor, {ran.memory:.2f} GB, others took "
+        f"{ran.others:.0%}",
+        flush=True,
+    )
+    return ran
+
+
+def _idle(runs: Iterable[_Ran]) -> list[_Ran]:
+    """Those during which the machine did little else."""
+    counted = [ran for ran in runs if ran.others <= OTHERS]
+    if not counted:
+        raise SystemExit("Other programs were busy during every run. Run this on an idle machine.")
+    return counted
 
 
 @evidence.measurement(REPEATS)
 def subject(arguments: Namespace) -> list[evidence.Row]:
     """Seconds from the start of `gaitval subject 5` to its report, and its memory."""
-    counted = []
-    for _ in range(arguments.repeats):
-        with tempfile.TemporaryDirectory() as folder:
-            ran = _ran("5", f"{folder}/S05")
-        print(f"{ran.seconds:.1f} s, {ran.memory:.2f} GB, others took {ran.others:.0%}", flush=True)
-        if ran.others <= OTHERS:
-            counted.append(ran)
-    if not counted:
-        raise SystemExit("Other programs were busy during every run. Run this on an idle machine.")
+    with tempfile.TemporaryDirectory() as folder:
+        numbers = range(arguments.repeats)
+        counted = _idle([_ran("subject", "5", "--out", f"{folder}/{each}") for each in numbers])
     return [
         evidence.Row(
             what="new subject and make subject S=5, start to report, caches compiled",
@@ -159,6 +178,34 @@ def subject(arguments: Namespace) -> list[evidence.Row]:
             n=len(counted),
         ),
     ]
+
+
+@evidence.measurement()
+def scratch(_: Namespace) -> evidence.Row:
+    """Minutes from the start of `gaitval subject 5 --scratch` to its report: own training from
+    nothing, by as many samples as such a study has by default.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        (ran,) = _idle([_ran("subject", "5", "--scratch", "--out", f"{folder}/S05")])
+    what = "from nothing (own training, no general policy), start to report"
+    return evidence.Row(what, ran.seconds / 60, "min", "<=", 2, 3, 1)
+
+
+@evidence.measurement()
+def cohort(_: Namespace) -> evidence.Row:
+    """People an hour of `gaitval cohort`, over the ten; each study is the whole of `gaitval
+    subject` with its report, one thread each, as many beside each other as there are processors.
+    The start of the cluster and the report of all count.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "people.csv"
+        table.write_text("\n".join(["subject", *PEOPLE]) + "\n", encoding="utf-8")
+        (ran,) = _idle([_ran("cohort", str(table), "--out", f"{folder}/cohort")])
+    return evidence.Row(
+        "people an hour as a cohort, the ten, every stage of a study and its report",
+        3600.0 * len(PEOPLE) / ran.seconds,
+        *("1/h", ">=", 500, 250, len(PEOPLE)),
+    )
 
 
 @evidence.measurement()

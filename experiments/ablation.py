@@ -25,10 +25,10 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import compare_curve, low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.push_recovery import required_pushes, survives, trials, without_drift
+from gaitval.metrics.push_recovery import PushTrial, required_pushes, trials, without_drift
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import record_rollout
+from gaitval.policy.rollouts import record_rollout, score_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import train
 from gaitval.reference.motion import build_reference
@@ -124,7 +124,12 @@ def pushes_survived(task: WalkingTask, policy: Policy) -> float:
     environment = WalkingEnvironment(without_drift(task))
     pushes = required_pushes(task.configuration.pushes)
     tried = trials(task, policy, nominal_parameters(), pushes)
-    return statistics.mean(survives(environment, trial) for trial in tried)
+
+    def fell(trial: PushTrial) -> bool:
+        seconds = trial.planned_cycles() * task.reference.stride_time
+        return score_rollout(environment, policy, seconds=seconds, **trial.settings()).fell
+
+    return statistics.mean(not fell(trial) for trial in tried)
 
 
 def measured(row: Row, seed: int) -> dict[str, Any]:

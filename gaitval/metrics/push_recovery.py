@@ -12,10 +12,10 @@ happens to help its next step. So the largest push survived is the largest teste
 *every* tested push was survived. It is found by increasing the force, never by bisection: first in
 steps of `step` up to the first fall, then from the last push survived in steps of `resolution`.
 
-The pushes that must be survived, and those that are shown, are walked in DART. The search for the
-largest, some 500 walks, is made in the compiled engine, eight walks side by side; it solves the
-same equations in a small part of the time. A walker at the edge of falling may fall in one engine
-and not in the other.
+All pushes are walked in the compiled engine, eight walks side by side. Those that are shown, eight
+of those that must be survived, are walked in DART, too: a second-engine check, and a push that is
+survived in one engine only counts as a fall. Both engines solve the same equations, DART in nine
+times the time. A walker at the edge of falling may fall in one engine and not in the other.
 """
 
 import math
@@ -37,7 +37,6 @@ from gaitval.policy.rollouts import (
     fell_together,
     in_groups,
     record_rollout,
-    score_rollout,
 )
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -172,14 +171,10 @@ class PushTrial:
         return self.settling_cycles + self.push.phase + self.cycles
 
 
-def survives(environment: WalkingEnvironment, trial: PushTrial) -> bool:
-    """Whether the walker survives the push of `trial`, in an `environment` made `without_drift`."""
-    seconds = trial.planned_cycles() * environment.task.reference.stride_time
-    return not score_rollout(environment, trial.policy, seconds=seconds, **trial.settings()).fell
-
-
 def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bool]:
-    """`survives` of at most eight trials `tried` by `group` side by side, one policy and body."""
+    """Whether the walker survives each of at most eight pushes `tried`, of one policy and body, by
+    a `group` made `without_drift`.
+    """
     stride = group.environments[0].task.reference.stride_time
     fell = fell_together(
         group,
@@ -192,7 +187,7 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
 
 
 def _stand(pool: RolloutPool, tried: Sequence[PushTrial]) -> Iterator[bool]:
-    """`survives` of any number of trials, in the compiled engine."""
+    """`survive_together` of any number of trials."""
     return chain.from_iterable(pool.each_together(survive_together, in_groups(tried)))
 
 
@@ -318,7 +313,7 @@ def push_recovery(
 
     journal = journal or Journal()
     workers = configuration.training.workers
-    # required and shown pushes run in the pool's engine; `_stand` asks for the compiled one
+    # shown pushes run in the pool's engine; `_stand` asks for the compiled one
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
         def survived(pushes: Sequence[Push]) -> list[bool]:
@@ -326,12 +321,8 @@ def push_recovery(
                 partial(_stand, pool), trials(task, policy, mu, pushes), write=bool, read=bool
             )
 
-        stood = journal.results(
-            partial(pool.each, survives),
-            trials(task, policy, mu, required_pushes(settings)),
-            write=bool,
-            read=bool,
-        )
+        required = required_pushes(settings)
+        stood = survived(required)
         largest = largest_survived(
             survived,
             settings.phases,
@@ -347,6 +338,8 @@ def push_recovery(
             write=_trace_values,
             read=_trace_from,
         )
+    fell = {trace.push for trace in traces if trace.fell}
+    stood = [each and push not in fell for push, each in zip(required, stood, strict=True)]
     recovery = PushRecovery(
         seconds=configuration.environment.push_seconds,
         cycles=settings.cycles,

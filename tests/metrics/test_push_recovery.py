@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,7 +81,7 @@ class LocalPool:
     """What `RolloutPool` does, in this process."""
 
     def __init__(self, task, *, workers, engine):
-        assert engine == "dart"  # what must be survived does not hang on the engine of learning
+        assert engine == "dart"  # what is shown does not hang on the engine of learning
         self.environment = WalkingEnvironment(task, engine=engine)
         self.group = WalkingGroup([task] * 8)
 
@@ -186,6 +187,23 @@ def test_the_table_is_what_single_walks_show(tried):
                     walked.add(score.fell)
     assert walked == {False, True}
     assert len(np.unique(recovery.largest)) > 1
+
+
+def test_a_push_that_is_survived_in_one_engine_only_counts_as_a_fall(tried, monkeypatch):
+    """A shown push at which the second engine falls: that one changes, and no other."""
+    small, policy, (recovery, traces), _ = tried
+    shown = module.trace_of
+
+    def fell_to_the_left(environment, trial):
+        trace = shown(environment, trial)
+        return replace(trace, fell=trace.push == traces[3].push)
+
+    monkeypatch.setattr(module, "RolloutPool", LocalPool)
+    monkeypatch.setattr(module, "trace_of", fell_to_the_left)
+    found, _ = push_recovery(small, policy, MU)
+    changed_by = np.argwhere(np.array(found.survived) != np.array(recovery.survived))
+    assert changed_by.tolist() == [[1, 2]]  # the second phase, 90 degrees to the left
+    assert found.largest == recovery.largest
 
 
 def test_a_trace_shows_the_velocity_that_the_push_gives(tried):
