@@ -61,8 +61,10 @@ def scatter(folder: Path) -> list[dict[str, Any]]:
         path = folder / f"ANSUR_II_{sex}_Public.csv"
         with path.open(encoding="latin-1", newline="") as file:
             people = list(csv.DictReader(file))
-        columns = {name: np.array([float(each[name]) for each in people]) / 1000.0
-                   for name in {"stature", *(n for pair in LENGTHS.values() for n in pair)}}  # fmt: skip
+        needed = ("stature", *(name for pair in LENGTHS.values() for name in pair))
+        columns = {
+            name: np.array([float(each[name]) for each in people]) / 1000.0 for name in needed
+        }
         line = np.stack([np.ones(len(people)), columns["stature"]], axis=1)
         sds = {}
         for name, (upper, lower) in LENGTHS.items():
