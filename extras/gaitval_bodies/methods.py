@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration
+from gaitval.configuration import Configuration, ContactSettings
 from gaitval.datasets.subject import Subject
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.unidentified import unidentified
@@ -22,12 +22,15 @@ from gaitval.identification.verdicts import correlation, judged, judged_combinat
 from gaitval.metrics.results import FoundParameters, ParameterSum
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
+from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution
 from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.shared_errors import STUCK, identified
 
 WIDE: Final = 2.5
+MOST: Final = 0.05
+"""Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
 Progress = Callable[[dict[str, float]], None]
 """Told the generation, how many there are at most, and the value, as `identify` does."""
 
@@ -58,7 +61,8 @@ def shared_identification(
     configuration: Configuration,
     on_progress: Progress,
 ) -> FoundParameters:
-    """`identification.method=shared`: the posterior with errors that angles and belt share.
+    """`identification.method=shared`: the posterior with errors that angles and belt share. The
+    walker has its mean, and legs that differ by the mean of their difference (`legs`).
 
     Parameters
     ----------
@@ -78,7 +82,7 @@ def shared_identification(
             "already. Leave identification.parameters at paper."
         )
     shared = identified(fit, held, offset_of(subject))
-    posterior = shared.posterior
+    posterior, (apart, _) = shared.posterior, shared.legs.estimate
     on_progress({"generation": 1, "total": 1, "value": shared.cost})
     return _bounded(posterior.mean, posterior.prior_sd, configuration).model_copy(
         update={
@@ -94,11 +98,35 @@ def shared_identification(
                 for each in judged_combinations(posterior, model)
             ],
             "plates": posterior.plates.tolist(),
+            # of the difference, the left leg is longer by half, and the right one shorter
+            "left_leg": float(np.clip(0.5 * apart / model.leg_length, -MOST, MOST)),
             "deviance_nominal": number(held.cost),
             "deviance_identified": number(shared.cost),
             "converged": shared.left <= STUCK,
         }
     )  # fmt: skip
+
+
+def with_legs(model: BodyModel, left: float) -> BodyModel:
+    """The body with legs that differ.
+
+    Parameters
+    ----------
+    model : as scaled.
+    left : share by which left thigh and shank become longer, right ones shorter.
+
+    Raises
+    ------
+    ArtefactError : it is no number, or beyond `MOST`.
+    """
+    if not isinstance(left, int | float) or not abs(left) <= MOST:
+        raise ArtefactError(
+            f"identification.json: left_leg is {left!r}, but the share by which the left leg is "
+            f"longer is a number between {-MOST:g} and {MOST:g}. Run `gaitval subject` again."
+        )
+    values = np.zeros(len(EXTENDED))
+    values[[each.name for each in EXTENDED].index("left_leg")] = left
+    return extended_body(model, ContactSettings(), values)[0]
 
 
 def rollouts_identification(

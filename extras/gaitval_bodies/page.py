@@ -1,5 +1,6 @@
 """What was learned of a person's body, on a page: two sentences, a picture, tables."""
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -16,6 +17,8 @@ from gaitval_bodies.shared_errors import NAMES, Shared
 from gaitval_bodies.words import next_trials, sentences
 
 Table = tuple[str, list[list[str]]]
+Bar = tuple[str, float, float]
+"""Name, mean and SD, in SDs of what was known before."""
 _FOUND: Final = "#0072b2"
 _PRIOR: Final = "#cccccc"
 
@@ -46,25 +49,31 @@ def tables(found: Shared, model: BodyModel) -> list[Table]:
 
 def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> Path:
     """Write the page of the person `name` to `path`; other parameters are those of `tables`."""
+    context = {
+        "name": name,
+        "said": sentences(found, model),
+        "tables": tables(found, model),
+        "drawings": {"body": partial(draw, bars(found, model))},
+    }
+    return write_html(path.parent, path.stem, "gaitval_bodies:body.html.j2", context)
+
+
+def bars(found: Shared, model: BodyModel) -> list[Bar]:
+    """A bar for each parameter of the body, distance between joints, and the legs' difference;
+    parameters are those of `tables`.
+    """
     shown = [
         *(each for each in judged(found.posterior) if each.name in PARAMETERS[2:]),
         *judged_lengths(found.posterior, model),
     ]
     legs = found.legs
     mean, sd = legs.estimate
-    bars = [(each.name.replace("_", " "), each.z, each.sd / each.prior_sd) for each in shown]
-    bars.append(("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd))
-    context = {
-        "name": name,
-        "said": sentences(found, model),
-        "tables": tables(found, model),
-        "drawings": {"body": partial(_draw, bars)},
-    }
-    return write_html(path.parent, path.stem, "gaitval_bodies:body.html.j2", context)
+    drawn = [(each.name.replace("_", " "), each.z, each.sd / each.prior_sd) for each in shown]
+    return [*drawn, ("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd)]
 
 
-def _draw(bars: list[tuple[str, float, float]]) -> str:
-    """Each of `bars` (name, mean and SD in prior SDs) before and after the record, as SVG."""
+def draw(bars: Sequence[Bar]) -> str:
+    """Each of `bars` before and after the record, as SVG."""
     names, means, sds = zip(*bars, strict=True)
     places = np.arange(len(bars))[::-1]
     with new_figure(0.24 * len(bars) + 0.6) as figure:

@@ -4,9 +4,10 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.configuration import ContactSettings
+from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
+from gaitval.errors import GaitvalError
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.reference.motion import build_reference
@@ -48,13 +49,15 @@ def travel(subject: Subject, model: BodyModel, contact: ContactSettings) -> floa
     return float(np.mean(found)) / seconds / record.speed
 
 
-def implausible(subject: Subject, contact: ContactSettings) -> list[str]:
+def implausible(subject: Subject, configuration: Configuration) -> list[str]:
     """What cannot be right about a subject, each in a sentence with what to do; empty if nothing.
+    Said by `scale`, and so at the start of a study. What scaling or the reference refuse is left to
+    them.
 
     Parameters
     ----------
     subject : with their record.
-    contact : the contact law.
+    configuration : its contact law is used.
     """
     found = []
     model = scale_subject(subject).model
@@ -66,7 +69,10 @@ def implausible(subject: Subject, contact: ContactSettings) -> list[str]:
             f"{subject.mass_kg * force:.1f} kg or the plates' calibration is off. Weigh again, or "
             "check the plates with a known weight."
         )
-    share = travel(subject, model, contact)
+    try:
+        share = travel(subject, model, configuration.contact)
+    except GaitvalError:
+        share = 1.0
     if abs(share - 1.0) > TRAVEL:
         found.append(
             f"walking_speed_m_s = {subject.walking_speed_m_s:g}, but at the recorded angles a foot "

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitval import file_gate
+from gaitval import file_gate, wings
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import ReportSettings, load_configuration
@@ -42,6 +42,7 @@ from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
     checklist,
     credibility,
+    curve_statistics,
     figure_data,
     figures,
     mechanics_figures,
@@ -333,15 +334,6 @@ def _push_rows(pushes: PushRecovery | None) -> list[tables.Row] | None:
     return rows
 
 
-def _statistics(metrics: Metrics, subject: Subject) -> dict[str, object] | None:
-    """What the section on whole curves shows; None for metrics without statistics."""
-    if metrics.curve_statistics is None:
-        return None
-    from gaitval.reporting import curve_statistics
-
-    return curve_statistics.tables(metrics.curve_statistics, subject)
-
-
 def _drawings(
     metrics: Metrics, training: Mapping[str, Array] | None, traces: list[PushTrace] | None
 ) -> dict[str, Draw]:
@@ -356,12 +348,8 @@ def _drawings(
         drawings["push_velocity"] = partial(figures.push_velocity, traces)
     if training is not None:
         drawings["learning"] = partial(figures.learning, training)
-    if metrics.curve_statistics is not None:
-        from gaitval.reporting import curve_statistics
-
-        drawings["gait_profile"] = partial(
-            curve_statistics.profile, metrics.curve_statistics.profiles
-        )
+    if (whole := metrics.curve_statistics) is not None:
+        drawings["gait_profile"] = partial(curve_statistics.profile, whole.profiles)
     return drawings
 
 
@@ -371,9 +359,12 @@ def _context(folder: Path) -> dict[str, Any]:
     metrics = read_metrics(folder / METRICS)
     training = _training(folder / "policy" / "training.csv")
     traces = _traces(folder / "push.json")
-    walk = metrics.walk
+    walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
     drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
+    body = None
+    if (folder / "body.json").is_file() and "body" in wings.names(wings.PARTS):
+        body, drawn["body"] = wings.load(wings.PARTS, "body").shown(folder)
     return {
         "subject": subject,
         "metrics": metrics,
@@ -397,8 +388,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "second_engine": tables.witness(metrics),
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
+        "body": body,
         "parameters": _parameters(metrics.identification),
-        "statistics": _statistics(metrics, subject),
+        "statistics": whole and curve_statistics.tables(whole, subject),
         "correlated": _correlated(metrics.identification),
         "correction": _correction(metrics.correction),
         "spatiotemporal": walk.spatiotemporal,

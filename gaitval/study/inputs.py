@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval import wings
 from gaitval.artefacts import read_json
+from gaitval.model.urdf import model_hash, read_urdf
 
 if TYPE_CHECKING:
     from gaitval.configuration import Start
     from gaitval.metrics.typed import Result
+    from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
@@ -73,7 +76,6 @@ def stored(run: Run, name: str, kind: "type[R]") -> "R":
 
 def stored_policy(run: Run, folder: Path) -> "Policy":
     """The policy in `folder`; refused unless it is for the body and settings of `run`."""
-    from gaitval.model.urdf import model_hash, read_urdf
     from gaitval.policy.storage import load_policy
 
     return load_policy(
@@ -85,7 +87,6 @@ def stored_policy(run: Run, folder: Path) -> "Policy":
 
 def start_policy(run: Run, folder: Path) -> "Policy":
     """The policy in `folder` to train from: a general one, or one for the body of `run`."""
-    from gaitval.model.urdf import model_hash, read_urdf
     from gaitval.policy.storage import load_start
 
     body = model_hash(read_urdf(run.folder / "model.urdf"))
@@ -99,7 +100,6 @@ def start_policy(run: Run, folder: Path) -> "Policy":
 
 def walking_task(run: Run) -> "WalkingTask":
     """The walking task of `run` that training, identification and correction share."""
-    from gaitval.model.urdf import read_urdf
     from gaitval.reference.motion import ReferenceMotion
     from gaitval.simulation.walker import WalkingTask
 
@@ -133,7 +133,16 @@ def identified_task(run: Run, mu: NDArray[np.float64], folder: str = ".") -> "Wa
     from gaitval.reference.motion import ReferenceMotion
 
     reference = ReferenceMotion.load(run.folder / folder / IDENTIFIED)
-    return replace(walking_task(run), reference=reference, reference_mu=mu)
+    task = walking_task(run)
+    model = identified_model(task.model, run.folder / folder / "identification.json")
+    return replace(task, model=model, reference=reference, reference_mu=mu)
+
+
+def identified_model(model: "BodyModel", identification: Path) -> "BodyModel":
+    """The scaled `model` with legs that differ by what an `identification` found beside mu."""
+    found = read_json(identification)
+    left = 0.0 if found["identified"] == found["nominal"] else found.get("left_leg", 0.0)
+    return wings.load(wings.PARTS, "legs")(model, left) if left else model
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:

@@ -192,7 +192,9 @@ def run_subject(
         do(correct_stage(run))
         renew_workers()
         # the workers do one what the other leaves of their time
-        walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
+        walks, pushes = [simulate_stage(run), repeat_stage(run)], push_stage(_silent(run))
+        if run.configuration.identification.method != "none" and "body" in wings.names(wings.PARTS):
+            walks.append(wings.load(wings.PARTS, "body").stage(run, begun))
         _together(run, walks, pushes, force=force)
         kept.close()
         do(validate_stage(run))

@@ -13,8 +13,11 @@ import numpy as np
 
 from gaitval import file_gate, wings
 from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
+from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
 from gaitval.journal import Journal
+from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
+from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
     GAIN,
@@ -30,6 +33,7 @@ from gaitval.study.inputs import (
     WALKS,
     WITNESS,
     body_parameters,
+    identified_model,
     identified_task,
     start_kind,
     start_policy,
@@ -69,7 +73,10 @@ def scale_stage(run: Run) -> Stage:
                 f"{run.subject.guessed}. Subjects with both in common count as one person: say "
                 "who it is with person and laboratory in the subject's file."
             )
-        for remark in remarks_on_body(run.subject):
+        remarks = remarks_on_body(run.subject)
+        if "implausible" in wings.names(wings.PARTS):
+            remarks += wings.load(wings.PARTS, "implausible")(run.subject, run.configuration)
+        for remark in remarks:
             run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
         write_urdf(body.model, run.folder / "model.urdf")
@@ -88,8 +95,6 @@ def reference_stage(run: Run) -> Stage:
     """Recorded gait and body model of `run` → reference motion."""
 
     def build() -> None:
-        from gaitval.datasets.subject_file import builtin_subjects
-        from gaitval.model.urdf import read_urdf
         from gaitval.prediction.unusual import remarks_on_gait
         from gaitval.reference.dynamic_fit import consistent_reference
 
@@ -382,7 +387,6 @@ def begin_identifying(run: Run) -> "Callable[[], Begun] | None":
 
 def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
     """Record and scaled body of `run`, and whether the record's kinetics are the person's own."""
-    from gaitval.model.urdf import read_urdf
     from gaitval.prediction.known import quantities_told
 
     own = "moments" in quantities_told(run.subject, run.configuration.record)
@@ -412,7 +416,6 @@ def _searched(
 def save_identified_reference(run: Run, folder: Path) -> None:
     """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
     from gaitval.model.parameters import apply_parameters, nominal_parameters
-    from gaitval.model.urdf import read_urdf
     from gaitval.reference.dynamic_fit import consistent_reference
 
     mu = body_parameters(folder / "identification.json")
@@ -420,7 +423,8 @@ def save_identified_reference(run: Run, folder: Path) -> None:
         copy_file(run.folder / "reference.npz", folder / IDENTIFIED)
         return
     told = run.told()
-    body = apply_parameters(read_urdf(run.folder / "model.urdf"), mu)
+    model = identified_model(read_urdf(run.folder / "model.urdf"), folder / "identification.json")
+    body = apply_parameters(model, mu)
     contact = run.configuration.contact
     consistent_reference(told.record, body, contact, told.accuracy).save(folder / IDENTIFIED)
 
@@ -630,7 +634,6 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.rollouts import begun_walk, roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
-        from gaitval.metrics.walk_results import Endurance, StoredWalks
         from gaitval.policy.rollouts import RolloutPool
 
         policy = stored_policy(run, run.folder / "policy")
@@ -694,10 +697,8 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
     """
 
     def repeat() -> None:
-        from gaitval.datasets.subject_file import builtin_subjects
         from gaitval.metrics.repeats import repeated_walks
         from gaitval.metrics.validation import compared_with
-        from gaitval.model.urdf import read_urdf
 
         if predicted:
             from gaitval.study.predicted_tasks import predicted_task
@@ -737,7 +738,6 @@ def push_stage(run: Run) -> Stage:
 
     def push() -> None:
         from gaitval.metrics.push_recovery import push_recovery, pushed_walks
-        from gaitval.metrics.walk_results import StoredPushes
 
         task, mu = validated_task(run)
         policy = stored_policy(run, run.folder / "policy")
@@ -776,13 +776,10 @@ def push_stage(run: Run) -> Stage:
 
 def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     """The walks in the folder of `run`, and its `pushes`, against record and tolerances."""
-    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.metrics.learning_gain import LearningGain
     from gaitval.metrics.results import CorrectionResult, IdentificationResult
     from gaitval.metrics.rollouts import Rollouts
     from gaitval.metrics.validation import validate
-    from gaitval.metrics.walk_results import Endurance, Repeat, StoredWalks
-    from gaitval.model.urdf import read_urdf
     from gaitval.prediction.known import is_unrecorded
     from gaitval.simulation.rollout import Rollout
 
@@ -825,7 +822,6 @@ def validate_stage(run: Run) -> Stage:
     from gaitval.metrics.results import SCHEMA_VERSION
 
     def validate() -> None:
-        from gaitval.metrics.walk_results import StoredPushes
 
         pushes = stored(run, "push.json", StoredPushes)
         write_json(run.folder / METRICS, metrics_of(run, pushes=pushes.recovery).as_dict())
@@ -877,6 +873,7 @@ def report_stage(run: Run) -> Stage:
             "push.json",
             *PUSHED,
             *ROLLOUTS.values(),
+            *(["body.json"] if (run.folder / "body.json").is_file() else []),
         ),
         outputs=("report.html", "report.pdf", "evidence.toml"),
     )

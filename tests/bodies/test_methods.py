@@ -5,15 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study import stages
+from gaitval.study.inputs import identified_model
 from gaitval_bodies import methods
-from gaitval_bodies.methods import WIDE, _bounded
+from gaitval_bodies.methods import MOST, WIDE, _bounded, with_legs
 from gaitval_bodies.offsets import offset_of
 
 CONFIGURATION = load_configuration()
@@ -78,3 +80,31 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
     begun = ("fit", "held")
     assert stages._searched(run, SD, tmp_path, lambda: begun) == "found"
     assert asked == [(*begun, subject, "record", "model", configuration, "told")]
+
+
+def leg_of(model, side):
+    """m, thigh and shank of one leg."""
+    return -sum(model[f"{name}_{side}"].joint_position[2] for name in ("shank", "foot"))
+
+
+@pytest.mark.parametrize("apart", [0.012, -0.012])
+def test_the_walker_has_legs_that_differ_by_what_was_found(tmp_path, apart):
+    model = scale_subject(load_subject("S05")).model
+    before = leg_of(model, "l") - leg_of(model, "r")
+    file = tmp_path / "identification.json"
+    found = {"nominal": [1.0], "identified": [1.01], "left_leg": 0.5 * apart / model.leg_length}
+    write_json(file, found)
+    walker = identified_model(model, file)
+    assert leg_of(walker, "l") - leg_of(walker, "r") - before == pytest.approx(apart, abs=1e-4)
+    assert walker.leg_length == pytest.approx(model.leg_length, abs=1e-4)
+    # a body that the record does not support walks as scaled, with its legs
+    write_json(file, found | {"identified": [1.0]})
+    assert identified_model(model, file) is model
+    write_json(file, {"nominal": [1.0], "identified": [1.01]})
+    assert identified_model(model, file) is model
+
+
+@pytest.mark.parametrize("left", [2.0 * MOST, float("nan"), "long"])
+def test_legs_that_cannot_be_are_refused(left):
+    with pytest.raises(ArtefactError, match="left_leg"):
+        with_legs(scale_subject(load_subject("S05")).model, left)

@@ -1,0 +1,46 @@
+"""What a study's report says of the body: from the run's record, kept as numbers, drawn later."""
+
+from types import SimpleNamespace
+
+import pytest
+from body_result import MODEL, made_up
+
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.model.urdf import write_urdf
+from gaitval_bodies import stage as body_stage
+from gaitval_bodies.page import bars
+from gaitval_bodies.words import sentences
+
+
+@pytest.fixture
+def written(tmp_path, monkeypatch):
+    """A folder with the file of a made-up result."""
+    found = made_up(0.5, 0.004)
+    monkeypatch.setattr(body_stage, "identified", lambda *_: found)
+    write_urdf(MODEL, tmp_path / "model.urdf")
+    run = SimpleNamespace(
+        folder=tmp_path, subject=load_subject("S05"), configuration=load_configuration()
+    )
+    body_stage.write(run, lambda: (None, None))
+    return tmp_path, found
+
+
+def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
+    folder, found = written
+    texts, draw = body_stage.shown(folder)
+    assert texts == {"said": sentences(found, MODEL), "method": "posterior"}
+    picture = draw()
+    for name, *_ in bars(found, MODEL):
+        assert f"<!-- {name} -->" in picture
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", '{"said": "x"}', '{"said": "", "method": "", "bars": [{"name": 1}]}']
+)
+def test_a_damaged_file_is_said_to_be_one(written, text):
+    folder, _ = written
+    (folder / body_stage.FILE).write_text(text)
+    with pytest.raises(ArtefactError, match=r"body\.json: is not what a study writes"):
+        body_stage.shown(folder)
