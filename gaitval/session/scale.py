@@ -101,20 +101,24 @@ def scale_body(
     names = [marker.name for marker in placement.markers]
     stood = marker_columns(session.standing, names, session.standing.markers)
     stood[:, [name in placement.moved for name in names]] = np.nan
-    smooth = low_pass(
-        first.markers,
-        rate=first.marker_rate,
-        cutoff_hz=processing.marker_cutoff_hz,
-        order=processing.filter_order,
-    )
-    anatomical = [name for name in names if marker_set.markers[name].role == "anatomical"]
     fitted = partial(
         fit_model,
         scaled.model,
         placement.markers,
         stood,
-        marker_columns(first, names, smooth),
-        placement_sd=dict.fromkeys(anatomical, ANATOMICAL_SD),
+        marker_columns(
+            first,
+            names,
+            low_pass(
+                first.markers,
+                rate=first.marker_rate,
+                cutoff_hz=processing.marker_cutoff_hz,
+                order=processing.filter_order,
+            ),
+        ),
+        placement_sd={
+            name: ANATOMICAL_SD for name in names if marker_set.markers[name].role == "anatomical"
+        },
     )
     fit, tissue = fitted(), SOFT_TISSUE_SD
     # Without a standing trial, only the walk can show that its markers move less than skin does.
