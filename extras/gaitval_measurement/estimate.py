@@ -44,7 +44,7 @@ Of 12 sound recordings of the laboratories that constants are chosen on, two hav
 With 0.1 for both it is one of these; of 42 faults planted in HC002D, four have a second cause that
 is not there, instead of two."""
 LOW_PASSED: Final = 0.1
-"""That a file was low-passed: in seven of those twelve this comes nearest to a false warning."""
+"""That a file was low-passed: in nine of those twelve this comes nearest to a false warning."""
 CERTAIN: Final = 0.5
 """Probability from which on there is a warning."""
 ALL: Final = ("place x", "place y", "rotation")
