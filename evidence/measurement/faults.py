@@ -22,7 +22,7 @@ import numpy as np
 import evidence
 import gaitval_measurement.measured as wing
 from evidence import ROOT, option
-from evidence.measurement.planting import SIZES, Fault, faults, moved
+from evidence.measurement.planting import SIZES, Fault, Sizes, drawn_sizes, faults, moved
 from evidence.rows import STARTED
 from experiments.public_recordings import OPTIONS, listed, local_file, several
 from gaitval.configuration import load_configuration
@@ -48,6 +48,7 @@ FROM: Final = option(
     help="folder of the clones, OWNER+NAME, as for experiments.public_recordings",
 )
 ONLY: Final = option("--only", nargs="*", help="recordings; those stored of this commit are kept")
+SEED: Final = option("--seed", type=int, default=3911, help="of the sizes that are drawn")
 STORE: Final = ROOT / "reports" / "measurement" / "planted.jsonl"
 SAMPLE: Final = {
     "name": "sample",
@@ -269,7 +270,7 @@ def _used(found: Import) -> list[int]:
     ]  # fmt: skip
 
 
-def _all_cases(base: Path, names: Sequence[str]) -> Iterator[dict[str, Any]]:
+def _all_cases(base: Path, names: Sequence[str], sizes: Sizes) -> Iterator[dict[str, Any]]:
     for name in names:
         recording = next(each for each in _recordings() if each["name"] == name)
         with tempfile.TemporaryDirectory() as folder:
@@ -285,7 +286,7 @@ def _all_cases(base: Path, names: Sequence[str]) -> Iterator[dict[str, Any]]:
             session = replace(session, walking=kept, standing=stood)
             right = _right(request, session)
             names = [plate.name for plate in kept[0].plates]
-            for fault in faults(names):
+            for fault in faults(names, sizes):
                 row = _case(request, session, right, fault)
                 print(
                     recording["name"],
@@ -301,17 +302,31 @@ def _all_cases(base: Path, names: Sequence[str]) -> Iterator[dict[str, Any]]:
 @evidence.measurement(FROM, ONLY)
 def planted(arguments: Namespace) -> list[evidence.Row]:
     """Faults planted in recordings of other laboratories: warned of, and named."""
-    lines = STORE.read_text(encoding="utf-8").splitlines() if STORE.exists() else []
+    cases = _stored_cases(arguments, STORE, Sizes())
+    return planted_rows(cases, LIST) if cases else []
+
+
+@evidence.measurement(FROM, ONLY, SEED)
+def drawn(arguments: Namespace) -> list[evidence.Row]:
+    """The same with sizes, plates and directions drawn anew, which nothing was chosen on."""
+    store = STORE.with_name(f"drawn-{arguments.seed}.jsonl")
+    cases = _stored_cases(arguments, store, drawn_sizes(arguments.seed))
+    name = f"planted faults drawn by seed {arguments.seed}:"
+    return planted_rows(cases, name)[:2] if cases else []
+
+
+def _stored_cases(arguments: Namespace, store: Path, sizes: Sizes) -> list[dict[str, Any]]:
+    """All cases, of which those of this commit are kept in `store`; none until all are there."""
+    lines = store.read_text(encoding="utf-8").splitlines() if store.exists() else []
     cases = [case for case in map(json.loads, lines) if case.get("commit") == STARTED]
     known = {case["recording"] for case in cases}
     names = [name for name in arguments.only or PLANTED if name not in known]
     # No row needs the bands of a curve.
     with patch.object(wing, "bands", lambda *_: None):
-        cases += _all_cases(arguments.clones, names)
-    STORE.parent.mkdir(parents=True, exist_ok=True)
-    STORE.write_text("".join(json.dumps(case) + "\n" for case in cases), encoding="utf-8")
-    whole = {case["recording"] for case in cases} == {*PLANTED}
-    return planted_rows(cases) if whole else []
+        cases += _all_cases(arguments.clones, names, sizes)
+    store.parent.mkdir(parents=True, exist_ok=True)
+    store.write_text("".join(json.dumps(case) + "\n" for case in cases), encoding="utf-8")
+    return cases if {case["recording"] for case in cases} == {*PLANTED} else []
 
 
 def counts(case: dict[str, Any]) -> bool:
@@ -337,12 +352,14 @@ def is_right(case: dict[str, Any]) -> bool:
     return bool(set(first[0]) & set(case["causes"]))
 
 
-def planted_rows(cases: Sequence[dict[str, Any]]) -> list[evidence.Row]:
-    """The rows of all cases."""
+LIST: Final = "planted faults, laboratories that no constant was chosen on:"
+
+
+def planted_rows(cases: Sequence[dict[str, Any]], name: str) -> list[evidence.Row]:
+    """The rows of all cases, that begin with a `name`."""
     large = [case for case in cases if counts(case)]
     warned = [case for case in large if case.get("new") or "refused" in case]
     right = [is_right(case) for case in warned]
-    name = "planted faults, laboratories that no constant was chosen on:"
     share = 100 * len(warned) / len(large)
     rows = [
         evidence.Row(f"{name} warned or refused", share, "%", ">=", 100, 95, len(large)),

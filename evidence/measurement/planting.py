@@ -49,35 +49,95 @@ def unchanged(session: SessionRecordings) -> SessionRecordings:
     return session
 
 
-def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
+@dataclass(frozen=True)
+class Sizes:
+    """What is planted: of a plate, (size, plate) or (size, axis, plate), plate 0 the first and -1
+    the last; of all plates and of the laboratory, (size, axis).
+    """
+
+    delays_ms: Sequence[float] = (-50, -30, 20, 25, 35, 50)
+    masses: Sequence[float] = (0.90, 0.92, 1.08, 1.10)
+    rotations: Sequence[tuple[float, int]] = ((5, 0), (-6, -1), (8, 0))
+    gains: Sequence[tuple[float, int]] = ((0.10, 0), (-0.10, -1), (0.08, -1))
+    places_mm: Sequence[tuple[float, int, int]] = (
+        (25, 0, 0), (-30, 0, -1), (25, 1, -1), (-25, 1, 0), (40, 0, 0),
+    )  # fmt: skip
+    crossed: Sequence[tuple[float, int, int]] = (
+        (0.05, 0, 0), (-0.05, 0, -1), (0.05, 1, -1), (-0.06, 1, 0),
+    )  # fmt: skip
+    places_of_all_mm: Sequence[tuple[float, int]] = ((30, 0), (-30, 0), (25, 1))
+    turns_of_all: Sequence[float] = (4, -5)
+    slow_forces_hz: Sequence[float] = (4, 5)
+    causal_hz: float = 8
+    slow_markers_hz: float = 3.0
+    wands: Sequence[float] = (1.02, 0.975)
+    rates: Sequence[float] = (1.10, 0.90, 1.06)
+    tilts: Sequence[tuple[float, int]] = ((2, 1), (-2, 0), (2.5, 0))
+
+
+def drawn_sizes(seed: int) -> Sizes:
+    """As many of each as in the list, of sizes in between and beyond, on either plate."""
+    random = np.random.default_rng(seed)
+
+    def either(low: float, high: float, digits: int) -> float:
+        return float(round(random.choice((-1, 1)) * random.uniform(low, high), digits))
+
+    def axis() -> int:
+        return int(random.integers(2))
+
+    def plate() -> int:
+        return -int(random.integers(2))
+
+    return Sizes(
+        delays_ms=[either(20, 55, 0) for _ in range(6)],
+        masses=[1 + either(0.08, 0.11, 3) for _ in range(4)],
+        rotations=[(either(5, 9, 1), plate()) for _ in range(3)],
+        gains=[(either(0.08, 0.12, 3), plate()) for _ in range(3)],
+        places_mm=[(either(25, 45, 0), axis(), plate()) for _ in range(5)],
+        crossed=[(either(0.05, 0.08, 3), axis(), plate()) for _ in range(4)],
+        places_of_all_mm=[(either(25, 40, 0), axis()) for _ in range(3)],
+        turns_of_all=[either(4, 7, 1) for _ in range(2)],
+        slow_forces_hz=[round(float(random.uniform(3.5, 5)), 1) for _ in range(2)],
+        causal_hz=round(float(random.uniform(6, 9)), 1),
+        slow_markers_hz=round(float(random.uniform(2.5, 3.2)), 1),
+        wands=[1 + either(0.02, 0.04, 3) for _ in range(2)],
+        rates=[1 + either(0.06, 0.12, 3) for _ in range(3)],
+        tilts=[(either(2, 3.5, 1), axis()) for _ in range(3)],
+    )
+
+
+def faults(plates: Sequence[str], sizes: Sizes = Sizes()) -> tuple[Fault, ...]:
     """The list, for a session whose `plates` have these names. All plates of one are that one."""
     every = "all" if len(plates) > 1 else plates[0]
     found = [
         Fault(
-            f"forces {abs(ms)} ms {'late' if ms > 0 else 'early'}",
+            f"forces {abs(ms):g} ms {'late' if ms > 0 else 'early'}",
             ("delay",),
             _walks(lambda r, s=ms / 1000: _delayed(r, s)),
             size=ms / 1000,
         )
-        for ms in (-50, -30, 20, 25, 35, 50)
+        for ms in sizes.delays_ms
     ]
     found += [
         Fault(f"mass {100 * (f - 1):+.0f} %", ("mass",), unchanged, mass=f, size=f - 1)
-        for f in (0.90, 0.92, 1.08, 1.10)
+        for f in sizes.masses
     ]
-    first, last = 0, len(plates) - 1
+
+    def number(place: int) -> int:
+        return place % len(plates)
+
     one: list[tuple[str, str, float, int, Callable[[Plate], Plate]]] = []
-    for degrees, p in ((5, first), (-6, last), (8, first)):
+    for degrees, p in sizes.rotations:
         one.append(
             (
-                f"rotated {degrees}°",
+                f"rotated {degrees:g}°",
                 "rotation",
                 np.radians(degrees),
                 p,
                 lambda x, a=degrees: _rotated(x, np.radians(a)),
             )
         )
-    for gain, p in ((0.10, first), (-0.10, last), (0.08, last)):
+    for gain, p in sizes.gains:
         one.append(
             (
                 f"gain {100 * gain:+.0f} %",
@@ -87,23 +147,17 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
                 lambda x, g=gain: _wrench(x, lambda f, m: (f * (1 + g), m * (1 + g))),
             )
         )
-    for mm, axis, p in (
-        (25, 0, first),
-        (-30, 0, last),
-        (25, 1, last),
-        (-25, 1, first),
-        (40, 0, first),
-    ):
+    for mm, axis, p in sizes.places_mm:
         one.append(
             (
-                f"{mm} mm {'forward' if axis == 0 else 'left'}",
+                f"{mm:g} mm {'forward' if axis == 0 else 'left'}",
                 "place",
                 mm / 1000,
                 p,
                 lambda x, d=mm / 1000, a=axis: _moved(x, a, d),
             )
         )
-    for share, axis, p in ((0.05, 0, first), (-0.05, 0, last), (0.05, 1, last), (-0.06, 1, first)):
+    for share, axis, p in sizes.crossed:
         one.append(
             (
                 f"cross-talk {100 * share:+.0f} % {'fore-aft' if axis == 0 else 'sideways'}",
@@ -113,7 +167,8 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
                 lambda x, k=share, a=axis: _crossed(x, a, k),
             )
         )
-    for name, kind, size, p, change in one:
+    for name, kind, size, place, change in one:
+        p = number(place)
         causes = (f"{kind} {plates[p]}",)
         found.append(
             Fault(
@@ -124,28 +179,28 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
                 plate=p,
             )
         )
-    for mm, axis in ((30, 0), (-30, 0), (25, 1)):
+    for mm, axis in sizes.places_of_all_mm:
         found.append(
             Fault(
-                f"all plates {mm} mm {'forward' if axis == 0 else 'left'}",
+                f"all plates {mm:g} mm {'forward' if axis == 0 else 'left'}",
                 (f"place {every}",),
                 _all(lambda r, d=mm / 1000, a=axis: _on_all(r, lambda x: _moved(x, a, d))),
                 size=mm / 1000,
             )
         )
-    for degrees in (4, -5):
+    for degrees in sizes.turns_of_all:
         found.append(
             Fault(
-                f"all plates rotated {degrees}° beside the cameras",
+                f"all plates rotated {degrees:g}° beside the cameras",
                 (f"rotation {every}",),
                 _all(lambda r, a=degrees: _turned_about_origin(r, np.radians(a))),
                 size=np.radians(degrees),
             )
         )
-    for hertz in (4, 5):
+    for hertz in sizes.slow_forces_hz:
         found.append(
             Fault(
-                f"forces low-passed at {hertz} Hz",
+                f"forces low-passed at {hertz:g} Hz",
                 ("forces low-passed",),
                 _walks(lambda r, h=hertz: _filtered(r, h)),
                 size=hertz,
@@ -153,21 +208,23 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
         )
     found.append(
         Fault(
-            "forces low-passed at 8 Hz, forwards only",
+            f"forces low-passed at {sizes.causal_hz:g} Hz, forwards only",
             ("delay", "forces low-passed"),
-            _walks(lambda r: _filtered(r, 8, causal=True)),
-            size=8,
+            _walks(lambda r: _filtered(r, sizes.causal_hz, causal=True)),
+            size=sizes.causal_hz,
         )
     )
     found.append(
         Fault(
-            "markers low-passed at 3 Hz",
+            f"markers low-passed at {sizes.slow_markers_hz:g} Hz",
             ("markers low-passed",),
-            _walks(lambda r: replace(r, markers=_slow(r.markers, r.marker_rate, 3.0))),
-            size=3,
+            _walks(
+                lambda r: replace(r, markers=_slow(r.markers, r.marker_rate, sizes.slow_markers_hz))
+            ),
+            size=sizes.slow_markers_hz,
         )
     )
-    for factor in (1.02, 0.975):
+    for factor in sizes.wands:
         found.append(
             Fault(
                 f"wand {100 * (factor - 1):+.1f} %",
@@ -176,7 +233,7 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
                 size=factor - 1,
             )
         )
-    for factor in (1.10, 0.90, 1.06):
+    for factor in sizes.rates:
         found.append(
             Fault(
                 f"rate of both {100 * (factor - 1):+.0f} %",
@@ -189,11 +246,11 @@ def faults(plates: Sequence[str]) -> tuple[Fault, ...]:
                 size=factor - 1,
             )
         )
-    for degrees, axis in ((2, 1), (-2, 0), (2.5, 0)):
+    for degrees, axis in sizes.tilts:
         turn = Rotation.from_rotvec(np.radians(degrees) * np.eye(3)[axis]).as_matrix()
         found.append(
             Fault(
-                f"laboratory tilted {degrees}° about {'xy'[axis]}",
+                f"laboratory tilted {degrees:g}° about {'xy'[axis]}",
                 ("tilt",),
                 _all(lambda r, t=turn: r.turned(t)),
                 size=np.radians(degrees),
