@@ -24,7 +24,7 @@ PEOPLE: Final = 3000
 STATURE_M: Final = (1.55, 0.25)
 """m. Mean and standard deviation of the people drawn: children and adults."""
 
-HANG: Final = ((10.0, 6.0), (5.0, 12.0), (15.0, 12.0), (10.0, 30.0), (0.0, 0.0))
+HANG: Final = ((12.0, 7.0), (0.0, 14.0), (18.0, 14.0), (10.0, 30.0), (5.0, 20.0))
 """Arms that hang: abduction, flexion, flexion of the elbow, turn of the forearm (palm forward is
 positive) and inward turn of the upper arm, degrees, mean and standard deviation."""
 
@@ -54,12 +54,20 @@ or one foot ahead of the other."""
 POSTURE: Final = {
     "lean": 6.0, "tilt": 6.0, "sway": 2.5, "hip": 3.0, "abduction": 2.0, "turn": 7.0,
     "knee": 7.0, "toe_out": 7.0, "pitch": 3.0, "ankle": 4.0, "facing": 4.0,
+    "nod": 8.0, "look": 6.0,
 }  # fmt: skip
-"""Degrees. How standing people differ: trunk forward and sideways, pelvis, thigh, knee, foot; and
-the error of the direction in which they are taken to face."""
+"""Degrees. How standing people differ: trunk forward and sideways, pelvis, thigh, knee, foot, head;
+and the error of the direction in which they are taken to face."""
 
 PLACE_SD_M: Final = (0.05, 0.02, 0.015)
 """m. Error of where a person is taken to stand: forward, to the left, height of the floor."""
+
+CARRYING: Final = (8.0, 6.0)
+"""Degrees, mean and standard deviation: by how much the forearm points outwards from the upper arm:
+11 to 15 with the palm forward, less with it turned back (Paraskevas et al. 2004, from memory)."""
+
+MIDDLE: Final = ("pelvis", "torso", "head")
+"""Parts of which there is one."""
 
 TOE_OUT_DEG: Final = 9.0
 KNEE_FLEXION_DEG: Final = 4.0
@@ -127,10 +135,10 @@ def sites() -> tuple[Site, ...]:
             continue
         for name, place in places.items():
             for side in ("",) if place.get("middle") else ("R", "L"):
-                if place.get("many") and part in ("pelvis", "torso") and side == "L":
-                    continue
                 region = place.get("many", False)
-                alone = region and part in ("pelvis", "torso")
+                alone = region and part in MIDDLE
+                if alone and side == "L":
+                    continue
                 found.append(
                     Site(
                         name,
@@ -197,6 +205,11 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
         "pelvis": (hips, _pitch(tilt)),
         "torso": (hips, _roll(sway) @ _pitch(lean)),
     }
+    neck = np.stack([np.full(n, -0.015), np.zeros(n), lengths["trunk"]], axis=1)
+    frames["head"] = (
+        hips + np.einsum("nij,nj->ni", frames["torso"][1], neck),
+        _yaw(angle(POSTURE["look"])) @ _roll(sway) @ _pitch(angle(POSTURE["nod"])),
+    )
     for side, sign in (("R", -1.0), ("L", 1.0)):
         hip = hips + _across(sign * lengths["hip_half_width"])
         thigh = (
@@ -228,9 +241,10 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
             ),
         )
         abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in arms)
-        arm = torso @ _roll(sign * abduction) @ _pitch(-flexion)
+        arm = torso @ _roll(sign * abduction) @ _pitch(-flexion) @ _yaw(-sign * inwards)
         elbow = shoulder - _up(arm, lengths["upper_arm"])
-        forearm = arm @ _yaw(-sign * inwards) @ _pitch(-bend) @ _yaw(sign * turn)
+        carried = _roll(sign * angle(*CARRYING[::-1]))
+        forearm = arm @ _pitch(-bend) @ carried @ _yaw(sign * turn)
         for part, origin, axes in (
             ("thigh", hip, thigh),
             ("shank", knee, shank),

@@ -10,7 +10,7 @@ probability of its place against all changes that were tried.
 It is long because the changes, their likelihood and what it is made of are read together.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,7 +19,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import linear_sum_assignment
 
 from gaitval.arrays import Array, Index
-from gaitval_markers.body import Population, Site, populations
+from gaitval_markers.body import MIDDLE, Population, Site, populations
 from gaitval_markers.frame import frames_of, middle_of
 
 STATURES_M: Final = tuple(np.round(np.arange(0.85, 2.1, 0.1), 2))
@@ -42,11 +42,31 @@ ones, so that the scores say too much."""
 HAND_ALONE: Final = -8.0
 """Log probability of markers on forearm or hand of an arm without any on elbow and shoulder."""
 
+FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
+FOREFEET: Final = (
+    *(("MT2",),) * 3,
+    *(("MT1", "MT2", "MT5"),) * 5,
+    *(("MT5", "Toe"),) * 2,
+    *(("MT2", "MT5"),) * 2,
+    ("MT5",),
+    ("MT1", "MT5", "Toe"),
+    FOREFOOT,
+)
+"""Which of `FOREFOOT` a foot has in the built-in marker sets (`gaitval.scaling.marker_sets`). Where
+there is one, it is mostly between the toes; where there are two, one is on the outer side."""
+
 HARD_M: Final = 0.008
 SOFT_M: Final = {"thigh": 0.014, "torso": 0.016, "pelvi": 0.010, "upper": 0.012}
 SPREAD_M: Final = 0.005
 """m. Standard deviation of the distance of two markers of one segment that skin and error explain
 (`SOFT_M`: on these segments), and how much more makes it less likely by a factor of e."""
+
+MEDIAL_ALONE: Final = -4.0
+"""Log probability of a marker on the inner side of a joint without one on the outer side, which no
+built-in marker set has."""
+
+TURNED: Final = float(np.radians(6.0))
+"""rad. A person who faces further than this from where they were taken to is matched again."""
 
 FACINGS: Final = 6
 """Ways to face, with which axis is up, that are refined."""
@@ -125,6 +145,14 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
         if start.frame in likely and key not in tried:
             tried.add(key)
             refine(start)
+    # With a foot turned or ahead nobody is a mirror image: what was found says how they face.
+    _, chosen, search, begun = max(best, key=lambda each: each[0])
+    yaw = search.yaw(chosen)
+    if abs(yaw) > TURNED:
+        turned = begun.rotation_by(yaw)
+        again = sorted(_starts(points[seen], told, [(turned, 0.0)]), key=lambda start: start.cost)
+        for start in again[:FACINGS]:
+            refine(start)
     score, chosen, search, _ = max(best, key=lambda each: each[0])
     certainty, second = search.certainties(score, chosen)
     # The same person, taken to face the other way or to hold the arms otherwise.
@@ -144,22 +172,30 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
 
 @dataclass(frozen=True)
 class _Start:
-    """A first assignment: its cost, which frame, way to stand and stature, the placed points, the
-    people of that way, the place of each marker.
+    """A first assignment: its cost, which frame, its rotation, way to stand and stature, the placed
+    points, the people of that way, the place of each marker.
     """
 
     cost: float
     frame: int
+    rotation: Array
     pose: str
     stature: float
     points: Array
     people: Population
     chosen: Index
 
+    def rotation_by(self, yaw: float) -> Array:
+        """The rotation of the frame of somebody who faces further to the left by `yaw`, rad."""
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        return np.asarray(np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) @ self.rotation)
 
-def _starts(points: Array, names: Array | None) -> Iterator[_Start]:
-    """First assignments."""
-    frames = list(frames_of(points))
+
+def _starts(
+    points: Array, names: Array | None, frames: Sequence[tuple[Array, float]] = ()
+) -> Iterator[_Start]:
+    """First assignments, in given `frames` or in all that the points may have."""
+    frames = frames or list(frames_of(points))
     least = min(misfit for _, misfit in frames)
     for number, (rotation, misfit) in enumerate(frames):
         if misfit > 2.0 * least + 0.03:
@@ -174,7 +210,7 @@ def _starts(points: Array, names: Array | None) -> Iterator[_Start]:
                     continue
                 placed, mean, spread = _at_stature(turned, people, stature)
                 cost, assigned = _first(placed, people, mean, spread, names)
-                yield _Start(cost, number, pose, stature, placed, people, assigned)
+                yield _Start(cost, number, rotation, pose, stature, placed, people, assigned)
 
 
 def _at_stature(turned: Array, people: Population, stature: float) -> tuple[Array, Array, Array]:
@@ -219,8 +255,8 @@ def _first(
 def _part(site: Site) -> str:
     """What moves as one body, with its side."""
     part = {"ankle": "shank"}.get(site.part, site.part)
-    part = site.name if site.name in ("Head", "Hand") else part
-    return part if part in ("pelvis", "torso", "Head") else f"{part}_{site.side}"
+    part = site.name if site.name == "Hand" else part
+    return part if part in MIDDLE else f"{part}_{site.side}"
 
 
 NEXT: Final = frozenset(
@@ -232,7 +268,7 @@ NEXT: Final = frozenset(
         "pelvis torso",
         "torso upper_arm",
         "upper_arm forearm",
-        "torso Head",
+        "torso head",
         "forearm Hand",
     )
 )
@@ -248,6 +284,21 @@ def _far(one: str, other: str) -> bool:
         return False
     neighbours = (first, second) in NEXT or (second, first) in NEXT
     return not (neighbours and (side == across or "" in (side, across)))
+
+
+def _forefeet(alone: Array) -> Array:
+    """(16,) what the logarithm of the probability of the places of `FOREFOOT` with a marker, the
+    bits of the index, is above the sum of what they have `alone`; 0 for none. Half is by the
+    built-in sets, half as if the places had nothing to do with each other.
+    """
+    bits = (np.arange(1 << len(FOREFOOT))[:, None] >> np.arange(len(FOREFOOT))) & 1
+    apart = np.exp(bits @ alone)
+    apart /= apart.sum()
+    seen = np.zeros(len(bits))
+    for names in FOREFEET:
+        seen[sum(1 << FOREFOOT.index(name) for name in names)] += 1.0 / len(FOREFEET)
+    excess = np.log(0.5 * (seen + apart) / apart)
+    return np.asarray(excess - excess[0])
 
 
 def _presence(site: Site) -> float:
@@ -289,6 +340,18 @@ class _Search:
             )
             for side in "RL"
         ]
+        self.inner = np.array(
+            [
+                (k, labels[site.label.removesuffix(".Medial")])
+                for k, site in enumerate(people.sites)
+                if site.name.endswith(".Medial")
+            ]
+        )
+        self.fore = np.zeros((2, count), dtype=np.int64)
+        for number, name in enumerate(FOREFOOT):
+            for side in range(2):
+                self.fore[side, labels[f"{'RL'[side]}.{name}"]] = 1 << number
+        self.forefoot = _forefeet(self.presence[self.fore[0] > 0])
         outputs = [(site.segment, site.landmark) for site in people.sites]
         kinds = {each: number for number, each in enumerate(dict.fromkeys([*outputs, ("", None)]))}
         self.kind = np.array([*(kinds[each] for each in outputs), kinds["", None]])
@@ -302,6 +365,16 @@ class _Search:
         who = np.flatnonzero(chosen >= 0)
         factor, off = self._gauss(who, chosen[who])
         return float(1.55 + self.size[chosen[who]].ravel() @ cho_solve(factor, off))
+
+    def yaw(self, chosen: Index) -> float:
+        """rad, by how much the markers on places of one marker are turned to the left from where
+        those places are on average.
+        """
+        who = np.flatnonzero((chosen >= 0) & ~self.many[chosen])
+        mean = self.people.mean[chosen[who], :2]
+        mean, at = (each - each.mean(axis=0) for each in (mean, self.points[who, :2]))
+        across = mean[:, 0] * at[:, 1] - mean[:, 1] * at[:, 0]
+        return float(np.arctan2(across.sum(), (mean * at).sum()))
 
     def _gauss(self, who: Index, where: Index) -> tuple[tuple[Array, bool], Array]:
         covariance = self.shared[where][:, :, where, :].copy()
@@ -350,6 +423,10 @@ class _Search:
         found = ONE_SIDED * float((used & ~used[self.mirror]).sum())
         there = np.zeros(len(self.presence), dtype=bool)
         there[where] = True
+        inner, outer = self.inner.T
+        found += MEDIAL_ALONE * float((there[inner] & ~there[outer]).sum())
+        for side in self.fore:
+            found += float(self.forefoot[int(side[there].sum())])
         for hand, arm in self.arms:
             if (there & hand).any() and not (there & arm).any():
                 found += HAND_ALONE

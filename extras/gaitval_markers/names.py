@@ -35,9 +35,11 @@ SIDES: Final = (
 
 COMPUTED: Final = re.compile(
     r"[HKASEW]JC|HJCREG|^MID(?!F)|GROUND$|CENT(?:RE|ER)OF|^COM$|HIPCENT|"
-    r"ANGLES?$|MOMENTS?$|FORCES?$|POWERS?$"
+    r"ANGLES?$|MOMENTS?$|FORCES?$|POWERS?$|"
+    r"PROJ$|^[LR](?:CVM|VWM|MWP|HO)$|^(?:HC|OT|C7O|MIDFH|MIDFRONT)$"
 )
-"""Names of points that a program computed: joint centres, middles, results."""
+"""Names of points that a program computed: joint centres, middles, results; projections on the
+floor; those with which Plug-in Gait builds arms, head and thorax."""
 
 AXES: Final = ("OALP", "XYZ")
 """Last letters of the points that draw the axes of a segment: of Vicon, all four; of others."""

@@ -6,9 +6,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gaitval.artefacts import write_json, write_text
 from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError
+from gaitval_patients.passive_foot import expected_ankles
 from gaitval_patients.people import Person, read_people
 from gaitval_patients.records import Patient, patient
 from gaitval_patients.strides import read_strides
@@ -61,14 +65,22 @@ def found_patients(
 
 
 def written(found: Sequence[Patient], out: Path) -> Path:
-    """Write subjects, what was estimated of them, and the table of the cohort; returns its path."""
+    """Write subjects, what was estimated of them (of amputees the ankles' moments, too), and the
+    table of the cohort; returns its path.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["name", "subject", "record.use", "scaling.symmetric"])
     for each in found:
         name = each.subject.identifier
         write_text(out / "subjects" / f"{name}.toml", each.subject.to_toml())
-        write_json(out / "subjects" / f"{name}.json", each.told_of())
+        about = each.told_of()
+        if each.person.amputation is not None:
+            about["expected_ankle_moment_nm_kg"] = {
+                side: curve(np.linspace(0.0, 1.0, 101)).round(4).tolist()
+                for side, curve in expected_ankles(each, builtin_subjects()).items()
+            }
+        write_json(out / "subjects" / f"{name}.json", about)
         two = each.person.amputation is not None or each.person.legs is not None
         writer.writerow([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
     write_text(out / "table.csv", text.getvalue())
