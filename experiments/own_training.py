@@ -18,14 +18,23 @@ study into the folder of --work and may be started again, and several times at o
 import argparse
 import fcntl
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
-from gaitval.artefacts import copy_file, copy_files, write_json
+import numpy as np
+
+import evidence
+from evidence.marked_table import with_table
+from experiments.left_out import reached
+from gaitval.artefacts import copy_file, copy_files, read_json, versions, write_json, write_text
+from gaitval.study.inputs import GAIN
 
 ROOT: Final = Path(__file__).resolve().parent.parent
+STORE: Final = ROOT / "reports" / "general" / "own_training.json"
+PAGE: Final = ROOT / "docs" / "learning.md"
+COMMAND: Final = "python -m experiments.own_training table --rows"
 WORK: Final = ROOT / "reports" / "own-training"
 PEOPLE: Final = (
     "gait2354",
@@ -40,6 +49,23 @@ SEEDS: Final = 5
 POINTS: Final = (500_000, 50_000, 4_096)
 """Numbers of own samples between none and the most."""
 FINISHED: Final = "metrics.json"
+QUANTITIES: Final = ("angles", "moments", "vertical")
+DRAWS: Final = 2000
+"""Of the bootstrap."""
+Json = dict[str, Any]
+MEASURES = {
+    "*": {
+        "code": (
+            "@walk",
+            "experiments/own_training.py:study,figures,pairs,handed_on,ratio,kept",
+        ),
+        "results": ("reports/general/own_training.json",),
+        "allowed": 120,
+        "why": "ratios of two walks of the same code, and shares of goals: what changes both alike "
+        "leaves them, and tests/policy and gaitval check say whether walks and learning do",
+    },
+}
+"""What the rows depend on; see evidence/stale.py."""
 
 
 def short(name: str) -> str:
@@ -111,7 +137,7 @@ def study(subject: Path, folder: Path, seed: int, samples: int) -> None:
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study import stages
-    from gaitval.study.inputs import GAIN, NEED, POLICY_FILES
+    from gaitval.study.inputs import NEED, POLICY_FILES
     from gaitval.study.run import choose_start
     from gaitval.study.stage import Observer, Stage, open_run, run_stage
 
@@ -182,8 +208,210 @@ def run(arguments: argparse.Namespace) -> None:
             study(subject, folder, seed, samples)
 
 
+def figures(metrics: Json, gain: Json) -> Json:
+    """What counts of a study: mean errors of both sides, goals, limits, pushes and falls.
+
+    Angles (deg) and moments (Nm/kg) are those of hip, knee and ankle in the sagittal plane, the
+    vertical force is in % of body weight. A walk that falls before a whole cycle has none.
+    """
+    walk = metrics["walks"][metrics["final"]]
+    errors = walk["errors"]
+    curves = {
+        "angles": ("hip_flexion", "knee_angle", "ankle_angle"),
+        "moments": ("hip_flexion", "knee_angle", "ankle_angle"),
+        "vertical": ("vertical",),
+    }
+    found: Json = {}
+    for quantity, names in curves.items():
+        kind = "forces" if quantity == "vertical" else quantity
+        values = [errors[kind][f"{name}_{side}"] for name in names for side in "rl"]
+        complete = all(value is not None for value in values)
+        found[quantity] = float(np.mean([each["rmse"] for each in values])) if complete else None
+    judged = [row for row in metrics["tolerances"] if row["role"] == "acceptance"]
+    survived = metrics["push_recovery"]["survived"]
+    return found | {
+        "goals": reached(metrics),
+        "limits": {_named(row): bool(row["passed"]) for row in judged},
+        "pushes": int(np.sum(survived)),
+        "of pushes": int(np.size(survived)),
+        "falls": sum(start["fell"] for start in walk["starts"]),
+        "of starts": len(walk["starts"]),
+        "gain": {key: gain[key] for key in ("start", "trained", "handed_on")},
+    }
+
+
+def _named(row: Json) -> str:
+    return f"{row['measure']} {row['target'] or ''}".strip()
+
+
+def collected(work: Path) -> list[Json]:
+    """The figures of each study that is finished in `work`."""
+    found = []
+    for name in PEOPLE:
+        for seed in range(SEEDS):
+            for samples in (0, *sorted(POINTS), MOST):
+                folder = work / f"{short(name)}-{seed}" / str(samples)
+                if (folder / FINISHED).is_file():
+                    about: Json = {"person": name, "seed": seed, "samples": samples}
+                    read = [read_json(folder / each) for each in (FINISHED, GAIN)]
+                    found.append(about | figures(*read))
+    return found
+
+
+def pairs(studies: Sequence[Json], samples: int = MOST) -> dict[str, list[tuple[Json, Json]]]:
+    """By person, each study with so many own samples after that without any, of the same seed."""
+    known = {(each["person"], each["seed"], each["samples"]): each for each in studies}
+    found: dict[str, list[tuple[Json, Json]]] = {}
+    for (person, seed, number), trained in known.items():
+        if number == samples and (person, seed, 0) in known:
+            found.setdefault(person, []).append((known[person, seed, 0], trained))
+    return found
+
+
+def handed_on(without: Json, trained: Json) -> Json:
+    """Of two studies, the one of the policy that gaitval hands on."""
+    return trained if trained["gain"]["handed_on"] == "trained" else without
+
+
+class Ratio(NamedTuple):
+    """Of errors, geometric mean over people and seeds, and its interval of 90 %."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def ratio(found: Mapping[str, Sequence[tuple[Json, Json]]], quantity: str) -> Ratio:
+    """Error of a quantity without own training over that with it.
+
+    The interval is that of a bootstrap over people, and over the seeds of each.
+    """
+    logs = [
+        np.array([np.log(without[quantity] / trained[quantity]) for without, trained in each])
+        for each in found.values()
+    ]
+    random = np.random.default_rng(0)
+    drawn = [
+        np.mean(
+            [
+                np.mean(random.choice(logs[person], len(logs[person])))
+                for person in random.integers(len(logs), size=len(logs))
+            ]
+        )
+        for _ in range(DRAWS)
+    ]
+    low, high = np.percentile(drawn, (5.0, 95.0))
+    mean = np.mean([np.mean(each) for each in logs])
+    return Ratio(*(float(np.exp(each)) for each in (mean, low, high)))
+
+
+def kept(
+    found: Mapping[str, Sequence[tuple[Json, Json]]], which: str, only: str = ""
+) -> tuple[int, int]:
+    """Of the goals or limits that hold with own training, how many hold without it; and all of
+    those. Only those whose names begin so.
+    """
+    both = [pair for each in found.values() for pair in each]
+    names = [
+        (without[which][name], name)
+        for without, trained in both
+        for name, holds in trained[which].items()
+        if holds and name.startswith(only)
+    ]
+    return sum(holds for holds, _ in names), len(names)
+
+
+def measured(studies: Sequence[Json]) -> list[evidence.Row]:
+    """The rows of evidence."""
+    found = pairs(studies)
+    count = sum(len(each) for each in found.values())
+    where = f"{len(found)} strangers, public imports with forces of both feet"
+    handed = {
+        person: [(without, handed_on(without, trained)) for without, trained in each]
+        for person, each in found.items()
+    }
+    rows = []
+    for quantity in QUANTITIES:
+        what = f"own training, {where}: {quantity} without it over those with 2 M samples"
+        for words, of in (("", found), (", of the policy that is handed on", handed)):
+            value = ratio(of, quantity).mean
+            rows.append(evidence.Row(f"{what}{words}", value, "1", "<=", 1.05, 1.15, count))
+    for words, which, only, goal, must in (
+        ("goals kept without it, of those with 2 M samples", "goals", "", 98, 94),
+        ("push limits kept without it, of those with 2 M", "limits", "push_survival", 95, 85),
+    ):
+        holds, judged = kept(found, which, only)
+        value = 100.0 * holds / judged
+        rows.append(
+            evidence.Row(f"own training, {where}: {words}", value, "%", ">=", goal, must, judged)
+        )
+    return rows
+
+
+def table(studies: Sequence[Json]) -> str:
+    """The curves over own samples, and what 2 M of them give, person by person."""
+    lines = [
+        "| person | own samples | seeds | angles, ° | moments, Nm/kg | vertical, % BW "
+        "| goals missed | pushes survived, % | trained policy is handed on |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name in PEOPLE:
+        for samples in (0, *sorted(POINTS), MOST):
+            some = [
+                each for each in studies if (each["person"], each["samples"]) == (name, samples)
+            ]
+            if some:
+                lines.append(_line(name, samples, some))
+    lines += ["", "Errors without own training over those with it, geometric mean (90 % interval):"]
+    lines += ["", "| own samples | people, studies | angles | moments | vertical |"]
+    lines += ["|---|---|---|---|---|"]
+    for samples in (*sorted(POINTS), MOST):
+        if found := pairs(studies, samples):
+            shown = [ratio(found, each) for each in QUANTITIES]
+            cells = [f"{each.mean:.3f} ({each.low:.3f} to {each.high:.3f})" for each in shown]
+            count = sum(len(each) for each in found.values())
+            lines.append(f"| {samples:,} | {len(found)}, {count} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _line(name: str, samples: int, some: Sequence[Json]) -> str:
+    def spread(quantity: str, digits: int) -> str:
+        values = [each[quantity] for each in some]
+        return f"{np.mean(values):.{digits}f} ± {np.std(values):.{digits}f}"
+
+    missed = np.mean([sum(not each for each in study["goals"].values()) for study in some])
+    pushes = [100.0 * each["pushes"] / each["of pushes"] for each in some]
+    handed = sum(each["gain"]["handed_on"] == "trained" for each in some)
+    cells = [
+        name,
+        f"{samples:,}",
+        str(len(some)),
+        spread("angles", 2),
+        spread("moments", 3),
+        spread("vertical", 2),
+        f"{missed:.1f} of {len(some[0]['goals'])}",
+        f"{np.mean(pushes):.0f} ± {np.std(pushes):.0f}",
+        f"{handed} of {len(some)}" if samples else "",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def written(arguments: argparse.Namespace) -> None:
+    """Collect what is finished in --work, if it is there, and write the table and the rows."""
+    if arguments.work.is_dir():
+        write_json(STORE, {"studies": collected(arguments.work), "versions": versions()})
+    studies = read_json(STORE)["studies"]
+    page = PAGE.read_text(encoding="utf-8")
+    write_text(PAGE, with_table(page, "own-training", table(studies)))
+    rows = measured(studies)
+    for row in rows:
+        print(f"{row.what}: {row.value:.4g} {row.unit}")
+    if arguments.rows:
+        evidence.write("seconds", rows, COMMAND)
+
+
 def main() -> None:
-    """Run the studies."""
+    """Run the studies, or write what they found."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -194,6 +422,10 @@ def main() -> None:
     runs.add_argument("--work", type=Path, default=WORK)
     runs.add_argument("--people", nargs="+", default=PEOPLE)
     runs.add_argument("--seeds", type=int, default=SEEDS)
+    tables = commands.add_parser("table")
+    tables.set_defaults(do=written)
+    tables.add_argument("--work", type=Path, default=WORK)
+    tables.add_argument("--rows", action="store_true", help="and the rows of evidence")
     arguments = parser.parse_args()
     arguments.do(arguments)
 
