@@ -7,45 +7,53 @@ from evidence import seconds
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 
-# de Onis et al. 2007, Bull World Health Organ 85:660: percentiles 3, 50, 97 of stature, cm, and of
-# body mass index, kg/m², at 10 years.
+# Body mass index, kg/m², at -2, -1, 0, 1 and 2 standard scores, as the WHO prints it (de Onis et
+# al. 2007, Bull World Health Organ 85:660, its tables of standard scores).
 PUBLISHED = {
-    "F": ((126.6, 138.6, 150.7), (13.5, 16.6, 22.1)),
-    "M": ((125.8, 137.8, 149.8), (13.9, 16.4, 20.9)),
+    ("M", 6): (13.0, 14.1, 15.3, 16.8, 18.5),
+    ("M", 10): (13.7, 14.9, 16.4, 18.5, 21.4),
+    ("M", 12): (14.5, 15.8, 17.5, 19.9, 23.6),
+    ("M", 14): (15.5, 17.0, 19.0, 21.8, 25.9),
+    ("M", 16): (16.5, 18.2, 20.5, 23.5, 27.9),
+    ("F", 6): (12.7, 13.9, 15.3, 17.0, 19.2),
 }
 
 
 class Fixed:
-    """A generator of the child of 10 years with given standard scores."""
+    """A generator of a child of an age with given standard scores, of stature and mass."""
 
-    def __init__(self, *scores: float) -> None:
-        self.scores = list(scores)
+    def __init__(self, years: int, *scores: float) -> None:
+        self.years, self.scores = years, list(scores)
 
     def integers(self, _: int) -> int:
-        return 2
+        return [each[0] for each in seconds.GROWTH["M"]].index(self.years)
 
     def standard_normal(self) -> float:
         return self.scores.pop(0)
 
 
-def child(sex: str, *scores: float) -> Subject:
+def child(sex: str, years: int, *scores: float) -> Subject:
     person = load_subject("S05").model_copy(update={"sex": sex}).by_stature()
-    return seconds._child(person, Fixed(*scores))
+    return seconds._child(person, Fixed(years, *scores))
 
 
-@pytest.mark.parametrize("sex", ["F", "M"])
-@pytest.mark.parametrize(("column", "score"), [(0, -1.881), (1, 0.0), (2, 1.881)])
-def test_children_are_as_the_published_percentiles(sex, column, score):
-    stature, index = PUBLISHED[sex]
-    of_height, of_mass = child(sex, score, 0.0), child(sex, 0.0, score)
-    assert 100.0 * of_height.height_m == pytest.approx(stature[column], abs=0.1)
-    found = of_mass.mass_kg / of_mass.height_m**2
-    assert found == pytest.approx(index[column], abs=0.15)
+@pytest.mark.parametrize(("sex", "years"), PUBLISHED)
+def test_children_are_as_heavy_as_the_published_ones(sex, years):
+    drawn = [child(sex, years, tall, score) for tall in (-1, 1) for score in (-2, -1, 0, 1, 2)]
+    found = [each.mass_kg / each.height_m**2 for each in drawn]
+    assert found == pytest.approx(2 * PUBLISHED[sex, years], abs=0.06)  # printed to 0.1
+    assert {each.age_years for each in drawn} == {years}
+
+
+def test_a_tall_child_is_as_much_above_the_median_as_a_short_one_below():
+    short, middle, tall = (child("F", 8, score, 0).height_m for score in (-2, 0, 2))
+    assert tall - middle == pytest.approx(middle - short)
+    assert 1.1 < short < middle < tall < 1.4
 
 
 def test_a_child_walks_at_the_dimensionless_speed_and_stride_of_the_other():
-    person, small = load_subject("S05").by_stature(), child("M", 0.0, 0.0)
+    person, small = load_subject("S05").by_stature(), child("M", 10, 0.0, 0.0)
     ratio = np.sqrt(small.leg_length_m / person.leg_length_m)
     assert small.walking_speed_m_s == pytest.approx(person.walking_speed_m_s * ratio)
     assert small.stride_time_s == pytest.approx(person.stride_time_s * ratio)
-    assert ratio < 1.0
+    assert small.leg_length_m < person.leg_length_m
