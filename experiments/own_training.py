@@ -6,8 +6,11 @@
 `PEOPLE` were chosen before anybody of them had walked: recordings of five laboratories, none of
 which recorded anybody of the general policy, with the forces of both feet, from a child of 15 with
 torsional deformities to a man who walks at 0.39 m/s. Each is studied with own samples of several
-numbers and with several seeds, and without any. Everything else is the same: body, reference and
-identification are found once for each person and seed.
+numbers and with several seeds, and without any.
+
+Without own samples nothing is random but the search of the identification: seed 0 stands for all,
+and the further ones say how much that scatters. Body, reference and identification of the trained
+studies are those of seed 0.
 
 With own samples it is the trained policy that walks, although a study hands on the start where the
 training made something worse. What would have been handed on is kept beside it. `run` writes each
@@ -46,6 +49,8 @@ PEOPLE: Final = (
 """Names in evidence/anybody/recordings.toml and experiments/public_recordings.toml."""
 MOST: Final = 2_000_000
 SEEDS: Final = 5
+SCATTER: Final = 3
+"""Seeds of the other numbers of samples, and of none."""
 POINTS: Final = (500_000, 50_000, 4_096)
 """Numbers of own samples between none and the most."""
 FINISHED: Final = "metrics.json"
@@ -76,11 +81,16 @@ def short(name: str) -> str:
 def jobs(people: Sequence[str], seeds: int) -> Iterator[tuple[str, int, int]]:
     """Person, seed and number of own samples of each study, the most needed ones first."""
     first, others = people[:3], people[3:]
-    for group, numbers in ((first, (0, MOST)), (others, (0, MOST)), (people, POINTS)):
+    for group in (first, others):
         for seed in range(seeds):
             for name in group:
-                for samples in numbers:
-                    yield name, seed, samples
+                if seed == 0:
+                    yield name, 0, 0
+                yield name, seed, MOST
+    for number in (*POINTS, 0):
+        for seed in range(1 if number == 0 else 0, SCATTER):
+            for name in people:
+                yield name, seed, number
 
 
 def strangers_listed() -> list[dict[str, Any]]:
@@ -130,14 +140,15 @@ def imported(name: str, clones: Path, work: Path) -> Path:
     return folder / "subject.toml"
 
 
-def study(subject: Path, folder: Path, seed: int, samples: int) -> None:
+def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | None = None) -> None:
     """Study a subject in `folder` with a number of own samples, or without any; its metrics, and
-    what its training gave, go to the sub-folder `samples`.
+    what its training gave, go to the sub-folder `samples`. Reference and identification are those
+    of the study in the folder `body`, if one is given.
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study import stages
-    from gaitval.study.inputs import NEED, POLICY_FILES
+    from gaitval.study.inputs import IDENTIFIED, NEED, POLICY_FILES
     from gaitval.study.run import choose_start
     from gaitval.study.stage import Observer, Stage, open_run, run_stage
 
@@ -154,8 +165,14 @@ def study(subject: Path, folder: Path, seed: int, samples: int) -> None:
             run_stage(stage, run.folder, force=False, observer=run.observer)
 
         do(stages.scale_stage(run))
-        do(stages.reference_stage(run))
-        do(stages.identify_stage(run, 1))
+        if body is None:
+            do(stages.reference_stage(run))
+            do(stages.identify_stage(run, 1))
+        else:
+            copy_files(body, run.folder, ("reference.npz",))
+            found = "rounds/1/identification"
+            names = ("identification.json", IDENTIFIED)
+            copy_files(body / found, run.folder / found, names)
         choose_start(run, stages.train_stage(run, 1))
         do(stages.need_stage(run, 1))
         if not samples:  # whatever this person needs
@@ -199,13 +216,21 @@ def run(arguments: argparse.Namespace) -> None:
             if free:
                 imported(name, arguments.clones, arguments.work)
     for name, seed, samples in jobs(arguments.people, arguments.seeds):
-        folder = arguments.work / f"{short(name)}-{seed}"
+        folder = place(arguments.work, name, seed, samples)
+        body = None if samples == 0 or seed == 0 else place(arguments.work, name, 0, 0)
         with claimed(folder) as free:
             if not free or (folder / str(samples) / FINISHED).is_file():
                 continue
+            if body and not (body / "0" / FINISHED).is_file():
+                continue  # another process is at it
             print(f"{name}, seed {seed}, {samples:,} samples", flush=True)
             subject = arguments.work / "people" / short(name) / "subject.toml"
-            study(subject, folder, seed, samples)
+            study(subject, folder, seed, samples, body)
+
+
+def place(work: Path, name: str, seed: int, samples: int) -> Path:
+    """The folder of a study; those of a seed that share a body share it."""
+    return work / f"{short(name)}-{seed}{'' if samples or not seed else '-untrained'}"
 
 
 def figures(metrics: Json, gain: Json) -> Json:
@@ -250,7 +275,7 @@ def collected(work: Path) -> list[Json]:
     for name in PEOPLE:
         for seed in range(SEEDS):
             for samples in (0, *sorted(POINTS), MOST):
-                folder = work / f"{short(name)}-{seed}" / str(samples)
+                folder = place(work, name, seed, samples) / str(samples)
                 if (folder / FINISHED).is_file():
                     about: Json = {"person": name, "seed": seed, "samples": samples}
                     read = [read_json(folder / each) for each in (FINISHED, GAIN)]
@@ -259,12 +284,13 @@ def collected(work: Path) -> list[Json]:
 
 
 def pairs(studies: Sequence[Json], samples: int = MOST) -> dict[str, list[tuple[Json, Json]]]:
-    """By person, each study with so many own samples after that without any, of the same seed."""
-    known = {(each["person"], each["seed"], each["samples"]): each for each in studies}
+    """By person, each study with so many own samples after that of the same body without any."""
+    first = {each["person"]: each for each in studies if each["samples"] == each["seed"] == 0}
     found: dict[str, list[tuple[Json, Json]]] = {}
-    for (person, seed, number), trained in known.items():
-        if number == samples and (person, seed, 0) in known:
-            found.setdefault(person, []).append((known[person, seed, 0], trained))
+    for trained in studies:
+        person = trained["person"]
+        if trained["samples"] == samples and person in first:
+            found.setdefault(person, []).append((first[person], trained))
     return found
 
 

@@ -32,11 +32,11 @@ def study(person: str, seed: int, samples: int, error: float = 1.0, **more: Any)
 
 
 def of_people(factors: dict[str, list[float]]) -> list[dict[str, Any]]:
-    """Studies in which those without own training err by a factor more, by person and seed."""
+    """Studies whose trained walks err by a factor less, by person and seed."""
     return [
-        study(person, seed, samples, 1.0 if samples else factor)
+        study(person, seed, samples, 1.0 / each[seed] if samples else 1.0)
         for person, each in factors.items()
-        for seed, factor in enumerate(each)
+        for seed in range(len(each))
         for samples in (0, own.MOST)
     ]
 
@@ -66,9 +66,9 @@ def test_the_ratio_the_other_way_is_the_inverse():
 
 
 def test_a_study_without_its_pair_is_not_compared():
-    studies = [study("a", 0, own.MOST), study("a", 1, 0), study("b", 0, 0), study("b", 0, 4096)]
+    studies = [study("a", 0, own.MOST), study("a", 1, 0), study("b", 0, 0), study("b", 2, 4096)]
     assert own.pairs(studies) == {}
-    assert list(own.pairs(studies, 4096)) == ["b"]
+    assert own.pairs(studies, 4096) == {"b": [(studies[2], studies[3])]}
 
 
 def test_where_the_start_is_handed_on_the_training_gives_nothing():
@@ -96,13 +96,16 @@ def test_the_rows_say_how_many_people_and_studies():
     assert {row.must for row in ratios} == {1.15}
 
 
-def test_every_person_seed_and_number_of_samples_is_studied_once_the_needed_first():
-    found = list(own.jobs(own.PEOPLE, 2))
-    assert len(found) == len(set(found)) == len(own.PEOPLE) * 2 * 5
-    needed = [number for _, _, number in found[: len(own.PEOPLE) * 4]]
-    assert set(needed) == {0, own.MOST}
-    # each training is beside its walk without, so that an early end leaves whole pairs
-    assert all(a[:2] == b[:2] for a, b in zip(found[0::2], found[1 : 2 * 10 : 2], strict=False))
+def test_every_study_is_done_once_and_after_that_whose_body_it_has():
+    found = list(own.jobs(own.PEOPLE, own.SEEDS))
+    people = len(own.PEOPLE)
+    assert len(found) == len(set(found))
+    assert sum(number == own.MOST for _, _, number in found) == people * own.SEEDS
+    assert sum(number == 0 for _, _, number in found) == people * own.SCATTER
+    for place, (name, seed, number) in enumerate(found):
+        if number:
+            assert (name, 0, 0) in found[:place], (name, seed, number)
+    assert {number for _, _, number in found[: people * (own.SEEDS + 1)]} == {0, own.MOST}
 
 
 def test_a_study_that_is_under_way_is_left_alone(tmp_path):
@@ -116,13 +119,16 @@ def test_a_study_that_is_under_way_is_left_alone(tmp_path):
 def test_a_study_that_is_finished_is_not_done_again(tmp_path, monkeypatch):
     done = []
     monkeypatch.setattr(own, "imported", lambda *_: None)
-    monkeypatch.setattr(own, "study", lambda _, folder, seed, samples: done.append((seed, samples)))
-    finished = tmp_path / f"{own.short('lux')}-0" / "0" / own.FINISHED
+    monkeypatch.setattr(own, "study", lambda *given: done.append(given[2:]))
+    finished = own.place(tmp_path, "lux", 0, 0) / "0" / own.FINISHED
     finished.parent.mkdir(parents=True)
     finished.write_text("{}")
-    arguments = type("", (), {"people": ["lux"], "seeds": 1, "clones": None, "work": tmp_path})
+    arguments = type("", (), {"people": ["lux"], "seeds": 2, "clones": None, "work": tmp_path})
     own.run(arguments)
-    assert done == [(0, own.MOST), *((0, number) for number in own.POINTS)]
+    of_body = own.place(tmp_path, "lux", 0, 0)
+    assert done[:2] == [(0, own.MOST, None), (1, own.MOST, of_body)]
+    assert (0, 0, None) not in done
+    assert (1, 0, None) in done
 
 
 def test_the_figures_of_a_stored_study_are_those_of_its_metrics():
