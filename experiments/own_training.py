@@ -148,7 +148,7 @@ def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | Non
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study import stages
-    from gaitval.study.inputs import IDENTIFIED, NEED, POLICY_FILES
+    from gaitval.study.inputs import IDENTIFIED, NEED, POLICY_FILES, STANDING
     from gaitval.study.run import choose_start
     from gaitval.study.stage import Observer, Stage, open_run, run_stage
 
@@ -173,8 +173,10 @@ def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | Non
             found = "rounds/1/identification"
             names = ("identification.json", IDENTIFIED)
             copy_files(body / found, run.folder / found, names)
+            copy_files(body / "rounds/1", run.folder / "rounds/1", (STANDING,))
         choose_start(run, stages.train_stage(run, 1))
-        do(stages.need_stage(run, 1))
+        if not (run.folder / "rounds/1" / STANDING).is_file():
+            do(stages.need_stage(run, 1))
         if not samples:  # whatever this person needs
             write_json(run.folder / "rounds/1" / NEED, {"needed": False})
         do(stages.train_stage(run, 1))
