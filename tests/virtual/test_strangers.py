@@ -1,9 +1,12 @@
 """Children whom evidence.seconds draws, against the growth reference of the WHO."""
 
+from argparse import Namespace
+
 import numpy as np
 import pytest
 
 from evidence import seconds
+from gaitval.artefacts import read_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 
@@ -57,3 +60,59 @@ def test_a_child_walks_at_the_dimensionless_speed_and_stride_of_the_other():
     assert small.walking_speed_m_s == pytest.approx(person.walking_speed_m_s * ratio)
     assert small.stride_time_s == pytest.approx(person.stride_time_s * ratio)
     assert small.leg_length_m < person.leg_length_m
+
+
+@pytest.fixture
+def population(tmp_path, monkeypatch):
+    """Arguments of the measurement on a table of two people, and who has walked."""
+    walked = []
+    folder = tmp_path / "anthropometry"
+    folder.mkdir()
+    sizes = {"F": "1630,650,840", "M": "1760,855,910"}
+    for sex, name in seconds.TABLES.items():
+        header = "SubjectId,stature,weightkg,trochanterionheight"
+        (folder / name).write_text(f"{header}\n{sex},{sizes[sex]}\n", encoding="latin-1")
+
+    def fell(person: Subject, speed: float) -> int:
+        walked.append((person, speed))
+        return 3 if len(walked) == 1 else 0
+
+    monkeypatch.setattr(seconds, "_fell", fell)
+    monkeypatch.setattr(seconds, "STRANGERS", tmp_path / "strangers.json")
+    return Namespace(data=tmp_path, people=4, seed=1), walked
+
+
+def test_a_stranger_who_has_walked_does_not_walk_again(population):
+    arguments, walked = population
+    first = seconds.strangers(arguments)
+    assert (first.value, first.n) == (75.0, 4)
+    arguments.people = 10
+    assert (seconds.strangers(arguments).value, len(walked)) == (90.0, 10)
+    kept = read_json(seconds.STRANGERS)["people"]
+    seconds.STRANGERS.unlink()
+    assert seconds.strangers(arguments).value == 100.0  # nobody falls any more
+    again = read_json(seconds.STRANGERS)["people"]
+    assert [{**each, "fell": 0} for each in kept] == again
+
+
+def test_one_stranger_in_five_is_a_child_at_a_speed_of_its_size(population):
+    arguments, walked = population
+    arguments.people = 20
+    seconds.strangers(arguments)
+    children = [number for number, (person, _) in enumerate(walked) if person.laboratory == "WHO"]
+    assert children == [4, 9, 14, 19]
+    for person, speed in walked:
+        scale = np.sqrt(person.leg_length_m / 0.875) if person.laboratory == "WHO" else 1.0
+        assert seconds.SLOWEST * scale <= speed <= seconds.FASTEST * scale
+
+
+def test_a_stranger_is_a_row_of_the_table_with_the_stride_of_its_leg(population):
+    arguments, walked = population
+    seconds.strangers(arguments)
+    legs = {"F": 0.84, "M": 0.91}
+    for person, _ in walked:
+        assert person.leg_length_m == legs[person.sex]
+        froude = person.walking_speed_m_s / np.sqrt(9.81 * person.leg_length_m)
+        whose = [load_subject(each) for each in seconds.PEOPLE]
+        known = [each.walking_speed_m_s / np.sqrt(9.81 * each.leg_length_m) for each in whose]
+        assert np.min(np.abs(np.array(known) - froude)) < 1e-9
