@@ -157,6 +157,7 @@ def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | Non
         f"training.samples={samples or 'auto'}",
         "training.workers=1",
         "identification.rounds=1",
+        "pushes.directions=4",  # of the largest push, which is not looked at here
     ]
     configuration = load_configuration(settings=settings)
     with open_run(load_subject(subject), configuration, folder, Observer()) as run:
