@@ -75,7 +75,7 @@ GROWTH: Final = {
 years; median of stature, cm, and coefficient of variation; L, M and S of body mass index, kg/m²."""
 MEASURES = {
     "physics, *": {"code": ("@physics", "evidence/seconds.py:physics")},
-    "strangers, adults*": {
+    "strangers, adults of ANSUR II * and, one in*": {
         "code": ("@walk", "evidence/seconds.py:strangers,_stranger,_child,_fell"),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/general/strangers.json",),
