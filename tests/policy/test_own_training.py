@@ -25,6 +25,8 @@ def study(person: str, seed: int, samples: int, error: float = 1.0, **more: Any)
         "vertical": 2.0 * error,
         "goals": {"angle_rmse hip_flexion_r": True, "push_survival phase 0": True},
         "limits": dict.fromkeys(names, True),
+        "falls": 0,
+        "of starts": 8,
         "pushes": 95,
         "of pushes": 100,
         "gain": {"start": standing, "trained": standing, "handed_on": "trained"},
@@ -87,13 +89,25 @@ def test_only_what_holds_with_own_training_is_counted_and_only_what_begins_so():
     assert own.kept(found, "goals") == (2, 2)
 
 
-def test_the_rows_say_how_many_people_and_studies():
+def test_the_rows_say_how_many_studies():
     rows = own.measured(of_people({"a": [1.2, 1.2], "b": [1.2, 1.2]}))
     ratios = [row for row in rows if row.unit == "1"]
     assert [row.value for row in ratios] == pytest.approx([1.2] * 6)
-    assert all("2 strangers" in row.what for row in rows)
     assert {row.n for row in ratios} == {4}
     assert {row.must for row in ratios} == {1.15}
+
+
+def test_who_falls_without_own_training_is_counted_and_has_no_ratio():
+    fallen = {"angles": None, "moments": None, "vertical": None, "falls": 8}
+    goals = dict.fromkeys(study("b", 0, 0)["goals"], False)
+    studies = of_people({"a": [1.2], "b": [1.0]})
+    studies[2] |= fallen | {"goals": goals}
+    rows = {row.what.partition(": ")[2]: row for row in own.measured(studies)}
+    assert rows["who walks 100 cycles from 8 starts without it"].value == 50.0
+    ratios = [row for row in rows.values() if row.unit == "1"]
+    assert [(row.value, row.n) for row in ratios] == [(pytest.approx(1.2), 1)] * 6
+    assert rows["goals kept without it, of those with 2 M samples"].value == 50.0
+    assert "no whole cycle" in own._line("b", 0, [studies[2]])
 
 
 def test_every_study_is_done_once_and_after_that_whose_body_it_has():
