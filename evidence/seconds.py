@@ -82,13 +82,19 @@ MEASURES = {
         "allowed": 60,
         "why": "one in a hundred of the statements of a walk",
     },
-    "s*without own training*": {
+    "speeds walked*": {
         "code": (
             "@walk",
             "gaitval/prediction/speed.py",
             "gaitval/prediction/normal_form.py",
-            "evidence/seconds.py:speeds,imports,_fell,_widest",
+            "evidence/seconds.py:speeds,_fell,_widest",
         ),
+        "data": ("reports/general/policy.safetensors",),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a walk",
+    },
+    "strangers*": {
+        "code": ("@walk", "evidence/seconds.py:strangers,imports,_stranger,_fell"),
         "data": ("reports/general/policy.safetensors",),
         "allowed": 60,
         "why": "one in a hundred of the statements of a walk",
