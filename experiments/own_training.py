@@ -417,11 +417,22 @@ def table(studies: Sequence[Json]) -> str:
     lines += ["|---|---|---|---|---|"]
     for samples in (*sorted(POINTS), MOST):
         if found := walking(pairs(studies, samples)):
-            shown = [ratio(found, each) for each in QUANTITIES]
-            cells = [f"{each.mean:.3f} ({each.low:.3f} to {each.high:.3f})" for each in shown]
             count = sum(len(each) for each in found.values())
+            cells = [_ratio_in_words(ratio(found, each), count) for each in QUANTITIES]
             lines.append(f"| {samples:,} | {len(found)}, {count} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def _spread_in_words(values: Sequence[float], digits: int) -> str:
+    """Mean, and standard deviation if there are several."""
+    apart = f" ± {np.std(values):.{digits}f}" if len(values) > 1 else ""
+    return f"{np.mean(values):.{digits}f}{apart}"
+
+
+def _ratio_in_words(found: Ratio, count: int) -> str:
+    """A ratio, and its interval if there was anything to draw from."""
+    between = f" ({found.low:.3f} to {found.high:.3f})" if count > 1 else ""
+    return f"{found.mean:.3f}{between}"
 
 
 def _line(name: str, samples: int, some: Sequence[Json]) -> str:
@@ -429,7 +440,7 @@ def _line(name: str, samples: int, some: Sequence[Json]) -> str:
         values = [each[quantity] for each in some if each[quantity] is not None]
         if not values:
             return "no whole cycle"
-        return f"{np.mean(values):.{digits}f} ± {np.std(values):.{digits}f}"
+        return _spread_in_words(values, digits)
 
     missed = np.mean([sum(not each for each in study["goals"].values()) for study in some])
     pushes = [100.0 * each["pushes"] / each["of pushes"] for each in some]
@@ -443,7 +454,7 @@ def _line(name: str, samples: int, some: Sequence[Json]) -> str:
         spread("vertical", 2),
         f"{sum(each['falls'] for each in some)} of {sum(each['of starts'] for each in some)}",
         f"{missed:.1f} of {len(some[0]['goals'])}",
-        f"{np.mean(pushes):.0f} ± {np.std(pushes):.0f}",
+        _spread_in_words(pushes, 0),
         f"{handed} of {len(some)}" if samples else "",
     ]
     return f"| {' | '.join(cells)} |"

@@ -176,3 +176,9 @@ def test_the_table_has_a_line_for_each_number_of_samples_and_the_ratios_below():
     lines = own.table(studies).splitlines()
     assert sum(line.startswith(f"| {own.PEOPLE[0]} |") for line in lines) == 3
     assert sum("1.200 (1.200 to 1.200)" in line for line in lines) == 2
+
+
+def test_one_study_has_no_scatter():
+    lines = own.table([study(own.PEOPLE[0], 0, samples) for samples in (0, own.MOST)])
+    assert "±" not in lines
+    assert "| 1.000 | 1.000 | 1.000 |" in lines
