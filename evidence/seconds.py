@@ -24,6 +24,8 @@ from evidence import ROOT, option
 from evidence.cohort.speed import memory_of
 
 if TYPE_CHECKING:
+    from numpy.random import Generator
+
     from gaitval.datasets.subject import Subject
 
 REPEATS = option("--repeats", type=int, default=3, help="runs, of which the fastest counts")
@@ -48,6 +50,29 @@ ANYWAY = option("--anyway", action="store_true", help="measure on a busy machine
 TABLES: Final = {"F": "ANSUR_II_FEMALE_Public.csv", "M": "ANSUR_II_MALE_Public.csv"}
 SLOWEST, FASTEST = 0.4, 1.6
 """m/s, of the strangers' speeds."""
+STRANGERS: Final = ROOT / "reports" / "general" / "strangers.json"
+CHILDREN: Final = 5
+"""Every so many strangers is a child."""
+GROWTH: Final = {
+    "F": (
+        (6, 115.1244, 0.04447, -1.0794, 15.2697, 0.10195),
+        (8, 126.5558, 0.04581, -1.3880, 15.6810, 0.11291),
+        (10, 138.6363, 0.04614, -1.4864, 16.6133, 0.12307),
+        (12, 151.2327, 0.04523, -1.4006, 17.9966, 0.13129),
+        (14, 159.7890, 0.04345, -1.2266, 19.5647, 0.13700),
+        (16, 162.5156, 0.04176, -1.0368, 20.7008, 0.14070),
+    ),
+    "M": (
+        (6, 115.9509, 0.04249, -0.9921, 15.3062, 0.08682),
+        (8, 127.2651, 0.04438, -1.4629, 15.7368, 0.09526),
+        (10, 137.7795, 0.04626, -1.7407, 16.4433, 0.10566),
+        (12, 149.0807, 0.04753, -1.7751, 17.5334, 0.11522),
+        (14, 163.1816, 0.04714, -1.6211, 19.0050, 0.12191),
+        (16, 172.8967, 0.04495, -1.3529, 20.4951, 0.12579),
+    ),
+}
+"""Growth reference of the WHO (de Onis et al. 2007, Bull World Health Organ 85:660) by sex: age in
+years; median of stature, cm, and coefficient of variation; L, M and S of body mass index, kg/m²."""
 MEASURES = {
     "people an hour *": {
         "code": ("@study", "@page", "@cohort", "evidence/seconds.py:cohort,_ran,_idle"),
@@ -60,13 +85,26 @@ MEASURES = {
         "why": "one in a hundred of the statements of a study",
     },
     "physics, *": {"code": ("@physics", "evidence/seconds.py:physics")},
-    "s*without own training*": {
+    "strangers, adults of ANSUR II * and, one in*": {
+        "code": ("@walk", "evidence/seconds.py:strangers,_stranger,_child,_fell"),
+        "data": ("reports/general/policy.safetensors",),
+        "results": ("reports/general/strangers.json",),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a walk",
+    },
+    "speeds walked*": {
         "code": (
             "@walk",
             "gaitval/prediction/speed.py",
             "gaitval/prediction/normal_form.py",
-            "evidence/seconds.py:speeds,strangers,_stranger,_fell,_widest",
+            "evidence/seconds.py:speeds,_fell,_widest",
         ),
+        "data": ("reports/general/policy.safetensors",),
+        "allowed": 60,
+        "why": "one in a hundred of the statements of a walk",
+    },
+    "strangers*": {
+        "code": ("@walk", "evidence/seconds.py:strangers,imports,_stranger,_fell"),
         "data": ("reports/general/policy.safetensors",),
         "allowed": 60,
         "why": "one in a hundred of the statements of a walk",
@@ -271,31 +309,98 @@ def _widest(speeds: list[float], shares: list[float]) -> tuple[float, float]:
     option("--seed", type=int, default=20261124),
 )
 def strangers(arguments: Namespace) -> evidence.Row:
-    """Adults of ANSUR II, each with the gait of one of the ten, walked at some speed without own
-    training: how many walk from every start.
+    """Adults of ANSUR II and children of the WHO's growth reference, each with the gait of one of
+    the ten, walked at some speed without own training: how many walk from every start. Who has
+    walked is kept in `STRANGERS`, so that the same command goes on.
     """
     import numpy as np
 
-    random = np.random.default_rng(arguments.seed)
+    from gaitval.artefacts import read_json, write_json
+
     table = []
     for sex, name in TABLES.items():
         path = arguments.data / "anthropometry" / name
         with path.open(encoding="latin-1", newline="") as file:
             table += [{**row, "sex": sex} for row in csv.DictReader(file)]
-    walk = 0
-    for number in range(arguments.people):
+    leg = statistics.mean(float(row["trochanterionheight"]) for row in table) / 1000.0
+    stored = read_json(STRANGERS) if STRANGERS.is_file() else {}
+    known = stored["people"] if stored.get("seed") == arguments.seed else []
+    for number in range(len(known), arguments.people):
+        random = np.random.default_rng((arguments.seed, number))
         row, gait = table[random.integers(len(table))], PEOPLE[random.integers(len(PEOPLE))]
         speed = float(random.uniform(SLOWEST, FASTEST))
-        fell = _fell(_stranger(row, gait), speed)
-        walk += not fell
-        size = f"{row['sex']} {row['stature']} mm, {row['weightkg']} hg"
-        fallen = f", {fell} of {STARTS} fell" if fell else ""
-        print(f"{number + 1}: {size}, as {gait} at {speed:.2f} m/s{fallen}", flush=True)
+        person = _stranger(row, gait)
+        if number % CHILDREN == CHILDREN - 1:
+            person = _child(person, random)
+            speed *= (person.leg_length_m / leg) ** 0.5
+        about = {
+            "laboratory": person.laboratory,
+            "sex": person.sex,
+            "height_m": round(person.height_m, 3),
+            "mass_kg": round(person.mass_kg, 1),
+            "gait": gait,
+            "speed": round(speed, 3),
+            "fell": _fell(person, speed),
+        }
+        known.append(about)
+        write_json(STRANGERS, {"seed": arguments.seed, "people": known})
+        print(f"{number + 1}: {about}", flush=True)
+    walk = sum(not each["fell"] for each in known)
     return evidence.Row(
-        f"strangers, adults of ANSUR II at {SLOWEST} to {FASTEST} m/s, without own training: share "
+        f"strangers, adults of ANSUR II at {SLOWEST} to {FASTEST} m/s and, one in {CHILDREN}, "
+        "children of 6 to 16 (WHO) at the same dimensionless speeds, without own training: share "
         f"that walk {CYCLES} cycles from {STARTS} starts",
-        100.0 * walk / arguments.people,
-        *("%", ">=", 99, 95, arguments.people),
+        100.0 * walk / len(known),
+        *("%", ">=", 99, 95, len(known)),
+    )
+
+
+def _child(person: "Subject", random: "Generator") -> "Subject":
+    """A child of a drawn age and size who walks as the `person` does at the same dimensionless
+    speed, with the same share of leg in stature.
+    """
+    years, median, spread, skew, index, scatter = GROWTH[person.sex][random.integers(6)]
+    height = 0.01 * median * (1.0 + spread * random.standard_normal())
+    mass = height**2 * index * (1.0 + skew * scatter * random.standard_normal()) ** (1.0 / skew)
+    leg = person.leg_length_m * height / person.height_m
+    time = (leg / person.leg_length_m) ** 0.5
+    return person.model_copy(
+        update={
+            "person": f"{person.person}-child",
+            "laboratory": "WHO",
+            "age_years": float(years),
+            "mass_kg": float(mass),
+            "height_m": float(height),
+            "leg_length_m": leg,
+            "walking_speed_m_s": person.walking_speed_m_s * time,
+            "stride_time_s": person.stride_time_s * time,
+        }
+    )
+
+
+@evidence.measurement(
+    option("--from", dest="clones", type=Path, required=True, help="folder of the clones")
+)
+def imports(arguments: Namespace) -> evidence.Row:
+    """Public recordings that become subjects, each walked as recorded without own training: how
+    many walk from every start.
+    """
+    from experiments.own_training import imported, strangers_listed
+    from gaitval.datasets.subject_file import load_subject
+
+    walk = count = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for recording in strangers_listed():
+            person = load_subject(imported(recording["name"], arguments.clones, Path(folder)))
+            fell = _fell(person)
+            walk, count = walk + (not fell), count + 1
+            fallen = f", {fell} of {STARTS} fell" if fell else ""
+            print(f"{recording['name']}: {person.walking_speed_m_s:.2f} m/s{fallen}", flush=True)
+    return evidence.Row(
+        "strangers, public recordings that become subjects, without own training: share that walk "
+        f"{CYCLES} cycles from {STARTS} starts",
+        100.0 * walk / count,
+        *("%", ">=", 99, 95, count),
     )
 
 
@@ -323,8 +428,10 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     )
 
 
-def _fell(person: "Subject", speed: float) -> int:
-    """Of the starts of a person at a speed, m/s: walks of `CYCLES` that end in a fall."""
+def _fell(person: "Subject", speed: float | None = None) -> int:
+    """Of the starts of a person at a speed, m/s, or as recorded: walks of `CYCLES` that end in a
+    fall.
+    """
     import numpy as np
 
     from gaitval.configuration import Configuration
