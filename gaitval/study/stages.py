@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from gaitval.metrics.walk_results import PushRecovery
     from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
-    from gaitval.reference.motion import ReferenceMotion
     from gaitval.simulation.walker import WalkingTask
 
 SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
@@ -92,11 +91,16 @@ def reference_stage(run: Run) -> Stage:
         from gaitval.datasets.subject_file import builtin_subjects
         from gaitval.model.urdf import read_urdf
         from gaitval.prediction.unusual import remarks_on_gait
+        from gaitval.reference.dynamic_fit import consistent_reference
 
         for remark in remarks_on_gait(run.subject, builtin_subjects()):
             run.observer.say(remark)
         model = read_urdf(run.folder / "model.urdf")
-        _reference_of(run, model).save(run.folder / "reference.npz")
+        told = run.told()
+        contact = run.configuration.contact
+        consistent_reference(told.record, model, contact, told.accuracy).save(
+            run.folder / "reference.npz"
+        )
 
     return Stage(
         "reference",
@@ -105,15 +109,6 @@ def reference_stage(run: Run) -> Stage:
         outputs=("reference.npz",),
         values=run.sections("contact", "record"),
     )
-
-
-def _reference_of(run: Run, body: "BodyModel") -> "ReferenceMotion":
-    """The motion of `body` to walk; kinetics that `run` did not know are those of the estimate."""
-    from gaitval.reference.dynamic_fit import consistent_reference
-
-    asked = wings.load(wings.PARTS, "estimate").asked if run.knew_no_kinetics else Run.told
-    record, accuracy = asked(run)
-    return consistent_reference(record, body, run.configuration.contact, accuracy)
 
 
 def _start_of(run: Run, round_number: int) -> str | None:
@@ -418,13 +413,16 @@ def save_identified_reference(run: Run, folder: Path) -> None:
     """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
     from gaitval.model.parameters import apply_parameters, nominal_parameters
     from gaitval.model.urdf import read_urdf
+    from gaitval.reference.dynamic_fit import consistent_reference
 
     mu = body_parameters(folder / "identification.json")
     if np.array_equal(mu[2:], nominal_parameters()[2:]):  # as scaled, whose reference there is
         copy_file(run.folder / "reference.npz", folder / IDENTIFIED)
         return
+    told = run.told()
     body = apply_parameters(read_urdf(run.folder / "model.urdf"), mu)
-    _reference_of(run, body).save(folder / IDENTIFIED)
+    contact = run.configuration.contact
+    consistent_reference(told.record, body, contact, told.accuracy).save(folder / IDENTIFIED)
 
 
 def evaluate_stage(run: Run, round_number: int) -> Stage:
