@@ -36,6 +36,7 @@ from gaitval_estimate.deviations import (
     kinetics_of_curves,
     learned_from,
     stored_fits,
+    trial_of,
 )
 from gaitval_estimate.estimate import Estimate, estimate
 
@@ -121,6 +122,7 @@ MEASURES = {
         "code": (
             "gaitval/prediction/normal_form.py",
             "gaitval/prediction/population.py",
+            "extras/gaitval_estimate/body.py",
             "extras/gaitval_estimate/deviations.py",
             "extras/gaitval_estimate/estimate.py",
             "evidence/fit.py:laboratory,_means_elsewhere",
@@ -131,6 +133,7 @@ MEASURES = {
             "@reference",
             "gaitval/prediction/*.py",
             "gaitval/metrics/reference_curves.py",
+            "extras/gaitval_estimate/body.py",
             "extras/gaitval_estimate/deviations.py",
             "extras/gaitval_estimate/estimate.py",
             "experiments/estimate_fits.py",
@@ -334,7 +337,8 @@ def _estimate_of(person: str, *, angles: bool = True) -> Estimate:
     fit = stored_fits()[f"{subject.identifier} {subject.trial}"]
     gait = normal_form(subject.record(), subject.leg_length_m)
     hidden = replace(gait, moments=np.nan * gait.moments, forces=np.nan * gait.forces)
-    return estimate(Trial(hidden, fit), learned_from(subject, builtin_subjects()), angles=angles)
+    trial = trial_of(subject, subject.record(), fit)._replace(gait=hidden)
+    return estimate(trial, learned_from(subject, builtin_subjects()), angles=angles)
 
 
 @evidence.measurement(evidence.DATA)

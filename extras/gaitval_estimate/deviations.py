@@ -1,6 +1,9 @@
-"""How gaits differ from what is expected of anybody at their speed: angles, kinetics, mechanics."""
+"""How gaits differ from what is expected of anybody at their speed: in angles, kinetics, mechanics
+and the body's levers.
+"""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import resources
 from json import loads
 from typing import Final, NamedTuple
@@ -13,6 +16,7 @@ from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, Curves, recorded_cu
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form, symmetric
 from gaitval.prediction.population import expected
+from gaitval_estimate.body import pelvic_width, step_width
 
 KINETICS: Final = tuple(
     [("moments", name) for name in JOINT_MOMENTS] + [("forces", name) for name in FORCES]
@@ -34,10 +38,13 @@ class Trial(NamedTuple):
     gait : as recorded.
     fit : (2, 7, n) `KINETICS` of the dynamic fit to its angles, less those it began from; right
         and left side, each over its own cycle.
+    step_width, pelvic_width : as `gaitval_estimate.body` has them; NaN if unknown.
     """
 
     gait: NormalForm
     fit: Array
+    step_width: float = float("nan")
+    pelvic_width: float = float("nan")
 
 
 class Deviation(NamedTuple):
@@ -49,6 +56,9 @@ class Deviation(NamedTuple):
     stride_time : without dimension.
     kinetics : (2, 7, n).
     fit : (2, 7, n), as `Trial.fit`.
+    usual : (2, 7, n) kinetics expected of anybody.
+    step_width : share by which the steps are wider than expected of anybody; 0 if unknown.
+    pelvic_width : m by which the pelvis is wider than the others' mean; 0 if unknown.
     """
 
     sagittal: Array
@@ -56,6 +66,9 @@ class Deviation(NamedTuple):
     stride_time: float
     kinetics: Array
     fit: Array
+    usual: Array
+    step_width: float
+    pelvic_width: float
 
 
 def kinetics_of(gait: NormalForm) -> Array:
@@ -85,6 +98,12 @@ def usual_gait(people: Sequence[Sequence[Trial]], speed: float) -> NormalForm:
     return symmetric(expected([[trial.gait for trial in each] for each in people], speed))
 
 
+def _usual_step_width(people: Sequence[Sequence[Trial]], speed: float) -> float:
+    # All numbers of a gait are expected in the same way, so the width may take the place of one.
+    gaits = [[replace(t.gait, stride_time=t.step_width) for t in each] for each in people]
+    return expected(gaits, speed).stride_time
+
+
 def deviation(trial: Trial, people: Sequence[Sequence[Trial]]) -> Deviation:
     """How a trial differs from what is expected of anybody, by other `people`.
 
@@ -94,12 +113,18 @@ def deviation(trial: Trial, people: Sequence[Sequence[Trial]]) -> Deviation:
     people : the trials of everybody else, the own first.
     """
     usual = usual_gait(people, trial.gait.speed)
+    expected_kinetics = kinetics_of(usual)
+    wider = trial.step_width / _usual_step_width(people, trial.gait.speed) - 1.0
+    pelvis = trial.pelvic_width - float(np.mean([person[0].pelvic_width for person in people]))
     return Deviation(
         _angles_of(trial.gait, SAGITTAL) - _angles_of(usual, SAGITTAL),
         _angles_of(trial.gait, OTHER) - _angles_of(usual, OTHER),
         trial.gait.stride_time - usual.stride_time,
-        kinetics_of(trial.gait) - kinetics_of(usual),
+        kinetics_of(trial.gait) - expected_kinetics,
         trial.fit,
+        expected_kinetics,
+        float(np.nan_to_num(wider)),
+        float(np.nan_to_num(pelvis)),
     )
 
 
@@ -117,6 +142,12 @@ def stored_fits() -> dict[str, Array]:
     return {name: UNIT * np.array(values, float) for name, values in loads(text).items()}
 
 
+def trial_of(subject: Subject, record: GaitRecord, fit: Array) -> Trial:
+    """The trial of a `subject` whose angles and times are those of `record`."""
+    gait = normal_form(record, subject.leg_length_m)
+    return Trial(gait, fit, step_width(subject, record), pelvic_width(subject))
+
+
 def learned_from(subject: Subject, others: Sequence[Subject]) -> list[list[Trial]]:
     """All trials of all `others` whose fits are stored, without the person of `subject`."""
     fits, people = stored_fits(), []
@@ -125,11 +156,7 @@ def learned_from(subject: Subject, others: Sequence[Subject]) -> list[list[Trial
             continue
         trials = [other, *(other.on_trial(each.name) for each in other.trials)]
         known = [(t, fits.get(f"{other.identifier} {t.trial}")) for t in trials]
-        gaits = [
-            Trial(normal_form(t.record(), t.leg_length_m), fit)
-            for t, fit in known
-            if fit is not None
-        ]
+        gaits = [trial_of(t, t.record(), fit) for t, fit in known if fit is not None]
         if gaits:
             people.append(gaits)
     return people

@@ -1,41 +1,71 @@
 """The estimate: a statistical answer, which need not obey Newton as a walk must.
 
-For each quantity it is e + r + w · (f - s). e is what is expected of anybody at this speed
-(`gaitval.prediction.population`). r is what a ridge regression through other people says of how
-this person's angles and stride time differ from the expected ones. f is how the dynamic fit of the
-angles differs from e, and s what the same regression says of such fits: so f - s is what mechanics
-knows of this person that the regression does not (a Gaussian process with a mechanical mean:
-Kennedy & O'Hagan 2001, J R Stat Soc B 63:425). The one number of a quantity, w, is the one with
-which other people, each estimated from the rest, would have been estimated best (stacking: Wolpert
-1992, Neural Netw 5:241; Breiman 1996, Mach Learn 24:49).
+For each quantity it is e + l + r + w · (f - s). e is what is expected of anybody at this speed
+(`gaitval.prediction.population`). l is what the body's levers add (`LEVERS`): steps that are wider
+by a share have a medial force that is larger by a share, and a wider pelvis has its hip centres
+elsewhere. r is what a ridge regression through other people says, of the rest, of how this person's
+angles and stride time differ from the expected ones. f is how the dynamic fit of the angles differs
+from e, and s what the same regression says of such fits: so f - s is what mechanics knows of this
+person that the regression does not (a Gaussian process with a mechanical mean: Kennedy & O'Hagan
+2001, J R Stat Soc B 63:425). The one number of a quantity, w, is the one with which other people,
+each estimated from the rest, would have been estimated best (stacking: Wolpert 1992, Neural Netw
+5:241; Breiman 1996, Mach Learn 24:49).
 
 The regression is the mean of four that look at different things, because a few people cannot say
 which is best, with as much noise as signal in each. What it knows is of one laboratory: how its
 markers sit shows in its angles and its moments. On another laboratory's people it makes some
-moments worse (docs/how-to/estimate.md), so there e + w · f is all.
+moments worse (docs/how-to/estimate.md), so there e + l + w · f is all, with the lever of the step
+width alone.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
 
 from gaitval.arrays import Array
 from gaitval_estimate.deviations import (
+    KINETICS,
     Deviation,
     Trial,
     deviation,
     deviations,
-    kinetics_of,
-    usual_gait,
 )
 
 NOISE: Final = 1.0
 """Noise of a ridge regression over the signal that its features can explain: as much."""
 BAND: Final = 0.9
 """Share of people whose curve the band around an estimate is to contain, at each percent."""
+
+
+class Lever(NamedTuple):
+    """A number of the body by which a curve of kinetics differs in proportion to an expected one.
+
+    Attributes
+    ----------
+    of : the field of `Deviation`.
+    moved, by : places in `KINETICS`, of what differs and of what is expected.
+    anywhere : whether it is the same in every laboratory.
+    """
+
+    of: Literal["step_width", "pelvic_width"]
+    moved: int
+    by: int
+    anywhere: bool
+
+
+_MEDIAL: Final = KINETICS.index(("forces", "medial"))
+LEVERS: Final = (
+    Lever("step_width", _MEDIAL, _MEDIAL, anywhere=True),
+    Lever(
+        "pelvic_width",
+        KINETICS.index(("moments", "hip_flexion")),
+        KINETICS.index(("forces", "vertical")),
+        anywhere=False,
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -48,7 +78,7 @@ class Estimate:
     expected : (2, 7, n) of anybody at this speed.
     half_width : (7, n) of the band of `BAND`, by how far the estimates of others are off.
     weights : (7,) w.
-    regressed, own : (2, 7, n) r, and f - s.
+    regressed, own : (2, 7, n) l + r, and f - s.
     looked_at_angles : whether the regression was used.
     """
 
@@ -116,9 +146,29 @@ def _ridge(seen: Sequence[Blocks], targets: Array) -> _Ridge:
     return _Ridge(scales, features, np.linalg.solve(gram, targets))
 
 
-def _regressed(found: Sequence[Deviation], of: Deviation) -> tuple[Array, Array]:
-    """What the gaits `found` say of kinetics and fit (2, 7, n) of another person's."""
-    both = [np.concatenate([each.kinetics, each.fit], axis=1) for each in found]
+def _levered(
+    found: Sequence[Deviation], of: Deviation, levers: Sequence[Lever]
+) -> tuple[Array, list[Array]]:
+    """What `levers` say of another person's kinetics, (2, 7, n), and what they leave of `found`."""
+    said, rest = np.zeros_like(of.usual), [each.kinetics.copy() for each in found]
+    for of_what, moved, by, _ in levers:
+        long = [getattr(each, of_what) * each.usual[:, by] for each in found]
+        upper = sum(np.sum(arm * left[:, moved]) for arm, left in zip(long, rest, strict=True))
+        lower = sum(np.sum(arm**2) for arm in long) * (1.0 + NOISE / len(found))
+        share = upper / lower if lower > 0.0 else 0.0
+        for arm, left in zip(long, rest, strict=True):
+            left[:, moved] -= share * arm
+        said[:, moved] += share * getattr(of, of_what) * of.usual[:, by]
+    return said, rest
+
+
+def _regressed(
+    found: Sequence[Deviation], rest: Sequence[Array], of: Deviation
+) -> tuple[Array, Array]:
+    """What the gaits `found` say of the `rest` of kinetics and of the fit (2, 7, n) of another
+    person's.
+    """
+    both = [np.concatenate([r, each.fit], axis=1) for r, each in zip(rest, found, strict=True)]
     targets = np.concatenate(both)
     seen = list(zip(*map(_blocks, found), strict=True))
     said = np.mean(
@@ -133,17 +183,19 @@ def _regressed(found: Sequence[Deviation], of: Deviation) -> tuple[Array, Array]
 
 
 class _Parts(NamedTuple):
-    """Of one person: what remains of the kinetics after the regression, and mechanics' own part."""
+    """Of one person: what levers and regression say of the kinetics, and mechanics' own part."""
 
     regressed: Array
     own: Array
 
 
 def _parts(of: Deviation, people: Sequence[Sequence[Trial]], angles: bool) -> _Parts:
+    found = [each for person in deviations(people) for each in person]
+    said, rest = _levered(found, of, [each for each in LEVERS if angles or each.anywhere])
     if not angles:
-        return _Parts(np.zeros_like(of.fit), of.fit)
-    kinetics, fit = _regressed([each for person in deviations(people) for each in person], of)
-    return _Parts(kinetics, of.fit - fit)
+        return _Parts(said, of.fit)
+    kinetics, fit = _regressed(found, rest, of)
+    return _Parts(said + kinetics, of.fit - fit)
 
 
 def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Array]) -> Array:
@@ -180,8 +232,7 @@ def estimate(trial: Trial, people: Sequence[Sequence[Trial]], *, angles: bool = 
     wide = student.ppf(0.5 + 0.5 * BAND, len(people) - 1) * np.sqrt(1.0 + 1.0 / len(people))
     half_width = wide * np.sqrt(np.mean(np.square(missed), axis=(0, 1)))
     of = deviation(trial, people)
-    usual = kinetics_of(usual_gait(people, trial.gait.speed))
     parts = _parts(of, people, angles)
-    kinetics = usual + parts.regressed + weights[:, None] * parts.own
+    kinetics = of.usual + parts.regressed + weights[:, None] * parts.own
     kinetics[:, -1] = np.maximum(kinetics[:, -1], 0.0)  # the ground does not pull
-    return Estimate(kinetics, usual, half_width, weights, *parts, angles)
+    return Estimate(kinetics, of.usual, half_width, weights, *parts, angles)

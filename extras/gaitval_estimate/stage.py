@@ -20,13 +20,12 @@ from gaitval.errors import ConfigurationError
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import read_metrics
 from gaitval.model.urdf import read_urdf
-from gaitval.prediction.normal_form import normal_form
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
-from gaitval_estimate.deviations import KINETICS, Trial, fit_of, learned_from
+from gaitval_estimate.deviations import KINETICS, fit_of, learned_from, trial_of
 from gaitval_estimate.estimate import Estimate, estimate
 
 FOLDER: Final = "estimate"
@@ -69,9 +68,8 @@ def of_run(run: Run) -> Estimate:
     reference = ReferenceMotion.load(run.folder / "reference.npz")
     mass = read_urdf(run.folder / "model.urdf").mass
     fit = fit_of(reference_curves(reference, mass, record.left_phase), record)
-    trial = Trial(normal_form(record, subject.leg_length_m), fit)
     same = any(subject.laboratory == other.laboratory for other in others)
-    return estimate(trial, learned_from(subject, others), angles=same)
+    return estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=same)
 
 
 def write(run: Run) -> Estimate:

@@ -1,0 +1,124 @@
+"""Step width is what angles and lengths say, and the levers find the share that was planted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.gait.record import PeriodicCurve
+from gaitval_estimate.body import pelvic_width, step_width
+from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
+from gaitval_estimate.deviations import trial_of as trial_from
+from gaitval_estimate.estimate import LEVERS, estimate
+
+MEDIAL = KINETICS.index(("forces", "medial"))
+HIP = KINETICS.index(("moments", "hip_flexion"))
+
+
+def constant(value: float) -> PeriodicCurve:
+    return PeriodicCurve(value, (), ())
+
+
+def standing(subject, **angles):
+    """The record of `subject` with all angles zero but some of both sides, rad."""
+    record = subject.record()
+    still = {name: constant(angles.get(name[:-2], 0.0)) for name in record.angles}
+    return replace(record, angles=still)
+
+
+def test_straight_legs_are_as_far_apart_as_the_hips():
+    subject = load_subject("5")
+    # Bell et al. 1990: 0.36 of the distance between the ASIS to either side
+    wide = 2.0 * 0.36 * pelvic_width(subject) / subject.leg_length_m
+    assert step_width(subject, standing(subject)) == pytest.approx(wide, rel=1e-6)
+
+
+def test_adduction_brings_the_feet_together_by_the_sine_of_its_angle():
+    subject = load_subject("5")
+    wide = step_width(subject, standing(subject))
+    turned = step_width(subject, standing(subject, hip_adduction=0.1))
+    legs = [
+        np.linalg.norm(
+            np.mean([subject.markers[f"{s}.Ankle"], subject.markers[f"{s}.Ankle.Medial"]], axis=0)
+            - np.mean([subject.markers[f"{s}.Knee"], subject.markers[f"{s}.Knee.Medial"]], axis=0)
+        )
+        for s in "RL"
+    ]
+    # shank and thigh are of about the same length: both together are within 15 % of two shanks
+    moved = (wide - turned) * subject.leg_length_m / np.sin(0.1)
+    assert 1.7 * sum(legs) < moved < 2.6 * sum(legs)
+    opened = step_width(subject, standing(subject, hip_adduction=-0.1))
+    assert opened - wide == pytest.approx(wide - turned, rel=1e-6)
+
+
+def test_toes_that_turn_out_widen_the_steps():
+    subject = load_subject("5")
+    wide = step_width(subject, standing(subject))
+    out = step_width(subject, standing(subject, foot_progression=-0.2))
+    foot = (out - wide) * subject.leg_length_m / np.sin(0.2) / 2.0
+    assert 0.06 < foot < 0.2  # m from the ankle to the metatarsal heads
+
+
+def test_both_sides_count_alike():
+    subject = load_subject("5")
+    record = standing(subject)
+    widths = []
+    for side in "rl":
+        angles = dict(record.angles) | {f"hip_adduction_{side}": constant(0.1)}
+        widths.append(step_width(subject, replace(record, angles=angles)))
+    assert widths[0] == pytest.approx(widths[1], rel=0.03)  # her legs differ by some millimetres
+
+
+def test_without_lengths_or_foot_angles_it_is_unknown():
+    subject = load_subject("5")
+    record = subject.record()
+    assert np.isnan(step_width(subject.model_copy(update={"markers": {}}), record))
+    angles = {name: each for name, each in record.angles.items() if "progression" not in name}
+    assert np.isnan(step_width(subject, replace(record, angles=angles)))
+    assert np.isnan(pelvic_width(subject.model_copy(update={"markers": {}})))
+
+
+def test_healthy_adults_step_a_sixth_to_a_third_of_a_leg_apart():
+    widths = [step_width(each, each.record()) for each in builtin_subjects()]
+    assert 0.15 < min(widths) < max(widths) < 0.35, widths
+
+
+@pytest.mark.parametrize(("wider", "lever"), [(0.2, MEDIAL), (0.03, HIP)])
+def test_who_steps_wider_or_has_a_wider_pelvis_is_estimated_otherwise(wider, lever):
+    subject = load_subject("5")
+    people = learned_from(subject, builtin_subjects())
+    trial = trial_from(subject, subject.record(), stored_fits()["S05 T05"])
+    if lever == MEDIAL:
+        moved = trial._replace(step_width=trial.step_width * (1.0 + wider))
+    else:
+        moved = trial._replace(pelvic_width=trial.pelvic_width + wider)
+    change = estimate(moved, people).kinetics - estimate(trial, people).kinetics
+    by = next(each.by for each in LEVERS if each.moved == lever)
+    usual = estimate(trial, people).expected[:, by]
+    share = np.sum(change[:, lever] * usual) / np.sum(usual**2)
+    assert np.allclose(change[:, lever], share * usual, atol=1e-9)
+    others = [i for i in range(len(KINETICS)) if i != lever]
+    assert np.allclose(change[:, others], 0.0, atol=1e-12)
+    # wider steps push harder towards the midline; hip centres further back need less extension
+    assert share > 0.0 if lever == MEDIAL else share < 0.0
+
+
+def test_a_planted_lever_is_found():
+    rng = np.random.default_rng(7)
+    people = learned_from(load_subject("5").model_copy(update={"person": ""}), builtin_subjects())
+    usual, fit, *_ = people[0][0]
+    planted = []
+    for wider in [0.3, *rng.normal(0.0, 0.15, 11)]:
+        forces = usual.forces.copy()
+        forces[:, :, 1] *= 1.0 + 0.8 * wider
+        gait = replace(usual, forces=forces)
+        planted.append([Trial(gait, 0.01 * rng.normal(size=fit.shape), 0.2 * (1.0 + wider))])
+    found = estimate(planted[0][0], planted[1:], angles=False)
+    truth, guess = kinetics_of(planted[0][0].gait), found.expected
+
+    def missed(curves):
+        # both sides together: asymmetry is nobody's expectation
+        return np.abs((curves - truth)[:, MEDIAL].mean(axis=0)).max()
+
+    assert missed(found.kinetics) < 0.25 * missed(guess)
