@@ -288,7 +288,7 @@ def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags
                 else f"the plates show only {100 * share:.0f} % of this stance; forces not used"
             )
             findings.append(finding(recording, "contact", (f"{side} foot",), begin, end, action))
-    for begin, end in zip(*runs(~(feet.stance | touched).any(axis=1)), strict=True):
+    for begin, end in zip(*runs(np.asarray(~(feet.stance | touched).any(axis=1))), strict=True):
         if end - begin > LONGEST_FLIGHT * recording.force_rate:
             valid[begin:end] = False
             action = "neither is seen on the ground, longer than anybody flies; no forces there"

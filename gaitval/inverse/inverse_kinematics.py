@@ -102,7 +102,7 @@ def marker_errors(result: InverseKinematics) -> MarkerErrors:
     """
     errors = result.marker_errors
     lower = [i for i, name in enumerate(COORDINATES) if name in ROOT or name[:-2] in LEG]
-    shown = (result.determined | ~result.determined.any(axis=0))[:, lower].all(axis=1)
+    shown = np.all((result.determined | ~result.determined.any(axis=0))[:, lower], axis=1)
     seen = np.isfinite(errors) & (shown if shown.any() else ~shown)[:, None]
     filled = np.where(seen, errors, 0.0)
     count = seen.sum(axis=0)
