@@ -40,7 +40,10 @@ def run_one(
     wanted = f"{name}-{round_number}" if repeated else name
     reached = False
     # stages before the wanted one must be up to date; after it, only its short followers run
-    for stage in plan(run, round_number if repeated else max(finished_rounds(run), 1)):
+    stages = plan(run, round_number if repeated else max(finished_rounds(run), 1))
+    if wanted == "identify-1" and why_run(train_stage(run, 1), run.folder):
+        stages = (*stages[:2], identify_stage(run, 1))  # it uses no policy
+    for stage in stages:
         if stage.name == "need-1" and wanted == "train-1":
             choose_start(run, train_stage(run, 1), scratch=scratch)
             # the inputs of this stage and the next depend on whether there is a start now

@@ -15,8 +15,10 @@ from gaitval import file_gate, wings
 from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
+from gaitval.identification.prior import prior_sd
 from gaitval.journal import Journal
 from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
+from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
@@ -251,8 +253,6 @@ def _comparing(run: Run, speeds: Mapping[str, float] | None) -> dict[str, Any]:
 
 def _body_of(task: "WalkingTask") -> "Array":
     """mu (14,) with which the policy for `task` is tried."""
-    from gaitval.model.parameters import nominal_parameters
-
     found = task.reference_mu
     return nominal_parameters() if found is None else found
 
@@ -339,8 +339,6 @@ def identify_stage(
         del values["identification"][name]
 
     def identify() -> None:
-        from gaitval.identification.prior import prior_sd
-
         if round_number > 1:
             copy_files(run.folder / before, run.folder / here, names)
             return
@@ -377,7 +375,6 @@ def begin_identifying(run: Run) -> "Callable[[], Begun] | None":
     if workers is None or run.configuration.identification.method == "none":
         return None
     from gaitval.identification.identify import begin
-    from gaitval.identification.prior import prior_sd
 
     record, model, told = _identified_from(run)
     return workers.submit(
@@ -415,7 +412,7 @@ def _searched(
 
 def save_identified_reference(run: Run, folder: Path) -> None:
     """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
-    from gaitval.model.parameters import apply_parameters, nominal_parameters
+    from gaitval.model.parameters import apply_parameters
     from gaitval.reference.dynamic_fit import consistent_reference
 
     mu = body_parameters(folder / "identification.json")
