@@ -26,6 +26,7 @@ from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
     begin_identifying,
+    body_stages,
     choose_stage,
     correct_stage,
     evaluate_stage,
@@ -121,6 +122,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
         correct_stage(run),
         simulate_stage(run),
         repeat_stage(run),
+        *body_stages(run),
         push_stage(run),
         validate_stage(run),
         report_stage(run),
@@ -192,10 +194,8 @@ def run_subject(
         do(correct_stage(run))
         renew_workers()
         # the workers do one what the other leaves of their time
-        walks, pushes = [simulate_stage(run), repeat_stage(run)], push_stage(_silent(run))
-        if run.configuration.identification.method != "none" and "body" in wings.names(wings.PARTS):
-            walks.append(wings.load(wings.PARTS, "body").stage(run, begun))
-        _together(run, walks, pushes, force=force)
+        walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
+        _together(run, (*walks, *body_stages(run, begun)), pushes, force=force)
         kept.close()
         do(validate_stage(run))
         further = {"device_results": run.subject.devices, "estimate": run.knew_no_kinetics}

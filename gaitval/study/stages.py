@@ -729,6 +729,16 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
     )
 
 
+def body_stages(run: Run, begun: "Callable[[], Begun] | None" = None) -> list[Stage]:
+    """What the record of `run` says of the body, in words for the report: a wing's stage; none
+    without that wing, or if nothing is to be identified. What was `begun` is not computed again.
+    """
+    nothing = run.configuration.identification.method == "none"
+    if nothing or "body" not in wings.names(wings.PARTS):
+        return []
+    return [wings.load(wings.PARTS, "body").stage(run, begun)]
+
+
 def push_stage(run: Run) -> Stage:
     """Policy and mu of `run` → which pushes the identified body survives."""
     validation = run.configuration.validation
@@ -870,7 +880,7 @@ def report_stage(run: Run) -> Stage:
             "push.json",
             *PUSHED,
             *ROLLOUTS.values(),
-            *(["body.json"] if (run.folder / "body.json").is_file() else []),
+            *(name for each in body_stages(run) for name in each.outputs),
         ),
         outputs=("report.html", "report.pdf", "evidence.toml"),
     )

@@ -40,6 +40,7 @@ from gaitval.study.stages import (
     validate_stage,
 )
 from gaitval.study.stored_policy import stored_baseline
+from gaitval_bodies import stage as body_stage
 from gaitval_gate.baseline import (
     TIMES,
     WALKING,
@@ -296,9 +297,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
     """
     epsilons: list[float | None] = [3.0, 2.0, 2.5, 1.5]
 
-    def stand_in(name: str) -> None:
-        real = getattr(study, name)
-
+    def stand_in_of(real: Callable[..., Stage]) -> Callable[..., Stage]:
         def stage(run: Run, *numbers: int) -> Stage:
             original: Stage = real(run, *numbers)
 
@@ -323,11 +322,16 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
             return replace(original, run=write)
 
+        return stage
+
+    def stand_in(name: str) -> None:
+        stage = stand_in_of(getattr(study, name))
         for module in (study, one_stage):
             monkeypatch.setattr(module, name, stage, raising=module is study)
 
     for name in (*STAGES, "need", "hand_on", "evaluate", "repeat"):
         stand_in(f"{name}_stage")
+    monkeypatch.setattr("gaitval_bodies.stage.stage", stand_in_of(body_stage.stage))
     monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
     monkeypatch.setattr(study, "begin_identifying", lambda _: None)  # there is no body
     monkeypatch.setattr(study, "general_policy", lambda: None)
@@ -370,6 +374,7 @@ def test_main_job_runs_every_stage_once_and_then_none(
         "correct",
         "simulate",
         "repeat",
+        "body",
         "push",
         "validate",
         "report",
@@ -544,6 +549,13 @@ def test_stages_one_by_one_give_what_the_main_job_gives(
     again = opened("identification.rounds=1")
     run_subject(again)
     assert ran(again) == []
+
+
+def test_identification_needs_no_training(opened: Opener, stand_ins: list[float | None]) -> None:
+    run = opened("identification.rounds=1")
+    for name in ("scale", "reference", "identify"):
+        run_one(run, name)
+    assert ran(run) == ["scale", "reference", "need-1", "identify-1"]
 
 
 def test_force_of_one_stage_runs_it_alone(opened: Opener, stand_ins: list[float | None]) -> None:
@@ -764,7 +776,7 @@ def test_killed_main_job_resumes_at_the_interrupted_stage(
     monkeypatch.setattr(study, "simulate_stage", whole)
     again = opened("identification.rounds=1")
     run_subject(again)
-    assert ran(again) == ["simulate", "repeat", "push", "validate", "report"]
+    assert ran(again) == ["simulate", "repeat", "body", "push", "validate", "report"]
     assert isinstance(again.observer, Listener)
     assert again.observer.reasons["simulate"] == "was interrupted"
 
