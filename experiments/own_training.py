@@ -3,7 +3,7 @@
     python -m experiments.own_training run --from FOLDER [--work FOLDER]
     python -m experiments.own_training table
 
-`PEOPLE` were chosen before anybody of them had walked: recordings of five laboratories, none of
+`PEOPLE` were chosen before this comparison had a result: recordings of five laboratories, none of
 which recorded anybody of the general policy, with the forces of both feet, from a child of 15 with
 torsional deformities to a man who walks at 0.39 m/s. Each is studied with own samples of several
 numbers and with several seeds, and without any.
