@@ -18,6 +18,11 @@ class _Kept:
     count: int
     workers: ProcessPoolExecutor | None = None
 
+    def release(self) -> None:
+        if self.workers is not None:
+            self.workers.shutdown(cancel_futures=True)
+            self.workers = None
+
 
 @contextmanager
 def keeping_workers(count: int) -> Iterator[None]:
@@ -34,8 +39,7 @@ def keeping_workers(count: int) -> Iterator[None]:
         yield
     finally:
         _kept.remove(here)
-        if here.workers is not None:
-            here.workers.shutdown(cancel_futures=True)
+        here.release()
 
 
 def kept_workers() -> ProcessPoolExecutor | None:
@@ -50,6 +54,12 @@ def kept_workers() -> ProcessPoolExecutor | None:
 
         here.workers = new_workers(here.count)
     return here.workers
+
+
+def release_workers() -> None:
+    """End those of the innermost `keeping_workers`, for their memory; others start if asked."""
+    if _kept:
+        _kept[-1].release()
 
 
 def side_by_side(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
