@@ -70,7 +70,7 @@ def body(
         }
     )
     person = load_subject(subject)
-    for warning in implausible(person, configuration):
+    for warning in implausible(person, configuration, person.record()):
         display.messages.print(f"Warning: {warning}", highlight=False)
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     if trials and not person.trials:

@@ -8,8 +8,10 @@ from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
+from gaitval.gait.record import GaitRecord
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
+from gaitval.prediction.known import quantities_told
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 
@@ -26,17 +28,15 @@ _STANCE: Final = (0.08, 0.58)
 """Part of the cycle, half of it, in which the ball of the foot is taken to lie on the ground."""
 
 
-def travel(subject: Subject, model: BodyModel, contact: ContactSettings) -> float:
-    """How fast the ball of the foot travels back under the pelvis at the recorded angles, over the
-    speed that the record states; mean of both sides.
+def travel(record: GaitRecord, model: BodyModel, contact: ContactSettings) -> float:
+    """How fast the ball of the foot travels back under the pelvis at the angles of a `record`, over
+    the speed that it states; mean of both sides.
 
     Parameters
     ----------
-    subject : whose record it is.
     model : the body as scaled.
     contact : the contact law, for the height of the feet.
     """
-    record = subject.record()
     reference = build_reference(record, model, contact)
     frames = segment_frames(model, reference.positions)
     found = []
@@ -49,19 +49,21 @@ def travel(subject: Subject, model: BodyModel, contact: ContactSettings) -> floa
     return float(np.mean(found)) / seconds / record.speed
 
 
-def implausible(subject: Subject, configuration: Configuration) -> list[str]:
+def implausible(subject: Subject, configuration: Configuration, record: GaitRecord) -> list[str]:
     """What cannot be right about a subject, each in a sentence with what to do; empty if nothing.
     Said by `scale`, and so at the start of a study. What scaling or the reference refuse is left to
     them.
 
     Parameters
     ----------
-    subject : with their record.
-    configuration : its contact law is used.
+    subject : a person.
+    configuration : its contact law is used; forces that are held out by it are not looked at.
+    record : what is known of the person's gait.
     """
     found = []
     model = scale_subject(subject).model
-    force = subject.mean_vertical_force
+    known = "forces" in quantities_told(subject, configuration.record)
+    force = subject.mean_vertical_force if known else None
     if force is not None and subject.aid is None and abs(force - 1.0) > FORCE:
         found.append(
             f"mass_kg = {subject.mass_kg:g}, but both feet together carry {force:.2f} body weights "
@@ -70,14 +72,14 @@ def implausible(subject: Subject, configuration: Configuration) -> list[str]:
             "check the plates with a known weight."
         )
     try:
-        share = travel(subject, model, configuration.contact)
-    except GaitvalError:
+        share = travel(record, model, configuration.contact)
+    except (GaitvalError, ValueError):  # no finite reference
         share = 1.0
     if abs(share - 1.0) > TRAVEL:
         found.append(
-            f"walking_speed_m_s = {subject.walking_speed_m_s:g}, but at the recorded angles a foot "
-            f"travels back under the pelvis at {share * subject.walking_speed_m_s:.2f} m/s during "
-            f"stance: speed, stride time ({subject.stride_time_s:g} s) or the legs are wrong by "
+            f"walking_speed_m_s = {record.speed:g}, but at the known angles a foot "
+            f"travels back under the pelvis at {share * record.speed:.2f} m/s during "
+            f"stance: speed, stride time ({record.stride_time:g} s) or the legs are wrong by "
             f"{100 * abs(share - 1.0):.0f} %. Check the unit (km/h is 3.6 times m/s) and the "
             "belt's speed."
         )

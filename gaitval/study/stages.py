@@ -77,7 +77,8 @@ def scale_stage(run: Run) -> Stage:
             )
         remarks = remarks_on_body(run.subject)
         if "implausible" in wings.names(wings.PARTS):
-            remarks += wings.load(wings.PARTS, "implausible")(run.subject, run.configuration)
+            said = wings.load(wings.PARTS, "implausible")
+            remarks += said(run.subject, run.configuration, run.told().record)
         for remark in remarks:
             run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
