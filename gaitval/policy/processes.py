@@ -18,11 +18,6 @@ class _Kept:
     count: int
     workers: ProcessPoolExecutor | None = None
 
-    def release(self) -> None:
-        if self.workers is not None:
-            self.workers.shutdown(cancel_futures=True)
-            self.workers = None
-
 
 @contextmanager
 def keeping_workers(count: int) -> Iterator[None]:
@@ -39,7 +34,8 @@ def keeping_workers(count: int) -> Iterator[None]:
         yield
     finally:
         _kept.remove(here)
-        here.release()
+        if here.workers is not None:
+            here.workers.shutdown(cancel_futures=True)
 
 
 def kept_workers() -> ProcessPoolExecutor | None:
@@ -54,12 +50,6 @@ def kept_workers() -> ProcessPoolExecutor | None:
 
         here.workers = new_workers(here.count)
     return here.workers
-
-
-def release_workers() -> None:
-    """End those of the innermost `keeping_workers`, for their memory; others start if asked."""
-    if _kept:
-        _kept[-1].release()
 
 
 def side_by_side(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:

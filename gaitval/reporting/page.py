@@ -22,7 +22,7 @@ from weasyprint.urls import URLFetcher
 
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
-from gaitval.policy.processes import kept_workers, release_workers
+from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
@@ -197,7 +197,6 @@ def write_page(
         finish = _drawings(draws, chosen.language)
         lay_out = _printer(chosen.paper, own)  # while workers draw
         values["drawings"] = finish()
-        release_workers()  # to lay a page out takes the most memory of a study
         write_tables(folder, values["data"])
         html = with_contents(page.render(values, medium="screen"))
         write_text(folder / f"{name}.html", html)
