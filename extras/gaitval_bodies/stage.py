@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from gaitval import file_gate
 from gaitval.artefacts import write_json
 from gaitval.errors import ArtefactError
 from gaitval.identification.identify import Begun, begin
@@ -24,6 +25,8 @@ from gaitval_bodies.shared_errors import identified
 from gaitval_bodies.words import sentences
 
 FILE: Final = "body.json"
+_LARGEST: Final = 100_000
+"""Bytes of the file; a study writes three thousand."""
 _LONGEST: Final = 1000
 """Characters of the sentences; those of `words` have 300."""
 
@@ -78,7 +81,7 @@ def shown(folder: Path) -> tuple[dict[str, str], Draw]:
     """
     path = folder / FILE
     try:
-        stored = json.loads(path.read_text("utf-8"))
+        stored = json.loads(file_gate.read_text(path, ArtefactError, largest=_LARGEST))
         texts = {name: str(stored[name])[:_LONGEST] for name in ("said", "method")}
         found: list[Bar] = [
             (str(each["name"])[:_LONGEST], float(each["mean"]), float(each["sd"]))

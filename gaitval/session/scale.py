@@ -75,6 +75,8 @@ def scale_body(
 ) -> FittedBody:
     """Scale the body by the standing trial of `session`, then fit it to both trials.
 
+    It is long because each measurement replaces a guess of the one before.
+
     `request` has mass, stature and widths, `processing` the filter of the walk; `tell` is called
     with each decision. `hip_centres` (3,) m in standing replace the regression of sides ("R", "L").
     `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.

@@ -13,7 +13,7 @@ from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate
 from gaitval.reporting.curve_statistics import profile, tables
 from gaitval.reporting.drawing import drawn
-from gaitval.reporting.report import _drawings, _statistics
+from gaitval.reporting.report import _drawings
 from gaitval.reporting.run_grids import figures
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
@@ -104,7 +104,7 @@ def test_the_profile_shows_what_it_is_given(metrics):
 
 def test_older_metrics_have_no_such_section(metrics):
     older = {name: value for name, value in metrics.items() if name != "curve_statistics"}
-    assert _statistics(read(older), PERSON) is None
+    assert read(older).curve_statistics is None
     assert "gait_profile" in _drawings(read(metrics), None, None)
     assert "gait_profile" not in _drawings(read(older), None, None)
 
