@@ -2,8 +2,7 @@
 machine.
 
 From the command line and from Python alike it is one line on stderr. `compiled` loads this at the
-first compilation, so nothing is printed while everything comes from the cache, nor by worker
-processes.
+first compilation, so nothing is printed where the cache has everything, nor by workers.
 """
 
 import multiprocessing

@@ -392,8 +392,9 @@ class TrainingSettings(Section):
 class IdentificationSettings(Section):
     """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
 
-    method: Literal["posterior", "shared", "rollouts", "none"] = "posterior"
-    """`none`: the body stays as scaled. `shared`, `rollouts`: see `gaitval_bodies.methods`."""
+    method: Literal["shared", "posterior", "rollouts", "none"] = "shared"
+    """`shared`, `rollouts`: see `gaitval_bodies.methods`. `posterior`: all errors are independent.
+    `none`: the body stays as scaled."""
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
     identified (`gaitval.model.extended`) and reported, but not used by the walker."""

@@ -41,6 +41,7 @@ MEASURES = {
             "extras/gaitval_patients/estimates.py",
             "extras/gaitval_patients/gentle_fit.py",
             "extras/gaitval_patients/one_stride.py",
+            "extras/gaitval_patients/passive_foot.py",
             "extras/gaitval_patients/prosthesis.py",
             "extras/gaitval_patients/records.py",
             "extras/gaitval_patients/rolling_foot.py",

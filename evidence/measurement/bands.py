@@ -32,7 +32,7 @@ from gaitval.session.session import Import
 from gaitval.session.trial import valid_cycles
 from gaitval_measurement.bands import ABOVE
 from gaitval_measurement.expected import USUAL
-from gaitval_measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN
+from gaitval_measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN, of_stature
 
 DRAWS = option("--draws", type=int, default=20, help="virtual people")
 SEED = option("--seed", type=int, default=39_000_001, help="of the first draw")
@@ -55,6 +55,7 @@ MEASURES = {
 def drawn(session: SessionRecordings, right: Import, seed: int) -> SessionRecordings:
     """The session with discrepancies of this seed."""
     random = np.random.default_rng(seed)
+    stature = of_stature(right.request.height_m)
     model, walk = right.body.model, right.trials[0]
     moving = segment_frames(model, walk.positions)[:, :, :3, :3]
     still = segment_frames(model, right.body.placement.standing[None])[0]
@@ -62,14 +63,14 @@ def drawn(session: SessionRecordings, right: Import, seed: int) -> SessionRecord
     segments = {marker.name: marker.segment for marker in right.body.markers}
     standing, walking = session.standing.markers.copy(), session.walking[0].markers.copy()
     tissue = {
-        segment: (TISSUE.get(_plain(segment), 0.0) * random.standard_normal(3),
+        segment: (stature * TISSUE.get(_plain(segment), 0.0) * random.standard_normal(3),
                   TISSUE_TURN.get(_plain(segment), 0.0) * random.standard_normal())
         for segment in sorted({*segments.values()})
     }  # fmt: skip
     for name, segment in segments.items():
         index = SEGMENTS.index(segment)
         landmark = marks.get(name, "").removeprefix("R.").removeprefix("L.")
-        by = LANDMARKS.get(landmark, 0.0) * random.standard_normal(3)
+        by = stature * LANDMARKS.get(landmark, 0.0) * random.standard_normal(3)
         column = session.standing.names.index(name)
         place = still[index, :3, :3].T @ (standing[:, column].mean(axis=0) - still[index, :3, 3])
         standing[:, column] += still[index, :3, :3] @ by

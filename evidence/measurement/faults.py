@@ -48,7 +48,9 @@ FROM: Final = option(
     help="folder of the clones, OWNER+NAME, as for experiments.public_recordings",
 )
 ONLY: Final = option("--only", nargs="*", help="recordings; those stored of this commit are kept")
-SEED: Final = option("--seed", type=int, default=3911, help="of the sizes that are drawn")
+SEED: Final = option("--seed", type=int, default=20261125, help="of the sizes that are drawn")
+"""Used once, after its number was in this file. The list of 3911 was used before; its misses were
+then studied, so it is one that the estimate was developed on."""
 STORE: Final = ROOT / "reports" / "measurement" / "planted.jsonl"
 SAMPLE: Final = {
     "name": "sample",

@@ -79,9 +79,8 @@ def simulated(baseline: Path, *, cycles: int | None = None, phases: int = 4) -> 
     if np.array_equal(policy.identified[2:], policy.nominal[2:]):
         identified = as_scaled
     else:
-        identified = WalkingTask.of(
-            policy.model, policy.subject.record(), settings, mu=policy.identified
-        )
+        record, body = policy.subject.record(), policy.identified_model
+        identified = WalkingTask.of(body, record, settings, mu=policy.identified)
     reference = adjusted(identified.reference, identified.reference_body, policy.correction)
     corrected = replace(identified, reference=reference)
     pushed = without_drift(corrected)

@@ -25,9 +25,12 @@ from gaitval.model.body import BodyModel
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution
+from gaitval_bodies.bars import in_words
 from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.shared_errors import STUCK, identified
 
+WORDS: Final = "words"
+"""What the report of a study says of the body (`bars.in_words`), in `identification.json`."""
 WIDE: Final = 2.5
 MOST: Final = 0.05
 """Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
@@ -79,7 +82,8 @@ def shared_identification(
     if fit.extended:
         raise ConfigurationError(
             "identification.method = shared: sole and legs that differ are among its errors "
-            "already. Leave identification.parameters at paper."
+            "already. Leave identification.parameters at paper, or set identification.method to "
+            "posterior."
         )
     shared = identified(fit, held, offset_of(subject))
     posterior, (apart, _) = shared.posterior, shared.legs.estimate
@@ -99,6 +103,7 @@ def shared_identification(
             ],
             "plates": posterior.plates.tolist(),
             # of the difference, the left leg is longer by half, and the right one shorter
+            WORDS: in_words(shared, model, "shared"),
             "left_leg": float(np.clip(0.5 * apart / model.leg_length, -MOST, MOST)),
             "deviance_nominal": number(held.cost),
             "deviance_identified": number(shared.cost),

@@ -1,26 +1,17 @@
 """What was learned of a person's body, on a page: two sentences, a picture, tables."""
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final
-
-import numpy as np
 
 from gaitval.identification.verdicts import judged
 from gaitval.model.body import BodyModel
-from gaitval.model.parameters import PARAMETERS
-from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
+from gaitval_bodies.bars import bars, draw
 from gaitval_bodies.joints import judged_lengths
 from gaitval_bodies.shared_errors import NAMES, Shared
 from gaitval_bodies.words import next_trials, sentences
 
 Table = tuple[str, list[list[str]]]
-Bar = tuple[str, float, float]
-"""Name, mean and SD, in SDs of what was known before."""
-_FOUND: Final = "#0072b2"
-_PRIOR: Final = "#cccccc"
 
 
 def tables(found: Shared, model: BodyModel) -> list[Table]:
@@ -56,30 +47,3 @@ def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> P
         "drawings": {"body": partial(draw, bars(found, model))},
     }
     return write_html(path.parent, path.stem, "gaitval_bodies:body.html.j2", context)
-
-
-def bars(found: Shared, model: BodyModel) -> list[Bar]:
-    """A bar for each parameter of the body, distance between joints, and the legs' difference;
-    parameters are those of `tables`.
-    """
-    shown = [
-        *(each for each in judged(found.posterior) if each.name in PARAMETERS[2:]),
-        *judged_lengths(found.posterior, model),
-    ]
-    legs = found.legs
-    mean, sd = legs.estimate
-    drawn = [(each.name.replace("_", " "), each.z, each.sd / each.prior_sd) for each in shown]
-    return [*drawn, ("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd)]
-
-
-def draw(bars: Sequence[Bar]) -> str:
-    """Each of `bars` before and after the record, as SVG."""
-    names, means, sds = zip(*bars, strict=True)
-    places = np.arange(len(bars))[::-1]
-    with new_figure(0.24 * len(bars) + 0.6) as figure:
-        axes = figure.add_subplot()
-        axes.barh(places, 2.0, left=-1.0, color=_PRIOR, height=0.7)
-        axes.errorbar(means, places, xerr=sds, fmt="o", color=_FOUND, markersize=4, capsize=2)
-        axes.set_yticks(places, names)
-        axes.set_xlabel("SDs of what was known before")
-        return svg(figure, "body")

@@ -7,31 +7,29 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from gaitval import file_gate
-from gaitval.artefacts import write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
-from gaitval.identification.identify import Begun, begin
-from gaitval.identification.prior import prior_sd
-from gaitval.model.urdf import read_urdf
-from gaitval.prediction.known import quantities_told
-from gaitval.reporting.drawing import Draw
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
-from gaitval_bodies.offsets import offset_of
-from gaitval_bodies.page import Bar, bars, draw
-from gaitval_bodies.shared_errors import identified
-from gaitval_bodies.words import sentences
+
+if TYPE_CHECKING:
+    from gaitval.identification.identify import Begun
+    from gaitval.reporting.drawing import Draw
+    from gaitval_bodies.bars import Bar
 
 FILE: Final = "body.json"
+FOUND: Final = "rounds/1/identification/identification.json"
+"""What identified the body; the record is the same in every round."""
 _LARGEST: Final = 100_000
 """Bytes of the file; a study writes three thousand."""
 _LONGEST: Final = 1000
 """Characters of the sentences; those of `words` have 300."""
 
 
-def stage(run: Run, begun: Callable[[], Begun] | None = None) -> Stage:
+def stage(run: Run, begun: "Callable[[], Begun] | None" = None) -> Stage:
     """Record and scaled body of `run` → the two sentences and the picture of its report.
 
     Parameters
@@ -39,10 +37,11 @@ def stage(run: Run, begun: Callable[[], Begun] | None = None) -> Stage:
     run : with its subject, `model.urdf` and configuration.
     begun : gives the fit of this record and its solution as scaled, if it was made before.
     """
+    shared = run.configuration.identification.method == "shared"
     return Stage(
         "body",
         lambda: write(run, begun),
-        inputs=("subject.toml", "model.urdf"),
+        inputs=("subject.toml", "model.urdf", *([FOUND] if shared else [])),
         outputs=(FILE,),
         values={
             **run.sections("contact", "record", "noise"),
@@ -52,9 +51,22 @@ def stage(run: Run, begun: Callable[[], Begun] | None = None) -> Stage:
     )
 
 
-def write(run: Run, begun: Callable[[], Begun] | None = None) -> None:
+def write(run: Run, begun: "Callable[[], Begun] | None" = None) -> None:
     """Write `FILE` into the folder of `run`; parameters as in `stage`."""
+    # all of these here: a run asks for its stages before it does anything
+    from gaitval.identification.identify import begin
+    from gaitval.identification.prior import prior_sd
+    from gaitval.model.urdf import read_urdf
+    from gaitval.prediction.known import quantities_told
+    from gaitval_bodies.bars import in_words
+    from gaitval_bodies.methods import WORDS
+    from gaitval_bodies.offsets import offset_of
+    from gaitval_bodies.shared_errors import identified
+
     model, settings = read_urdf(run.folder / "model.urdf"), run.configuration.identification
+    if settings.method == "shared":  # the identification is of the same posterior
+        write_json(run.folder / FILE, read_json(run.folder / FOUND)[WORDS])
+        return
     if begun is not None and settings.parameters == "paper":
         fit, held = begun()
     else:
@@ -64,14 +76,10 @@ def write(run: Run, begun: Callable[[], Begun] | None = None) -> None:
         )
         fit, held = begin(run.told().record, model, prior_sd(run.subject), paper, own)
     found = identified(fit, held, offset_of(run.subject))
-    shown = [{"name": name, "mean": mean, "sd": sd} for name, mean, sd in bars(found, model)]
-    write_json(
-        run.folder / FILE,
-        {"method": settings.method, "said": sentences(found, model), "bars": shown},
-    )
+    write_json(run.folder / FILE, in_words(found, model, settings.method))
 
 
-def shown(folder: Path) -> tuple[dict[str, str], Draw]:
+def shown(folder: Path) -> "tuple[dict[str, str], Draw]":
     """Of a run `folder`: what is `said` and the `method` by which the walker's body was found, and
     what draws the bars.
 
@@ -79,6 +87,8 @@ def shown(folder: Path) -> tuple[dict[str, str], Draw]:
     ------
     ArtefactError : the file is damaged.
     """
+    from gaitval_bodies.bars import draw
+
     path = folder / FILE
     try:
         stored = json.loads(file_gate.read_text(path, ArtefactError, largest=_LARGEST))

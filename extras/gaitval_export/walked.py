@@ -43,7 +43,7 @@ class Walked:
     @cached_property
     def body(self) -> BodyModel:
         """The body with the parameters mu."""
-        return apply_parameters(self.stored.model, self.mu)
+        return apply_parameters(self.stored.identified_model, self.mu)
 
     @property
     def friction(self) -> float:

@@ -40,6 +40,7 @@ from gaitval_measurement.sources import (
     ONE_CYCLE,
     TISSUE,
     TISSUE_TURN,
+    of_stature,
 )
 
 MARGIN_SECONDS: Final = 0.2
@@ -198,6 +199,7 @@ class _Chain:
     def __init__(self, found: Import) -> None:
         self.found = found
         self.set = found.session.marker_set
+        self.stature = of_stature(found.request.height_m)
         self.places = standing_places(found.session.standing)
         self.windows = [w for side in SIDES if (w := _window(found, side)) is not None]
         self.nothing = _Change("", {}, {}, {})
@@ -300,13 +302,16 @@ class _Chain:
                 for axis in axes:
                     if marks:
                         word = f"{of[0] if pelvis else ''}{landmark}"
-                        found.append(self.displaced(word, marks, deviation * axis))
+                        found.append(self.displaced(word, marks, self.stature * deviation * axis))
         for axis in axes:
             turn = self.stand[SEGMENTS.index("pelvis"), :3, :3]
-            hips = {s: at + turn @ (HIP_CENTRE * axis) for s, at in self.nothing.hips.items()}
+            hips = {
+                s: at + turn @ (self.stature * HIP_CENTRE * axis)
+                for s, at in self.nothing.hips.items()
+            }
             found.append(_Change("hip centres", {}, {}, hips))
         for segment, size in TISSUE.items():
-            found += [self.tissue(segment, size * axis, 0.0) for axis in axes]
+            found += [self.tissue(segment, self.stature * size * axis, 0.0) for axis in axes]
         found += [self.tissue(s, np.zeros(3), turn) for s, turn in TISSUE_TURN.items()]
         return found
 

@@ -12,7 +12,7 @@ from gaitval.coordinates import SIDES
 from gaitval.session.session import Import
 from gaitval_measurement.balance import FALL, NEWTON, PRESSURE
 from gaitval_measurement.bands import Bands
-from gaitval_measurement.estimate import LEAST_SCALE, Examined
+from gaitval_measurement.estimate import LEAST_SCALE, Examined, scales
 from gaitval_measurement.standing import KINDS
 
 SHOWN: Final = ("hip_flexion", "knee_angle", "ankle_angle")
@@ -132,7 +132,7 @@ def fits(seen: Examined) -> list[FitRow]:
     """How each group of data fits the noise model, beside the faults that were found."""
     model = seen.model
     lower = np.tril(model.factor[0])
-    covariance = lower @ lower.T / max(model.left, LEAST_SCALE)
+    covariance = lower @ lower.T / scales(seen.data.kind, max(model.left, LEAST_SCALE))
     at = [model.order[p] for f in seen.found for p in f.cause.parts if p in model.order]
     effect = model.effects[:, at] * model.prior[at]
     covariance += effect @ effect.T

@@ -7,9 +7,22 @@ midway between the two posterior spines, so their errors average. Soft tissue: 5
 thigh, under 15 mm on the shank (Leardini et al. 2005, Gait Posture 21:212), in phase with the joint
 above. Hip centres: Harrington et al. 2007 (J Biomech 40:595), 12 mm on average against imaging
 (Mantovani et al. 2016). Plates: `expected.USUAL`.
+
+These are of adults. A landmark is an area of bone of which an examiner chooses a point, skin slides
+as far as the limb below it is thick, and a regression misses by a share of the pelvis: all grow
+with the body, so lengths are for a stature of `ADULT` and go with the person's (`of_stature`).
 """
 
 from typing import Final
+
+ADULT: Final = 1.70
+"""m, of the people of these studies: adults, men and women."""
+
+
+def of_stature(height_m: float) -> float:
+    """By how much the lengths of this module are larger in a person of `height_m`."""
+    return height_m / ADULT
+
 
 LANDMARKS: Final = {
     "ASIS": 0.009,
@@ -24,11 +37,11 @@ LANDMARKS: Final = {
     "MT2": 0.006,
     "MT5": 0.006,
 }
-"""m, each way, by landmark without its side."""
+"""m, each way, by landmark without its side; of an adult."""
 HIP_CENTRE: Final = 0.006
-"""m, each way, of the regression."""
+"""m, each way, of the regression; of an adult."""
 TISSUE: Final = {"pelvis": 0.004, "thigh": 0.010, "shank": 0.006, "foot": 0.003}
-"""m per rad of the joint above, each way: all markers of a segment together."""
+"""m per rad of the joint above, each way: all markers of a segment together; of an adult."""
 TISSUE_TURN: Final = {"thigh": 0.10, "shank": 0.06}
 """rad per rad about the long axis."""
 MASSES: Final = {"thigh": 0.08, "shank": 0.08, "foot": 0.12}

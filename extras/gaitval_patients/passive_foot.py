@@ -13,7 +13,7 @@ those of the body's own foot; F is what healthy people have over this stance. Th
 one with which the moment where the ankle is turned furthest is that of healthy people: there the
 force is on the ball of either foot. No number of it is chosen.
 
-Both this and the healthy moment in the time of this ankle (`told.registered_ankle`) are guesses
+Both this and the healthy moment in the time of this ankle (`told.bent_ankle`) are guesses
 from different knowledge, so their mean is expected.
 """
 
@@ -38,14 +38,21 @@ UNLOADED: Final = (0.05, 0.04)
 
 def expected_ankles(patient: Patient, others: Sequence[Subject]) -> dict[Side, PeriodicCurve]:
     """Ankle moments to expect of a `patient` of whom angles alone are known, Nm/kg, dorsiflexion
-    positive, each side over its own cycle: healthy people's over this stance and in the time of
-    this ankle, and of a prosthetic foot as this module says. No walk is needed.
+    positive, each side over its own cycle. No walk is needed.
     """
-    record = told_record(patient.subject, others)
-    if patient.person.amputation is not None:
-        model = scale_subject(patient.subject, symmetric=not two_sided(patient.person)).model
-        record = with_passive_foot(record, model, patient.person.amputation)
+    model = scale_subject(patient.subject, symmetric=not two_sided(patient.person)).model
+    record = patient_record(patient, others, model)
     return {side: record.moments[f"ankle_angle_{side[0]}"] for side in SIDES}
+
+
+def patient_record(patient: Patient, others: Sequence[Subject], model: BodyModel) -> GaitRecord:
+    """Angles and timing of a `patient`, and the kinetics to expect: healthy people's over this
+    stance and in the time of these feet (`told.told_record`), and of a prosthetic foot as this
+    module says.
+    """
+    side = patient.person.amputation
+    record = told_record(patient.subject, others, model, side)
+    return record if side is None else with_passive_foot(record, model, side)
 
 
 def with_passive_foot(record: GaitRecord, model: BodyModel, side: Side) -> GaitRecord:

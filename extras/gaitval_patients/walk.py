@@ -1,11 +1,12 @@
 """A patient's walk by the general policy, without training, and how near it is to the strides.
 
-This is the main job with a light validation: body, reference and policy are the same, but nothing
-is identified, corrected or pushed. From every start phase of the validation it walks as far as the
+This is the main job with a light validation: body, reference, policy and correction are the same,
+but nothing is identified or pushed. From every start phase of the validation it walks as far as the
 main job asks; the first cycles of all starts are compared with the strides as recorded.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +18,7 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
+from gaitval.learning_control.correct import correct
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import cut, find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
@@ -29,11 +31,13 @@ from gaitval.policy.storage import Policy
 from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.prediction.known import KINEMATIC_ACCURACY
+from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval_patients.gentle_fit import gentle_reference
+from gaitval_patients.passive_foot import patient_record
 from gaitval_patients.records import Patient, two_sided
-from gaitval_patients.told import expected_record, told_record
+from gaitval_patients.told import expected_record
 from gaitval_patients.turned_feet import pointing, turned_feet, with_turned_feet
 
 COMPARED: Final = 4
@@ -52,20 +56,26 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
     -------
     dict
         `falls` of `starts`; `cycles`, the fewest of a start and side that did not fall; `angles`,
-        RMS from the stride by name, deg, and `angle`, their mean; `scores`, Gait Profile Score of
-        the stride and of the walk over nine angles, deg; `moments` of the walk and `expected` of
-        healthy people, (101,) Nm/kg by name; `speed`, m/s. Angles, walk's score and moments are
-        None if no start walked.
+        RMS from the stride by name, deg, and `angle`, their mean; `correction`, errors of the walk
+        against its reference (`Corrected.errors`), and why a correction is not used; `scores`, Gait
+        Profile Score of the stride and of the walk over nine angles, deg; `moments` of the walk and
+        `expected` of healthy people, (101,) Nm/kg by name; `speed`, m/s. Angles, walk's score and
+        moments are None if no start walked.
     """
     subject, others = patient.subject, builtin_subjects()
     straight = scale_subject(subject, symmetric=not two_sided(patient.person)).model
-    record = told_record(subject, others)
+    record = patient_record(patient, others, straight)
     turns = turned_feet(patient.strides, record, straight)
     model = with_turned_feet(straight, turns)
-    reference = gentle_reference(record, model, configuration.contact, KINEMATIC_ACCURACY)
+    reference = gentle_reference(
+        record, model, configuration.contact, KINEMATIC_ACCURACY, patient.person.amputation
+    )
     task = WalkingTask(model=model, record=record, reference=reference, configuration=configuration)
-    group = WalkingGroup([task] * 8)
     validation, mu = configuration.validation, nominal_parameters()
+    correction = correct(task, policy, mu)
+    changed = adjusted(reference, task.reference_body, correction.correction)
+    task = replace(task, reference=changed)
+    group = WalkingGroup([task] * 8)
     starts = validation.start_phases[:8]
     angles: dict[str, list[Array]] = {}
     moments: dict[str, list[Array]] = {}
@@ -123,6 +133,7 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
         "speed": float(np.mean([each.walking_speed or 0.0 for each in stood])) if stood else None,
         "angles": errors or None,
         "angle": float(np.mean(told)) if told else None,
+        "correction": {"errors": correction.errors, "refused": correction.refused},
         "scores": {
             "stride": gait_profile(patient.strides.angles, controls).total,
             "walk": gait_profile(walked, controls).total if walked else None,

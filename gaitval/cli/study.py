@@ -152,7 +152,7 @@ def train(
     )
 
 
-@command("gaitval identify 5", "gaitval identify 5 --set identification.generations=30")
+@command("gaitval identify 5", "gaitval identify 5 --set identification.method=posterior")
 def identify(
     subject: SubjectArgument,
     out: OutOption = None,
@@ -161,12 +161,12 @@ def identify(
     force: ForceOption = False,
     round_number: RoundOption = 1,
 ) -> None:
-    """Identify the 14 body parameters mu from the record (CMA-ES): identification.json.
+    """Identify the 14 body parameters mu from the record: identification.json.
 
     Looks for the lengths and joint locations of the body with which the recorded motion, moments
     and forces agree best, and says of each parameter whether the record determines it. Nothing
-    walks for it, and no policy is used; parameters that the record does not determine stay as
-    scaled.
+    walks for it, and no policy is used; what the record leaves open draws each parameter towards
+    the body as scaled.
     """
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 

@@ -96,8 +96,7 @@ def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> 
     """The values of a subject, or of one of its trials, that follow from mean curves; `stance` is
     the stance fraction, where there are no forces to find it from.
 
-    Raises RecordError, which says `where`, if the `curves` of right and left are not of one pelvis,
-    or too noisy.
+    Raises RecordError, which says `where`, if right and left `curves` are of two pelves, or noisy.
     """
     angles = {
         name: fit_curve(name, _PHASE, values, ANGLE_TOLERANCE, where)

@@ -14,7 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-import cma
 import numpy as np
 
 from gaitval.arrays import Array, Flags
@@ -89,6 +88,8 @@ def search(
     key : identifies the search; a state file with another key is ignored.
     on_generation : called with the number of the generation, from 1, and its best value.
     """
+    import cma  # here: it loads pyplot, which the one process that searches has to hold
+
     options = {
         "popsize": settings.population,
         "seed": seed + 1,  # cma takes 0 for "from the clock"
@@ -145,9 +146,7 @@ def begin(
     configuration: Configuration,
     kinetics_told: bool,
 ) -> Begun:
-    """The fit to a record, and its solution in full with the body as scaled; parameters as in
-    `identify`.
-    """
+    """The fit to a record, solved in full with the body as scaled; arguments as in `identify`."""
     fit = BodyFit(
         record, model, configuration.contact, _noise(configuration, kinetics_told),
         prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",

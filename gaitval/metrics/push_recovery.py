@@ -24,17 +24,19 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
 from typing import Any, Final
+from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.configuration import PushSettings
 from gaitval.journal import Journal
+from gaitval.lanes import WIDTH
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import (
     RolloutPool,
-    fell_together,
     in_groups,
     record_rollout,
 )
@@ -171,19 +173,48 @@ class PushTrial:
         return self.settling_cycles + self.push.phase + self.cycles
 
 
+_walked: Final[WeakKeyDictionary[WalkingGroup, dict[Any, Any]]] = WeakKeyDictionary()
+"""Of groups, by policy and body, and then by the phase at which the first of eight walks was to be
+pushed: how many actions they had taken, and what the next one began with."""
+
+
 def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bool]:
     """Whether the walker survives each of at most eight pushes `tried`, of one policy and body, by
     a `group` made `without_drift`.
+
+    As `fell_together`, bit for bit, but until the first push all of them are one walk. It is kept,
+    and the next ones begin where it came to.
     """
+    walker, policy, mu = group.environments[0].walker, tried[0].policy, tried[0].mu
+    options = [
+        {"mu": mu, "noise": 0.0, **tried[min(e, len(tried) - 1)].start()} for e in range(WIDTH)
+    ]
+    group.centre(policy.act, mu, key=policy.key)
+    seen = np.array([group.reset(e, seed=0, options=each) for e, each in enumerate(options)])
+    rows, first, done = group._arrays, min(each["push"][0] for each in options), 0
+    # all that an action begins with, beside what a reset sets
+    moving: list[NDArray[Any]] = [*rows.walkers, *rows.episodes, rows.phase, seen]
+    kept = _walked.setdefault(group, {}).setdefault((policy.key, mu.tobytes()), {})
+    # who was not pushed before this one's phase was not before a later one's either
+    if before := [each for each in kept if each <= first]:
+        done, values = kept[max(before)]
+        for array, value in zip(moving, values, strict=True):
+            array[:] = value
+        for environment, phase in zip(group.environments, group.phases.tolist(), strict=True):
+            environment.walker.phase = phase
     stride = group.environments[0].task.reference.stride_time
-    fell = fell_together(
-        group,
-        tried[0].policy,
-        mu=tried[0].mu,
-        starts=[each.start() for each in tried],
-        seconds=[each.planned_cycles() * stride for each in tried],
-    )
-    return [not each for each in fell.tolist()]
+    ends = np.array([round(t.planned_cycles() * stride / walker.action_seconds) for t in tried])
+    survived = np.ones(len(tried), dtype=bool)
+    while (survived & (done < ends)).any():
+        # eight that were not pushed fall together
+        if survived.all() and first not in kept and group.phases.max() >= first:
+            kept[first] = done, [each.copy() for each in moving]
+        _, fallen, _ = group.step((policy.act(seen) - group.habit()).astype(np.float32), seen)
+        survived &= ~fallen[: len(tried)] | (done >= ends)
+        done += 1
+        for e in np.flatnonzero(fallen).tolist():  # or it would be simulated lying on the ground
+            seen[e] = group.reset(e, seed=0, options=options[e])
+    return [bool(each) for each in survived]
 
 
 def _stand(pool: RolloutPool, tried: Sequence[PushTrial]) -> Iterator[bool]:

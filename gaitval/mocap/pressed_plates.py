@@ -37,8 +37,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 
     Raises
     ------
-    RecordError : a force is missing, or a point or torque under load; or the torque is more than a
-        foot can exert.
+    RecordError : a force is missing, or a point or torque under load; or no foot exerts the torque.
     """
     if not np.isfinite(force).all():
         raise RecordError(

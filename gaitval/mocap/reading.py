@@ -46,8 +46,7 @@ def read_recording(path: Path, *, forces: Path | None = None, plates: bool = Tru
     ------
     RecordError
         The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing; a
-        all markers are missing; the rates do not divide; the forces are of another
-        trial or in another unit.
+        all markers are missing; the rates do not divide; the forces do not belong to it.
     """
     path = Path(path)
     if path.suffix.lower() == ".c3d":
@@ -122,8 +121,7 @@ def _check_markers(recording: Recording) -> None:
 def _spread(markers: Array) -> float:
     """Median over the frames of the largest extent of the markers along an axis, m.
 
-    Only the middle 80 % count, because a reflection that the cameras took for a marker may be
-    anywhere.
+    Only the middle 80 % count, for a reflection taken for a marker may be anywhere.
     """
     seen = np.flatnonzero(np.isfinite(markers).all(axis=2).sum(axis=1) >= 3)
     if not len(seen):

@@ -41,8 +41,7 @@ def text_lines(path: Path) -> list[str]:
 
     Raises
     ------
-    RecordError : the file cannot be opened, is empty, or is not text (`_not_text` gives the
-        message).
+    RecordError : the file cannot be opened, is empty, or is not text (`_not_text`).
     """
     try:
         # Motion Analysis and Vicon write the folder's name in Windows' code page.

@@ -21,6 +21,7 @@ from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.gait.record import RECORDED_ANGLES
 from gaitval.metrics.cycles import FootEvents, foot_events, step_of
+from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.results import Method, Metrics
 from gaitval.metrics.typed import array
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -165,7 +166,7 @@ class Walk:
 
     Attributes
     ----------
-    body : the body that was simulated. recorded_body : as scaled, of the motion beside it.
+    body : the body that was simulated. recorded_body : before mu, of the motion beside it.
     strides : which samples are shown.
     travel : (S, 101, 2) m, forward and to the left, that the ground moves backwards and to the
         right: steady within a stride, from one right heel strike to the next.
@@ -327,6 +328,8 @@ def walk_pictures(folder: Path, metrics: Metrics) -> dict[str, object] | None:
     names = ("phase", "positions", "stride_time", "speed")
     reference = {name: np.asarray(getattr(motion, name)) for name in names}
     path = folder / "rollouts" / f"{metrics.final}.npz"
+    if (found := folder / "identification.json").exists() and metrics.final == "identified":
+        model = identified_model(model, found)
     recorded = recorded_motion(metrics, reference)
     walks = [
         shown_walk(model, Rollout.load(each), metrics.method, recorded)

@@ -441,10 +441,5 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
     checklist.write_checklist(folder, context["checks"])
     write_page(
-        folder,
-        "report",
-        "report.html.j2",
-        context,
-        _settings(folder, settings),
-        scripts=SCRIPTS,
+        folder, "report", "report.html.j2", context, _settings(folder, settings), scripts=SCRIPTS
     )

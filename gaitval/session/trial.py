@@ -221,8 +221,7 @@ def trial_motion(
     """The motion of a trial: inverse kinematics, feet anchored, low-passed by `processing`, trunk
     upright.
 
-    `markers` are on `model`; those that `recording` (cleaned, in the project's axes) lacks are left
-    out.
+    `markers` are on `model`; those that `recording` (clean, the project's axes) lacks are left out.
     """
     found = tuple(marker for marker in markers if marker.name in recording.names)
     measured = marker_columns(recording, [marker.name for marker in found], recording.markers)

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval import wings
 from gaitval.artefacts import read_json
+from gaitval.metrics.identified_body import identified_model
 from gaitval.model.urdf import model_hash, read_urdf
 
 if TYPE_CHECKING:
     from gaitval.configuration import Start
     from gaitval.metrics.typed import Result
-    from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
@@ -136,13 +135,6 @@ def identified_task(run: Run, mu: NDArray[np.float64], folder: str = ".") -> "Wa
     task = walking_task(run)
     model = identified_model(task.model, run.folder / folder / "identification.json")
     return replace(task, model=model, reference=reference, reference_mu=mu)
-
-
-def identified_model(model: "BodyModel", identification: Path) -> "BodyModel":
-    """The scaled `model` with legs that differ by what an `identification` found beside mu."""
-    found = read_json(identification)
-    left = 0.0 if found["identified"] == found["nominal"] else found.get("left_leg", 0.0)
-    return wings.load(wings.PARTS, "legs")(model, left) if left else model
 
 
 def body_parameters(identification: Path, which: str = "identified") -> NDArray[np.float64]:

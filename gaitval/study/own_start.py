@@ -10,8 +10,7 @@ from gaitval.study.stage import Run
 
 def start_from(run: Run, policy: Path) -> None:
     """Put the policy in the folder `policy` into `start/` of `run`; a training that has started
-    from it continues. Raises PolicyError if it is for another body or observation, or there is
-    none.
+    from it continues. Raises PolicyError if there is none for this body and observation.
     """
     start_policy(run, policy)
     start = run.folder / "start"

@@ -83,8 +83,7 @@ def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
     """Put the general policy, from which the training `stage` of `run` starts, into `start/`;
     nothing with `scratch`, or if its observation or size is another.
 
-    A training that is finished or under way keeps its start, so that a later call resumes or skips
-    it.
+    A training that is finished or under way keeps its start: a later call resumes or skips it.
     """
     start = run.folder / "start"
     if not scratch and why_run(stage, run.folder) in (None, INTERRUPTED):
@@ -140,8 +139,7 @@ def run_subject(
     of Algorithm 1.
 
     Training starts from the general policy, from nothing (`scratch`), or from the policy in the
-    folder `start`. Raises ConfigurationError if both are given, PolicyError if `start` cannot be
-    used.
+    folder `start`. Raises ConfigurationError if both are given, PolicyError if `start` is unfit.
     """
     if scratch and start is not None:
         raise ConfigurationError(

@@ -17,6 +17,7 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
 from gaitval.identification.prior import prior_sd
 from gaitval.journal import Journal
+from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
@@ -35,7 +36,6 @@ from gaitval.study.inputs import (
     WALKS,
     WITNESS,
     body_parameters,
-    identified_model,
     identified_task,
     start_kind,
     start_policy,
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from gaitval.metrics.walk_results import PushRecovery
     from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
+    from gaitval.reference.motion import ReferenceMotion
     from gaitval.simulation.walker import WalkingTask
 
 SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
@@ -99,16 +100,11 @@ def reference_stage(run: Run) -> Stage:
 
     def build() -> None:
         from gaitval.prediction.unusual import remarks_on_gait
-        from gaitval.reference.dynamic_fit import consistent_reference
 
         for remark in remarks_on_gait(run.subject, builtin_subjects()):
             run.observer.say(remark)
         model = read_urdf(run.folder / "model.urdf")
-        told = run.told()
-        contact = run.configuration.contact
-        consistent_reference(told.record, model, contact, told.accuracy).save(
-            run.folder / "reference.npz"
-        )
+        _reference_of(run, model).save(run.folder / "reference.npz")
 
     return Stage(
         "reference",
@@ -117,6 +113,15 @@ def reference_stage(run: Run) -> Stage:
         outputs=("reference.npz",),
         values=run.sections("contact", "record"),
     )
+
+
+def _reference_of(run: Run, body: "BodyModel") -> "ReferenceMotion":
+    """The motion of `body` to walk; kinetics that `run` did not know are those of the estimate."""
+    from gaitval.reference.dynamic_fit import consistent_reference
+
+    asked = wings.load(wings.PARTS, "estimate").asked if run.knew_no_kinetics else Run.told
+    record, accuracy = asked(run)
+    return consistent_reference(record, body, run.configuration.contact, accuracy)
 
 
 def _start_of(run: Run, round_number: int) -> str | None:
@@ -414,17 +419,13 @@ def _searched(
 def save_identified_reference(run: Run, folder: Path) -> None:
     """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
     from gaitval.model.parameters import apply_parameters
-    from gaitval.reference.dynamic_fit import consistent_reference
 
     mu = body_parameters(folder / "identification.json")
     if np.array_equal(mu[2:], nominal_parameters()[2:]):  # as scaled, whose reference there is
         copy_file(run.folder / "reference.npz", folder / IDENTIFIED)
         return
-    told = run.told()
     model = identified_model(read_urdf(run.folder / "model.urdf"), folder / "identification.json")
-    body = apply_parameters(model, mu)
-    contact = run.configuration.contact
-    consistent_reference(told.record, body, contact, told.accuracy).save(folder / IDENTIFIED)
+    _reference_of(run, apply_parameters(model, mu)).save(folder / IDENTIFIED)
 
 
 def evaluate_stage(run: Run, round_number: int) -> Stage:
@@ -554,6 +555,9 @@ def choose_stage(run: Run, rounds: int) -> Stage:
 
 def _join_logs(logs: Sequence[Path], target: Path) -> None:
     """Join the logs of trainings that each continued the one before."""
+    if not any(True for log in logs for _ in file_gate.csv_rows(log, ArtefactError)):
+        copy_file(logs[0], target)  # nothing was learned: pandas is 50 MB, which a run keeps
+        return
     import pandas as pd
 
     parts = [file_gate.csv_frame(log, ArtefactError) for log in logs]

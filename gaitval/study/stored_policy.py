@@ -14,6 +14,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.metrics.identified_body import identified_model
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
@@ -56,6 +57,11 @@ class StoredPolicy(Displayed):
         return scale_subject(self.subject, symmetric=self.configuration.scaling.symmetric).model
 
     @cached_property
+    def identified_model(self) -> BodyModel:
+        """The same before mu, with legs that differ by what was found."""
+        return identified_model(self.model, self.folder / "identification.json")
+
+    @cached_property
     def task(self) -> WalkingTask:
         """What it was trained for. The reference motion takes seconds, once."""
         return WalkingTask.of(self.model, self.subject.record(), self.configuration)
@@ -65,8 +71,8 @@ class StoredPolicy(Displayed):
         """The task of the identified body with the corrected reference, as it is validated."""
         task = self.task
         if not np.array_equal(self.identified[2:], self.nominal[2:]):  # another body
-            record = self.subject.record()
-            task = WalkingTask.of(self.model, record, self.configuration, mu=self.identified)
+            record, model = self.subject.record(), self.identified_model
+            task = WalkingTask.of(model, record, self.configuration, mu=self.identified)
         reference = adjusted(task.reference, task.reference_body, self.correction)
         return replace(task, reference=reference)
 

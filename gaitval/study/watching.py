@@ -10,6 +10,7 @@ from typing import Final
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.policy.beside import beside
+from gaitval.policy.processes import kept_workers
 from gaitval.study.stage import (
     BESIDE,
     Observer,
@@ -69,6 +70,7 @@ def run_beside(
     """
     begun = begin_stage(other, run.folder, force=force)
     assert begun is not None
+    kept_workers()  # started now: two threads that ask for them at once would start twice as many
     with beside(_timed, other) as ended:
         run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
         for stage in stages:

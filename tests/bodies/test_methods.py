@@ -10,10 +10,10 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.identification.prior import prior_sd
+from gaitval.metrics.identified_body import identified_model
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study import stages
-from gaitval.study.inputs import identified_model
 from gaitval_bodies import methods
 from gaitval_bodies.methods import MOST, WIDE, _bounded, with_legs
 from gaitval_bodies.offsets import offset_of

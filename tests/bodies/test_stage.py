@@ -5,12 +5,14 @@ from types import SimpleNamespace
 import pytest
 from body_result import MODEL, made_up
 
+from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.model.urdf import write_urdf
 from gaitval_bodies import stage as body_stage
-from gaitval_bodies.page import bars
+from gaitval_bodies.bars import bars, in_words
+from gaitval_bodies.methods import WORDS
 from gaitval_bodies.words import sentences
 
 
@@ -18,13 +20,16 @@ from gaitval_bodies.words import sentences
 def written(tmp_path, monkeypatch):
     """A folder with the file of a made-up result."""
     found = made_up(0.5, 0.004)
-    monkeypatch.setattr(body_stage, "identified", lambda *_: found)
+    monkeypatch.setattr("gaitval_bodies.shared_errors.identified", lambda *_: found)
     write_urdf(MODEL, tmp_path / "model.urdf")
-    run = SimpleNamespace(
-        folder=tmp_path, subject=load_subject("S05"), configuration=load_configuration()
-    )
-    body_stage.write(run, lambda: (None, None))
+    body_stage.write(run_in(tmp_path, "posterior"), lambda: (None, None))
     return tmp_path, found
+
+
+def run_in(folder, method):
+    """A run of S05 in a folder, whose body is identified by a method."""
+    configuration = load_configuration(settings=[f"identification.method={method}"])
+    return SimpleNamespace(folder=folder, subject=load_subject("S05"), configuration=configuration)
 
 
 def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
@@ -34,6 +39,18 @@ def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
     picture = draw()
     for name, *_ in bars(found, MODEL):
         assert f"<!-- {name} -->" in picture
+
+
+def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written, monkeypatch):
+    folder, found = written
+    monkeypatch.setattr("gaitval_bodies.shared_errors.identified", None)  # is not asked again
+    (folder / body_stage.FOUND).parent.mkdir(parents=True)
+    write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
+    before, _ = body_stage.shown(folder)
+    body_stage.write(run_in(folder, "shared"))
+    texts, draw = body_stage.shown(folder)
+    assert texts == {"said": before["said"], "method": "shared"}
+    assert f"<!-- {bars(found, MODEL)[0][0]} -->" in draw()
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,11 @@ import pytest
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.prediction.normal_form import normal_form
 from gaitval.study.stage import Observer, open_run, run_stage, why_run
 from gaitval.study.stages import reference_stage, scale_stage
-from gaitval_estimate.stage import PAGE, TABLE, of_run, stage
+from gaitval_estimate.deviations import kinetics_of
+from gaitval_estimate.stage import ESTIMATE_ACCURACY, PAGE, TABLE, asked, of_run, stage
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 
@@ -38,6 +40,23 @@ def test_the_table_and_the_page_of_a_run(tmp_path):
         elsewhere = of_run(type(run)(tmp_path, strange, configuration))
         assert found.looked_at_angles
         assert not elsewhere.looked_at_angles
+
+
+def test_a_walk_is_asked_the_known_angles_with_the_kinetics_of_the_estimate(tmp_path):
+    configuration = load_configuration(settings=["record.use=kinematics"])
+    with open_run(load_subject("7"), configuration, tmp_path, Observer()) as run:
+        run_stage(scale_stage(run), tmp_path, observer=run.observer)
+        (record, accuracy), known, found = asked(run), run.told().record, of_run(run)
+        assert accuracy is ESTIMATE_ACCURACY
+        assert record.angles == known.angles
+        assert (record.speed, record.stride_time) == (known.speed, known.stride_time)
+        gait = normal_form(record, run.subject.leg_length_m)
+        # A record has no force in swing, and its curves are Fourier series of few terms.
+        assert np.std(kinetics_of(gait) - found.kinetics) < 0.01
+        assert np.std(found.kinetics - found.expected) > 0.02
+    settings = ["record.use=kinematics", "record.speed=1.0"]
+    elsewhere = type(run)(tmp_path, load_subject("7"), load_configuration(settings=settings))
+    assert asked(elsewhere).accuracy == elsewhere.told().accuracy
 
 
 def test_a_run_that_knew_the_forces_is_refused(tmp_path):

@@ -60,3 +60,11 @@ def test_a_delay_that_was_found_widens_the_moments(found):
     assert wide.half[name].mean() > 1.5 * found.measurement.bands.half[name].mean()
     angle = "angle_knee_angle_r"
     np.testing.assert_allclose(wide.half[angle], found.measurement.bands.half[angle], rtol=1e-6)
+
+
+def test_errors_of_landmarks_go_with_the_stature(found):
+    smaller = found.request.model_copy(update={"height": 0.9 * found.request.height})
+    made = bands(replace(found, request=smaller), found.measurement.seen)
+    for name in ("shank_right", "thigh_left"):
+        usual = found.measurement.bands.lengths[name]
+        assert made.lengths[name] == pytest.approx(0.9 * usual, rel=0.02)

@@ -11,9 +11,11 @@ from gaitval_measurement.estimate import (
     Lag,
     _apart,
     _evidence,
+    _matters,
     _of_set,
     _sizes,
     faults_of,
+    scales,
     weigh,
 )
 from gaitval_measurement.expected import USUAL
@@ -108,3 +110,17 @@ def test_a_fault_may_be_along_one_axis(model):
     seen = model[0]({"place x 1": 0.05})
     along, both = _evidence(seen, ("place x 1",)), _evidence(seen, PLACE.parts)
     assert both < _of_set(seen, frozenset({PLACE})) < along
+
+
+@pytest.mark.parametrize(
+    ("name", "reach", "matters"),
+    [("rotation all", 0.3, False), ("rotation all", 0.6, True), ("rotation 1", 0.6, False)],
+)
+def test_plates_that_turn_together_matter_by_how_far_they_move_aside(name, reach, matters):
+    angle = 0.02  # rad: half of what matters of a turn, and of 10 mm at half a metre
+    assert _matters(Cause(name, (name,)), np.array([angle]), reach) is matters
+
+
+def test_how_the_rates_of_a_file_fall_is_not_scaled_with_a_persons_own_pattern():
+    factors = scales(("force z", "pressure along", "fall of markers"), 4.0)
+    np.testing.assert_allclose(factors, [[4.0, 4.0, 2.0], [4.0, 4.0, 2.0], [2.0, 2.0, 1.0]])

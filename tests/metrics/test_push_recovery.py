@@ -7,12 +7,14 @@ import sys
 import textwrap
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
+from gaitval.artefacts import read_json
 from gaitval.journal import Journal
 from gaitval.metrics import push_recovery as module
 from gaitval.metrics.push_recovery import (
@@ -21,10 +23,12 @@ from gaitval.metrics.push_recovery import (
     evenly_spaced,
     largest_survived,
     push_recovery,
+    survive_together,
 )
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import score_rollout
+from gaitval.policy.rollouts import fell_together, score_rollout
+from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
 
 MU = nominal_parameters()
@@ -232,6 +236,38 @@ def test_being_displaced_is_no_fall(task):
 
     assert fell(narrow)
     assert not fell(module.without_drift(narrow))
+
+
+def test_walks_to_a_push_are_kept_and_make_no_difference(task):
+    """Later pushes begin where the same walk came to for earlier ones: falls, and where the walkers
+    are in the end, are those of a new group; also if it falls before it is pushed, or is no longer
+    followed then."""
+    folder = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
+    mu = np.array(read_json(folder / "identification.json")["identified"])
+    stored, fast = load_policy(folder / "policy"), random_policy(task, scale=3.0)
+    group = WalkingGroup([task] * 8)
+    for policy, begins in ((stored, 0.6), (stored, 0.3), (fast, 3.0), (stored, 0.9), (stored, 0.6)):
+        for cycles in (-0.1, 0.5, 1.4):
+            trials = [
+                PushTrial(policy, mu, Push(begins + 0.05 * (n % 3), 0.8 * n, 250.0 * n), 0, cycles)
+                for n in range(7)
+            ]
+            new = WalkingGroup([task] * 8)
+            survived = survive_together(group, trials)
+            fell = fell_together(
+                new,
+                policy,
+                mu=mu,
+                starts=[each.start() for each in trials],
+                seconds=[each.planned_cycles() * task.reference.stride_time for each in trials],
+            )
+            assert survived == [not each for each in fell]
+            if cycles > 0 and policy is stored:
+                np.testing.assert_array_equal(
+                    group._arrays.walkers.state, new._arrays.walkers.state
+                )
+    by_policy = {key: sorted(walk) for (key, _), walk in module._walked[group].items()}
+    assert by_policy == {stored.key: [0.3, 0.6, 0.9], fast.key: []}
 
 
 def test_the_table_can_be_written(tried):

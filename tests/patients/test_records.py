@@ -1,11 +1,13 @@
 """Subjects of one stride a side: what is known stays, what is estimated has an interval."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
-from gaitval.gait.record import PeriodicCurve
+from gaitval.gait.record import PeriodicCurve, periodic_through
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.anthropometry import mass_fractions
 from gaitval.scaling.scaling import scale_subject
@@ -17,7 +19,15 @@ from gaitval_patients.page import page_values, write_pages
 from gaitval_patients.people import Person
 from gaitval_patients.records import two_sided
 from gaitval_patients.rolling_foot import feet
-from gaitval_patients.told import most_dorsiflexed, over_stance, told_record, warped
+from gaitval_patients.told import (
+    expected_record,
+    heel_rise,
+    most_dorsiflexed,
+    over_stance,
+    rolled_ankle,
+    told_record,
+    warped,
+)
 
 PHASE = np.linspace(0.0, 1.0, 101)
 
@@ -152,7 +162,7 @@ def test_two_measured_legs_make_a_body_with_two_legs(strides_table, tmp_path):
 
 def test_kinetics_are_expected_over_the_own_stance(patients):
     subject, others = patients[1].subject, builtin_subjects()
-    told = told_record(subject, others)
+    told = told_record(subject, others, scale_subject(subject).model)
     stance = subject.stance_fraction.of_both()
     assert told.stance_fraction == stance
     phase = np.arange(200) / 200
@@ -161,8 +171,28 @@ def test_kinetics_are_expected_over_the_own_stance(patients):
     for side in SIDES:
         name = f"ankle_angle_{side[0]}"
         peak = phase[np.argmin(told.moments[name](phase))]
-        # the calf pulls hardest near where the ankle is turned furthest
+        # The calf pulls hardest near where the ankle is turned furthest.
         assert abs(peak - most_dorsiflexed(told.angles[name], stance[side])) < 0.08
+
+
+def test_an_ankles_moment_is_in_the_time_of_its_foot(patients):
+    """A gait is its own measure: nothing moves; a heel that rises earlier brings the moment."""
+    subject, others = patients[0].subject, builtin_subjects()
+    model = scale_subject(subject).model
+    usual = expected_record(subject, others)
+    phase = np.arange(200) / 200
+    own = rolled_ankle(usual, usual, "left", model)(phase)
+    assert np.allclose(own, usual.moments["ankle_angle_l"](phase), atol=0.02)
+    stands = phase < usual.stance_fraction["left"]
+    # By 10 degrees more on the toes, in the middle of stance.
+    rise = np.radians(10.0) * np.exp(-(((phase - 0.42) / 0.06) ** 2))
+    angle = periodic_through(usual.angles["ankle_angle_l"](phase) - rise, 40)
+    vaults = replace(usual, angles=dict(usual.angles) | {"ankle_angle_l": angle})
+    assert heel_rise(vaults, "left", model) < heel_rise(usual, "left", model) - 0.02
+    found = rolled_ankle(vaults, usual, "left", model)(phase)
+    assert found[stands].mean() < own[stands].mean() - 0.01
+    right = rolled_ankle(vaults, usual, "right", model)(phase)
+    assert np.allclose(right, usual.moments["ankle_angle_r"](phase), atol=0.02)
 
 
 def test_the_same_stance_changes_nothing():

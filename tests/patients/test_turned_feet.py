@@ -17,7 +17,8 @@ from gaitval_patients.turned_feet import pointing, turned_feet, with_turned_feet
 @pytest.fixture(scope="module")
 def person(strides_table, people_table):
     (found,) = found_patients(strides_table, [people_table], ["P2=1.1"], ["well"], ["P1_off"])
-    return found, told_record(found.subject, builtin_subjects())
+    model = scale_subject(found.subject).model
+    return found, told_record(found.subject, builtin_subjects(), model)
 
 
 def test_a_foot_that_points_further_out_is_turned_by_as_much(person):

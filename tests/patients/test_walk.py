@@ -3,13 +3,15 @@
 import pytest
 
 from gaitval.artefacts import read_json
+from gaitval_patients import cohort
 from gaitval_patients.cohort import found_patients, walked
 
 
 @pytest.mark.slow
 def test_a_person_walks_from_angles_alone_and_is_not_walked_twice(
-    strides_table, people_table, tmp_path
+    strides_table, people_table, tmp_path, monkeypatch
 ):
+    monkeypatch.setattr(cohort, "HARMONICS", 1)  # a quarter of the walks
     patients = found_patients(strides_table, [people_table], ["P2=1.1"], ["well"], ["P1_off"])
     told = []
     (found,) = walked(patients, tmp_path, told.append)
@@ -17,5 +19,8 @@ def test_a_person_walks_from_angles_alone_and_is_not_walked_twice(
     assert found["cycles"] >= 100
     assert found["angle"] < 2.5
     assert abs(found["scores"]["walk"] - found["scores"]["stride"]) < 2.0
+    first, *_, last = found["correction"]["errors"]
+    assert last < first
+    assert found["correction"]["refused"] is None
     stored = read_json(tmp_path / "walks" / "P1_off.json")
     assert walked(patients, tmp_path, told.append) == [stored]

@@ -182,8 +182,8 @@ STAGE_CODE = {
     "validate_stage": ("metrics/validation.py", "metrics/tolerances.toml"),
     "report_stage": ("reporting/report.py", "reporting/report.html.j2"),
 }
-ROUND = {"gaitval/metrics/round_errors.py", "gaitval/metrics/typed.py"}
-"""How the error of a round is stored, which the next round reads."""
+ROUND = {f"gaitval/metrics/{name}.py" for name in ("round_errors", "typed", "identified_body")}
+"""How a round's error and the body that it found are stored, which the next round reads."""
 NOT_CODE = {
     "train_stage": ("reporting/", "metrics/", "session/", "cli/", "opensim/"),
     "scale_stage": ("policy/", "simulation/", "metrics/"),

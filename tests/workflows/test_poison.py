@@ -36,8 +36,7 @@ SETTINGS = (
     *QUICK,
     "correction.rounds=1",
     "correction.harmonics=0",
-    "identification.method=posterior",
-    "identification.generations=2",
+    "identification.method=shared",
 )
 
 
