@@ -248,7 +248,7 @@
 
   // ---- pose ---------------------------------------------------------------------------------
 
-  const state = { stride: 0, percent: 0, playing: false, visible: true, view: "oblique", far: 1 };
+  const state = { stride: 0, percent: 0, playing: false, visible: true, view: "oblique", far: 1, wide: 1 };
   const first = new THREE.Quaternion();
   const second = new THREE.Quaternion();
 
@@ -555,8 +555,8 @@
   const height = body.origin[3 * torso + 2] + 2.1 * scene.body.joints.upper_arm_r[2];
   function aim() {
     const half = 0.5 * height + 0.12;
-    const wide = shows("beside") ? 1.12 : 1;
-    const distance = (wide * state.far * half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / Math.min(1, camera.aspect);
+    state.wide = shows("beside") ? 1.12 : 1;
+    const distance = (state.wide * state.far * half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / Math.min(1, camera.aspect);
     orbit.target.set(0, 0, 0.5 * height);
     camera.position.copy(orbit.target).addScaledVector(new THREE.Vector3(...VIEWS[state.view]).normalize(), distance);
     orbit.update();
@@ -575,12 +575,23 @@
   const toY = new THREE.Quaternion().setFromUnitVectors(camera.up, new THREE.Vector3(0, 1, 0));
   const fromY = toY.clone().invert();
 
-  function zoom(factor) {
-    const far = within(state.far * factor, 0.25, 3);
-    camera.position.sub(orbit.target).multiplyScalar(far / state.far).add(orbit.target);
-    state.far = far;
+  /* From a view that may have been turned by hand, which stays. */
+  function stepBack(factor) {
+    camera.position.sub(orbit.target).multiplyScalar(factor).add(orbit.target);
     orbit.update();
     draw();
+  }
+
+  function zoom(factor) {
+    const far = within(state.far * factor, 0.25, 3);
+    stepBack(far / state.far);
+    state.far = far;
+  }
+
+  function standApart() {
+    const wide = shows("beside") ? 1.12 : 1;
+    stepBack(wide / state.wide);
+    state.wide = wide;
   }
 
   // ---- files --------------------------------------------------------------------------------
@@ -692,7 +703,7 @@
     root.addEventListener("change", ({ target }) => {
       const name = target.dataset.shows;
       shown[name]?.forEach((object) => (object.visible = target.checked));
-      if (name === "beside") aim();
+      if (name === "beside") standApart();
       draw();
     });
     orbit.addEventListener("change", draw);
