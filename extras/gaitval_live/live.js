@@ -170,7 +170,7 @@
 
   const NEWTON = 0.0022; // m of arrow for a N of push
   const pelvis = new THREE.Vector3();
-  const ghost = { along: new THREE.Vector3(), until: 0 }; // a push that has acted is seen a little longer
+  const ghost = { along: new THREE.Vector3(), until: 0, pushes: null }; // a push that has acted is seen for a while
   let now = null;
   let before = null;
   const first = new THREE.Quaternion();
@@ -201,8 +201,9 @@
       if (Number.isFinite(x)) point(arrow, new THREE.Vector3(x, y, 0), along);
       else arrow.group.visible = false;
     });
-    const acting = Math.hypot(...now.push);
-    if (acting > 0) {
+    ghost.pushes ??= now.pushes;
+    if (now.pushes !== ghost.pushes) {
+      ghost.pushes = now.pushes;
       ghost.along.set(now.push[0], now.push[1], 0).multiplyScalar(NEWTON);
       ghost.until = time + 500;
     }
@@ -357,9 +358,9 @@
     sent.push({ number: pushes, at: performance.now() });
     act({ do: "push", forward, left });
   }
-  /* For tests: ms from the end of a drag until a picture with the push is drawn. */
+  /* For tests: ms from the end of a drag until a picture after the push is drawn. */
   function arrived() {
-    while (sent.length && now.pushes >= sent[0].number && (Math.hypot(...now.push) > 0 || now.down)) {
+    while (sent.length && now.pushes >= sent[0].number) {
       const { at } = sent.shift();
       requestAnimationFrame(() => {
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits until it is drawn

@@ -7,6 +7,9 @@ from pathlib import Path
 from time import monotonic
 from typing import Final, NamedTuple
 
+import numpy as np
+
+from gaitval.arrays import Array
 from gaitval_live.doing import FULL, Clock, Doing, Push
 from gaitval_live.log import EVERY, Replay, Writer
 from gaitval_live.walk import LiveWalk, Seen
@@ -24,14 +27,17 @@ class Shown(NamedTuple):
     ----------
     seen : the walk.
     rate : of real time, that is asked for.
-    pushes : begun so far.
-    received : monotonic time, s, at which the last of them came in; 0 before the first.
+    pushes : whose force has acted so far.
+    push : (2,) N, forward and left, of the last of them. It acts for a shorter time than a picture
+        may take on a busy machine, which must show it all the same.
+    received : monotonic time, s, at which the last push came in; 0 before the first.
     acted : likewise, at which its force first acted.
     """
 
     seen: Seen
     rate: float
     pushes: int
+    push: Array
     received: float
     acted: float
 
@@ -63,7 +69,8 @@ class Session:
         self._doings: queue.SimpleQueue[tuple[Doing, float] | None] = queue.SimpleQueue()
         self._watched = threading.Condition()
         self._visitors = 0
-        self._pushes, self._received, self._acted = 0, 0.0, 0.0
+        self._begun, self._received, self._acted = 0, 0.0, 0.0
+        self._pushes, self._push = 0, np.zeros(2)
         self._ended = False
         self.shown = self._show()
         self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
@@ -110,7 +117,9 @@ class Session:
             return self.shown
 
     def _show(self) -> Shown:
-        return Shown(self.walk.see(), self._rate, self._pushes, self._received, self._acted)
+        return Shown(
+            self.walk.see(), self._rate, self._pushes, self._push, self._received, self._acted
+        )
 
     def _publish(self) -> None:
         shown = self._show()
@@ -164,7 +173,7 @@ class Session:
             return
         self.walk.do(doing)
         if isinstance(doing, Push):
-            self._pushes += 1
+            self._begun += 1
             self._received, self._acted = received, 0.0
 
     def _act(self) -> None:
@@ -178,5 +187,6 @@ class Session:
         walk.act()
         if self._acted == 0.0 and self._received:
             self._acted = self._clock()
+            self._pushes, self._push = self._begun, walk.see().push
         if self._writer is not None and walk.step % EVERY == 0:
             self._writer.at(walk)

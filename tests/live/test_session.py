@@ -58,11 +58,21 @@ def test_a_push_while_it_is_paused_waits(walk):
         session.do(Clock(0.0))
         until(lambda: session.shown.rate == 0.0)
         session.do(Push(50.0, 0.0))
-        until(lambda: session.shown.pushes == 1)
         stood = walk.step
+        time.sleep(0.1)
+        assert (walk.step, session.shown.pushes) == (stood, 0)
         session.do(Clock(1.0))
-        until(lambda: session.shown.acted > 0.0)
+        until(lambda: session.shown.pushes == 1)
+        assert session.shown.acted > 0.0
         assert walk.step > stood
+
+
+def test_a_push_is_shown_to_who_looks_after_it_acted(walk):
+    """A busy machine takes longer for a picture than a push acts."""
+    with Watched(walk) as session:
+        session.do(Push(50.0, -20.0))
+        until(lambda: session.shown.pushes == 1 and not session.shown.seen.push.any())
+        assert session.shown.push.tolist() == [50.0, -20.0]
 
 
 def test_a_visitor_of_a_replay_does_nothing_but_stop_the_clock(person, walk, tmp_path):
