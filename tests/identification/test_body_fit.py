@@ -177,9 +177,14 @@ def test_kinetics_that_are_expected_weigh_little():
 
 
 @pytest.mark.slow  # its parts are tested always
-def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp_path):
-    """Search, mode, verdicts; what is not identified stays as scaled; the state is cleared away."""
-    subject = person.subject
+def test_a_whole_identification(recorded, tmp_path):
+    """Search, mode, verdicts; what is not identified stays as scaled; the state is cleared away.
+
+    Of a recorded person: the minima of a virtual person's fit lie a third of an SD apart, with
+    sums of squares 0.2 apart, and which one a fit finds depends on the processor.
+    """
+    fit, solution = recorded
+    subject = load_subject("S07").model_copy(update={"markers": {}})
     seen = []
     found = identify(
         subject.record(), scale_subject(subject).model, prior_sd(subject), CONFIGURATION, tmp_path,
@@ -188,11 +193,10 @@ def test_the_whole_identification_of_a_virtual_person(person, fit, solution, tmp
     mode = fit.posterior(solution)
     assert found.converged
     assert found.search_distance < 0.5
-    # `solution` is one of the two starts of the mode, and minima are a quarter of an SD apart.
-    assert found.deviance_identified <= solution.cost + 1e-3
-    # Another minimum, and the better one: 0.24 apart on an AMD EPYC with Haswell's kernels.
+    assert found.deviance_identified == pytest.approx(solution.cost, abs=0.05)
+    # 0.007 with each of two sets of kernels of linear algebra (Haswell, Zen).
     np.testing.assert_allclose(
-        (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.3
+        (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.05
     )
     assert found.deviance_identified < found.deviance_nominal
     assert "weak" in found.verdicts
