@@ -27,7 +27,7 @@ from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.prediction.known import told
-from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
+from gaitval.prediction.normal_form import SAMPLES, NormalForm, moment_units, normal_form
 from gaitval.simulation.servo import closed_cycle
 from gaitval_estimate.deviations import (
     KINETICS,
@@ -37,6 +37,7 @@ from gaitval_estimate.deviations import (
     learned_from,
     stored_fits,
     trial_of,
+    units,
 )
 from gaitval_estimate.estimate import Estimate, estimate
 
@@ -284,18 +285,20 @@ def estimates(_: Namespace) -> list[evidence.Row]:
     plain = [_estimate_of(person, angles=False) for person in found]
     truth = [kinetics_of(normal_form(each.record(), each.leg_length_m)) for each in people]
     drawn = [others_line(each, people) for each in people]
-    lines = [kinetics_of_curves(each.curves) for each in drawn if each]
+    legs = [each.leg_length_m for each in people]
+    lines = [kinetics_of_curves(d.curves, leg) for d, leg in zip(drawn, legs, strict=True) if d]
     rows, ends, plain_ends, inside = [], [], [], []
     for (kind, name), (goal, must) in SKILLS.items():
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
         i, scale = KINETICS.index((kind, name)), 100.0 if kind == "forces" else 1.0
 
         def error(curves: list[Array], i: int = i, scale: float = scale) -> Array:
-            pairs = zip(curves, truth, strict=True)
+            pairs = zip(curves, truth, legs, strict=True)
             return np.array(
                 [
-                    np.mean([scale * rms(closed_cycle(c[s, i] - t[s, i])) for s in (0, 1)])
-                    for c, t in pairs
+                    units(leg)[i, 0]
+                    * np.mean([scale * rms(closed_cycle(c[s, i] - t[s, i])) for s in (0, 1)])
+                    for c, t, leg in pairs
                 ]
             )
 
@@ -351,12 +354,13 @@ def laboratory(arguments: Namespace) -> list[evidence.Row]:
     folder = arguments.data / "normative"
     people = learned_from(load_subject("5").model_copy(update={"person": ""}), builtin_subjects())
     found, guess, truth = [], [], []
-    for gait in _means_elsewhere(folder):
+    for gait, leg in _means_elsewhere(folder):
         trial = Trial(gait, np.zeros((2, len(KINETICS), SAMPLES)))
         said = estimate(trial, people)
-        found.append(said.expected + said.regressed)
-        guess.append(said.expected)
-        truth.append(kinetics_of(gait))
+        one = units(leg)
+        found.append(one * (said.expected + said.regressed))
+        guess.append(one * said.expected)
+        truth.append(one * kinetics_of(gait))
     skills, rows = [], []
     for kind, name in SKILLS:
         i, scale = KINETICS.index((kind, name)), 100.0 if kind == "forces" else 1.0
@@ -375,8 +379,8 @@ def laboratory(arguments: Namespace) -> list[evidence.Row]:
     return [*rows, evidence.Row(what, min(skills), "1", ">=", 0.0, -np.inf, len(truth))]
 
 
-def _means_elsewhere(folder: Path) -> Iterator[NormalForm]:
-    """Mean gaits of `Bovi2011.csv`, whose moments have the other sign."""
+def _means_elsewhere(folder: Path) -> Iterator[tuple[NormalForm, float]]:
+    """Mean gaits of `Bovi2011.csv`, with moments of our sign, and legs, m."""
     with (folder / "Bovi2011.csv").open(encoding="utf-8", newline="") as file:
         curves = {tuple(row[:4]): np.array(row[4:-1], float) for row in list(csv.reader(file))[1:]}
     with (folder / "Bovi2011_parameters.csv").open(encoding="utf-8", newline="") as file:
@@ -397,15 +401,16 @@ def _means_elsewhere(folder: Path) -> Iterator[NormalForm]:
             ]
             moments = [-both("joint_moments", name) for name in BOVI_MOMENTS]
             forces = [both("ground_reaction_forces", name) for name in BOVI_FORCES]
-            yield NormalForm(
+            gait = NormalForm(
                 metres / np.sqrt(GRAVITY * leg),
                 figure("Stride time [s]") / np.sqrt(leg / GRAVITY),
                 0.5,
                 np.full(2, np.nan),
                 np.stack(angles, axis=1).reshape(18, SAMPLES),
-                np.stack(moments, axis=1).reshape(8, SAMPLES),
+                np.stack(moments, axis=1).reshape(8, SAMPLES) / moment_units(leg),
                 np.stack(forces, axis=2),
             )
+            yield gait, leg
 
 
 def lower_end(ours: Array, guess: Array) -> float:

@@ -30,7 +30,8 @@ def whole_numbers(subject: Subject) -> list[list[list[int]]]:
     model = scale_subject(subject).model
     reference = consistent_reference(known.record, model, ContactSettings(), known.accuracy)
     curves = reference_curves(reference, model.mass, known.record.left_phase)
-    found: list[list[list[int]]] = np.rint(fit_of(curves, known.record) / UNIT).astype(int).tolist()
+    fit = fit_of(curves, known.record, subject.leg_length_m)
+    found: list[list[list[int]]] = np.rint(fit / UNIT).astype(int).tolist()
     return found
 
 

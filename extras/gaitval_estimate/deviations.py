@@ -14,20 +14,26 @@ from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, Curves, recorded_curves
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord
-from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form, symmetric
+from gaitval.prediction.normal_form import (
+    SAMPLES,
+    NormalForm,
+    moment_units,
+    normal_form,
+    symmetric,
+)
 from gaitval.prediction.population import expected
 from gaitval_estimate.body import pelvic_width, step_width
 
 KINETICS: Final = tuple(
     [("moments", name) for name in JOINT_MOMENTS] + [("forces", name) for name in FORCES]
 )
-"""Order of all arrays of kinetics: Nm/kg, and body weights."""
+"""Order of all arrays of kinetics, which are in the units of a `NormalForm`: see `units`."""
 _LEG: Final = (*RECORDED_ANGLES, "pelvis_tilt", "pelvis_list", "pelvis_rotation")
 SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 OTHER: Final = ("hip_adduction", "hip_rotation", "pelvis_tilt", "pelvis_list", "pelvis_rotation")
 """The angles that are looked at; subtalar angles are mostly where markers were put on the foot."""
 UNIT: Final = 1e-5
-"""Of the whole numbers in `fits.json`: body weights, Nm/kg."""
+"""Of the whole numbers in `fits.json`, of `units`."""
 
 
 class Trial(NamedTuple):
@@ -71,22 +77,32 @@ class Deviation(NamedTuple):
     pelvic_width: float
 
 
+def units(leg_length: float) -> Array:
+    """(7, 1) Nm/kg or body weights that one of each of `KINETICS` is on legs of a length, m."""
+    moments = moment_units(leg_length)[: len(JOINT_MOMENTS)]
+    return np.concatenate([moments, np.ones((len(FORCES), 1))])
+
+
 def kinetics_of(gait: NormalForm) -> Array:
     """(2, 7, n) `KINETICS` of a gait."""
     moments = gait.moments.reshape(2, len(JOINT_MOMENTS), SAMPLES)
     return np.concatenate([moments, gait.forces.transpose(0, 2, 1)], axis=1)
 
 
-def kinetics_of_curves(curves: Curves) -> Array:
-    """(2, 7, n) `KINETICS` of `curves` at 101 points, the last of which is the first again."""
-    return np.array(
-        [[getattr(curves, kind)[f"{name}_{side}"][:-1] for kind, name in KINETICS] for side in "rl"]
-    )
+def kinetics_of_curves(curves: Curves, leg_length: float) -> Array:
+    """(2, 7, n) `KINETICS` of `curves` at 101 points, the last of which is the first again, on legs
+    of a length, m.
+    """
+    both = [[getattr(curves, kind)[f"{name}_{s}"][:-1] for kind, name in KINETICS] for s in "rl"]
+    return np.array(both) / units(leg_length)
 
 
-def fit_of(curves: Curves, record: GaitRecord) -> Array:
-    """(2, 7, n) `KINETICS` of a dynamic fit's `curves` less those of the `record` it began from."""
-    return kinetics_of_curves(curves) - kinetics_of_curves(recorded_curves(record))
+def fit_of(curves: Curves, record: GaitRecord, leg_length: float) -> Array:
+    """(2, 7, n) `KINETICS` of a dynamic fit's `curves` less those of the `record` it began from, on
+    legs of a length, m.
+    """
+    asked = recorded_curves(record)
+    return kinetics_of_curves(curves, leg_length) - kinetics_of_curves(asked, leg_length)
 
 
 def _angles_of(gait: NormalForm, names: Sequence[str]) -> Array:

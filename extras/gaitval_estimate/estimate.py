@@ -70,11 +70,12 @@ LEVERS: Final = (
 
 @dataclass(frozen=True)
 class Estimate:
-    """Kinetics of a person, right and left side, n samples of each side's own cycle.
+    """Kinetics of a person, right and left side, n samples of each side's own cycle, in the units
+    of a `NormalForm` (`deviations.units`).
 
     Attributes
     ----------
-    kinetics : (2, 7, n) `KINETICS`: Nm/kg, body weights.
+    kinetics : (2, 7, n) `KINETICS`.
     expected : (2, 7, n) of anybody at this speed.
     half_width : (7, n) of the band of `BAND`, by how far the estimates of others are off.
     weights : (7,) w.

@@ -35,7 +35,7 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
-from gaitval_estimate.deviations import KINETICS, fit_of, learned_from, trial_of
+from gaitval_estimate.deviations import KINETICS, fit_of, learned_from, trial_of, units
 from gaitval_estimate.estimate import Estimate, estimate
 
 FOLDER: Final = "estimate"
@@ -99,7 +99,9 @@ def of_known(known: Told, subject: Subject, model: BodyModel, contact: ContactSe
     """
     (record, accuracy), others = known, builtin_subjects()
     reference = consistent_reference(record, model, contact, accuracy)
-    fit = fit_of(reference_curves(reference, model.mass, record.left_phase), record)
+    fit = fit_of(
+        reference_curves(reference, model.mass, record.left_phase), record, subject.leg_length_m
+    )
     same = any(subject.laboratory == other.laboratory for other in others)
     return estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=same)
 
@@ -137,12 +139,13 @@ def write(run: Run) -> Estimate:
         ]
         for side in "rl"
     ]
-    rows = table(found, walked)
+    rows = table(found, walked, run.subject.leg_length_m)
     (run.folder / FOLDER).mkdir(exist_ok=True)
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     write_text(run.folder / TABLE, text.getvalue())
-    typical = np.sqrt(np.mean(found.half_width**2, axis=1))
+    widths = units(run.subject.leg_length_m) * found.half_width
+    typical = np.sqrt(np.mean(widths**2, axis=1))
     context = {
         "name": run.subject.identifier,
         "looked_at_angles": found.looked_at_angles,
@@ -156,14 +159,18 @@ def write(run: Run) -> Estimate:
     return found
 
 
-def table(found: Estimate, walked: Sequence[Sequence[Sequence[float]]]) -> list[Row]:
+def table(
+    found: Estimate, walked: Sequence[Sequence[Sequence[float]]], leg_length: float
+) -> list[Row]:
     """A header, and a row for each quantity, side and percent of that side's gait cycle.
 
     Parameters
     ----------
     walked : of each side and of `KINETICS`, the 101 points of the walk in the units of reports;
         none where it made no gait cycle.
+    leg_length : m, of the person.
     """
+    one = units(leg_length)[:, 0]
     rows: list[Row] = [
         ("quantity", "side", "unit", "percent", "estimate", "plus_minus", "expected", "walk")
     ]
@@ -173,7 +180,7 @@ def table(found: Estimate, walked: Sequence[Sequence[Sequence[float]]]) -> list[
                 zip(found.kinetics[j, i], found.half_width[i], found.expected[j, i], strict=True)
             ):
                 walk = walked[j][i][percent] if len(walked[j][i]) else np.nan
-                numbers = [*(_scale(kind) * value for value in values), walk]
+                numbers = [*(_scale(kind) * one[i] * value for value in values), walk]
                 rows.append(
                     (
                         _title(kind, name),

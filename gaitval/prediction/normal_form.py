@@ -41,7 +41,7 @@ class NormalForm:
     left_phase : as `GaitRecord.left_phase`.
     stance : (2,) stance fractions, right and left.
     angles : (18, n) rad, `REQUIRED_ANGLES` by percent of each side's cycle.
-    moments : (8, n) Nm/kg, `REQUIRED_MOMENTS` likewise.
+    moments : (8, n) `REQUIRED_MOMENTS` likewise, in `moment_units`.
     forces : (2, n, 3) body weights likewise, zero in swing: forward, towards the midline, up.
     """
 
@@ -52,6 +52,18 @@ class NormalForm:
     angles: Array
     moments: Array
     forces: Array
+
+
+def moment_units(leg_length: float) -> Array:
+    """(8, 1) Nm/kg that one of each of `NormalForm.moments` is on legs of a length, m.
+
+    An ankle's is gravity times leg length (Hof 1996), for its lever is the foot. Nine of the
+    built-in people so predict the ankle of each of the ten nearer than in Nm/kg (RMS 0.081 instead
+    of 0.100), but not knees and hips, whose levers are where the body is above them: those are
+    Nm/kg.
+    """
+    ankle = [name.startswith("ankle") for name in REQUIRED_MOMENTS]
+    return np.where(ankle, GRAVITY * leg_length, 1.0)[:, None]
 
 
 def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
@@ -68,7 +80,8 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
         left_phase=record.left_phase,
         stance=np.array([record.stance_fraction[side] for side in SIDES]),
         angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),
-        moments=np.array([record.moments[name](_CYCLE) for name in REQUIRED_MOMENTS]),
+        moments=np.array([record.moments[name](_CYCLE) for name in REQUIRED_MOMENTS])
+        / moment_units(leg_length),
         # Towards the midline is left (+y) for the right foot and right (-y) for the left one.
         forces=np.array([record.ground_reaction(side, _CYCLE) * _MIRROR[side] for side in SIDES]),
     )
@@ -133,6 +146,7 @@ def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = 
         on = np.append(np.arange(int(stance[side] * SAMPLES) + 1), SAMPLES)
         series = [fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in rows[on].T]
         forces[side] = (series[0], series[1], series[2])
+    moments = moment_units(leg_length) * gait.moments
     return GaitRecord(
         speed=float(gait.speed * np.sqrt(GRAVITY * leg_length)),
         stride_time=float(gait.stride_time * np.sqrt(leg_length / GRAVITY)),
@@ -144,7 +158,7 @@ def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = 
         },
         moments={
             name: periodic_through(values, HARMONICS_CAP)
-            for name, values in zip(REQUIRED_MOMENTS, gait.moments, strict=True)
+            for name, values in zip(REQUIRED_MOMENTS, moments, strict=True)
         },
         forces=forces,
         low_pass=low_pass,
