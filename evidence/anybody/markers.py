@@ -226,6 +226,14 @@ def unseen_markers(arguments: Namespace) -> list[evidence.Row]:
     return _measured(arguments.clones, _listed("unseen", UNSEEN), "people never looked at")
 
 
+@evidence.measurement(CLONES)
+def laboratory_markers(arguments: Namespace) -> list[evidence.Row]:
+    """The same of laboratories that gaitval had never met, most of them without a standing trial."""
+    return _measured(
+        arguments.clones, _listed("laboratories", UNSEEN), "laboratories never looked at"
+    )
+
+
 def _listed(of: str, file: Path = LIST) -> list[dict[str, Any]]:
     """A part of a list."""
     entries: list[dict[str, Any]] = tomllib.loads(file.read_text(encoding="utf-8"))[of]
