@@ -228,7 +228,7 @@ def unseen_markers(arguments: Namespace) -> list[evidence.Row]:
 
 @evidence.measurement(CLONES)
 def laboratory_markers(arguments: Namespace) -> list[evidence.Row]:
-    """The same of laboratories that gaitval had never met, most of them without a standing trial."""
+    """The same of laboratories that gaitval had never met, most without a standing trial."""
     return _measured(
         arguments.clones, _listed("laboratories", UNSEEN), "laboratories never looked at"
     )
