@@ -2,7 +2,11 @@
 language.
 
 `evidence/anybody/markers.toml` lists the recordings, and `unseen_markers.toml` those that nobody
-had looked at before they were measured; on no account is anything chosen on them. FOLDER has a
+had looked at before they were measured; on no account is anything chosen on them. Its laboratories
+are fewer than were found, two people of a folder at most: not listed are Padua's of MOtoNMS, which
+had been drafted with its names, Motion Analysis's Walk1 and Lucerne's Plug-in Gait, whose sets are
+there already, a golfer with 88 markers in Paris, for the time it takes, and sets without ankles or
+knees (BTS's walk of ezc3d, Perth's of MOtoNMS). FOLDER has a
 clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`. The built-in
 set of a recording says where its markers are. Each is drafted three times: with numbers for names;
 with its names exchanged among its markers; and with names in German, French, Italian, Spanish or
