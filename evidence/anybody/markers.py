@@ -2,7 +2,11 @@
 language.
 
 `evidence/anybody/markers.toml` lists the recordings, and `unseen_markers.toml` those that nobody
-had looked at before they were measured; on no account is anything chosen on them. FOLDER has a
+had looked at before they were measured; on no account is anything chosen on them. Its laboratories
+are fewer than were found, two people of a folder at most: not listed are Padua's of MOtoNMS, which
+had been drafted with its names, Motion Analysis's Walk1 and Lucerne's Plug-in Gait, whose sets are
+there already, a golfer with 88 markers in Paris, for the time it takes, and sets without ankles or
+knees (BTS's walk of ezc3d, Perth's of MOtoNMS). FOLDER has a
 clone of each repository, named OWNER+NAME, as for `experiments/public_recordings.py`. The built-in
 set of a recording says where its markers are. Each is drafted three times: with numbers for names;
 with its names exchanged among its markers; and with names in German, French, Italian, Spanish or
@@ -224,6 +228,14 @@ def fresh_markers(arguments: Namespace) -> list[evidence.Row]:
 def unseen_markers(arguments: Namespace) -> list[evidence.Row]:
     """The same of people whose recordings nobody had looked at, drafted in the measurement once."""
     return _measured(arguments.clones, _listed("unseen", UNSEEN), "people never looked at")
+
+
+@evidence.measurement(CLONES)
+def laboratory_markers(arguments: Namespace) -> list[evidence.Row]:
+    """The same of laboratories that gaitval had never met, most without a standing trial."""
+    return _measured(
+        arguments.clones, _listed("laboratories", UNSEEN), "laboratories never looked at"
+    )
 
 
 def _listed(of: str, file: Path = LIST) -> list[dict[str, Any]]:

@@ -1,5 +1,6 @@
 """Which way is up, which way a person faces, and where they stand, from points without names."""
 
+import warnings
 from collections.abc import Iterator
 from typing import Final
 
@@ -13,6 +14,20 @@ HEADINGS: Final = 72
 
 STILL_M: Final = 0.015
 """m. Median movement of the markers about their middle, below which a person stands."""
+
+STILL_M_S: Final = 0.04
+"""m/s. Median speed of the markers about their middle below which a person holds a posture: that of
+a slow walker is twice as large, and standing people sway with 1 cm/s."""
+
+UPRIGHT: Final = 0.02
+"""Difference of the height over all markers, as a share, within which postures are as upright."""
+
+BENDS: Final = 0.08
+"""Share of that height by which somebody who squats or sits becomes shorter; a walker's changes by
+a third of it."""
+
+HELD_S: Final = 0.5
+"""s. Least time for which somebody stands."""
 
 FRAMES: Final = 400
 """Frames from which the distances of markers are taken."""
@@ -28,11 +43,16 @@ def stood(recording: Recording) -> Array:
     """
     markers = np.asarray(recording.markers, dtype=np.float64)
     about = _about_their_middle(markers)
-    if stands(recording):
+    if _is_still(about):
         return np.asarray(np.nanmedian(markers, axis=0))
+    upright, _ = _upright(about, recording)
+    if upright.any():
+        there = np.nanmedian(about[upright], axis=0)
+        # A marker that is hidden just then is where it is on average.
+        return np.where(np.isfinite(there), there, np.nanmean(about, axis=0))
     mean = np.nanmean(about, axis=0)
     # A body is taller than it is wide, and its feet move most.
-    up = int(np.argmax(np.nanmax(mean, axis=0) - np.nanmin(mean, axis=0)))
+    up = _up_axis(mean)
     order = np.argsort(mean[:, up])
     ends = max(len(order) // 5, 2)
     moves = np.linalg.norm(np.nanstd(about, axis=0), axis=1)
@@ -43,9 +63,44 @@ def stood(recording: Recording) -> Array:
 
 
 def stands(recording: Recording) -> bool:
-    """Whether the person of a recording stands still."""
+    """Whether the person of a recording stands still, all the time or for a while."""
     about = _about_their_middle(np.asarray(recording.markers, dtype=np.float64))
+    return _is_still(about) or bool(_upright(about, recording)[1].any())
+
+
+def _is_still(about: Array) -> bool:
     return bool(np.nanmedian(np.nanstd(about, axis=0)) < STILL_M)
+
+
+def _up_axis(mean: Array) -> int:
+    """The axis along which a body is longest, by the mean place of its markers."""
+    return int(np.argmax(np.nanmax(mean, axis=0) - np.nanmin(mean, axis=0)))
+
+
+def _upright(about: Array, recording: Recording) -> tuple[Array, Array]:
+    """(T,) whether somebody who does not stand all the time is as upright as mostly at the tallest,
+    and whether they hold still then; none of a walk, in which the height hardly changes.
+    """
+    none = np.zeros(len(about), dtype=bool)
+    held = round(HELD_S * recording.marker_rate)
+    if held < 2 or len(about) <= held:
+        return none, none
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # frames without a marker
+        went = np.linalg.norm(about[held:] - about[:-held], axis=2)
+        slow = np.nanmedian(went, axis=1) < STILL_M_S * HELD_S
+    height = about[:, _often(about), _up_axis(np.nanmean(about, axis=0))]
+    tall = np.ptp(height, axis=1)
+    still = none.copy()
+    still[held // 2 : held // 2 + len(slow)] = slow
+    still &= np.isfinite(tall)
+    # Not the greatest height: somebody may raise an arm.
+    low, most = np.nanpercentile(tall[still] if still.any() else tall, [10, 90])
+    upright = np.abs(tall - most) < UPRIGHT * most
+    if (upright & still).sum() >= held:
+        return upright & still, upright & still
+    bends = low < (1.0 - BENDS) * most
+    return upright if bends and upright.sum() >= held else none, none
 
 
 def apart(recording: Recording) -> Array | None:
@@ -68,9 +123,13 @@ def apart(recording: Recording) -> Array | None:
 
 def _about_their_middle(markers: Array) -> Array:
     """(T, N, 3) from the middle of the markers that are nearly always seen, NaN without them."""
+    return np.asarray(markers - markers[:, _often(markers)].mean(axis=1, keepdims=True))
+
+
+def _often(markers: Array) -> Array:
+    """(N,) whether a marker is seen nearly as often as any."""
     share = np.isfinite(markers).all(axis=2).mean(axis=0)
-    often = share > 0.9 * share.max()
-    return np.asarray(markers - markers[:, often].mean(axis=1, keepdims=True))
+    return np.asarray(share > 0.9 * share.max())
 
 
 def frames_of(points: Array) -> Iterator[tuple[Array, float]]:

@@ -21,6 +21,7 @@ from scipy.optimize import linear_sum_assignment
 from gaitval.arrays import Array, Index
 from gaitval_markers.body import MIDDLE, Population, Site, populations
 from gaitval_markers.frame import frames_of, middle_of
+from gaitval_markers.nearby import Nearby
 
 STATURES_M: Final = tuple(np.round(np.arange(0.85, 2.1, 0.1), 2))
 NOWHERE: Final = -7.0
@@ -61,9 +62,20 @@ SPREAD_M: Final = 0.005
 """m. Standard deviation of the distance of two markers of one segment that skin and error explain
 (`SOFT_M`: on these segments), and how much more makes it less likely by a factor of e."""
 
-MEDIAL_ALONE: Final = -4.0
-"""Log probability of a marker on the inner side of a joint without one on the outer side, which no
-built-in marker set has."""
+BESIDE: Final = {
+    "Crest": "ASIS",
+    "Fibula": "Knee",
+    "Tuberosity": "Knee",
+    "Patella": "Knee",
+    "Knee.Medial": "Knee",
+    "Ankle.Medial": "Ankle",
+    "Elbow.Medial": "Elbow",
+}
+"""Places that have a marker only where another of the same side has one."""
+
+WITHOUT: Final = -4.0
+"""Log probability of a marker on one of these places without the other, which no built-in marker
+set has."""
 
 TURNED: Final = float(np.radians(6.0))
 """rad. A person who faces further than this from where they were taken to is matched again."""
@@ -323,7 +335,7 @@ class _Search:
         )
         self.shared = people.shared[:-1, :-1].reshape(count, 3, count, 3)
         self.size = people.shared[-1, :-1].reshape(count, 3)
-        self.tried: dict[tuple[int, ...], float] = {}
+        self.tried: dict[bytes, float] = {}
         parts = [_part(site) for site in people.sites]
         self.same = np.array([[one == other for other in parts] for one in parts])
         self.far = np.array([[_far(one, other) for other in parts] for one in parts])
@@ -340,11 +352,11 @@ class _Search:
             )
             for side in "RL"
         ]
-        self.inner = np.array(
+        self.beside = np.array(
             [
-                (k, labels[site.label.removesuffix(".Medial")])
+                (k, labels[f"{site.side}.{BESIDE[site.name]}"])
                 for k, site in enumerate(people.sites)
-                if site.name.endswith(".Medial")
+                if site.name in BESIDE
             ]
         )
         self.fore = np.zeros((2, count), dtype=np.int64)
@@ -386,22 +398,28 @@ class _Search:
             covariance.reshape(size, size), lower=True, overwrite_a=True, check_finite=False
         ), off
 
-    def score(self, chosen: Index) -> float:
-        """Log likelihood of an assignment."""
-        key = tuple(chosen)
+    def nearby(self, chosen: Index) -> Nearby:
+        """Densities near an assignment."""
+        who = np.flatnonzero(chosen >= 0)
+        return Nearby(self.points, self.people, chosen, *self._gauss(who, chosen[who]))
+
+    def score(self, chosen: Index, near: Nearby | None = None) -> float:
+        """Log likelihood of an assignment, `near` another if given."""
+        key = chosen.tobytes()
         if key not in self.tried:
             who = np.flatnonzero(chosen >= 0)
             where = chosen[who]
-            factor, off = self._gauss(who, where)
-            fit = (
-                -0.5 * off @ cho_solve(factor, off, check_finite=False)
-                - np.log(np.diag(factor[0])).sum()
-            )
-            fit -= 0.5 * len(off) * np.log(2 * np.pi)
+            fit = self._density(who, where) if near is None else near.log_density(chosen)
             named = self.names[who, where].sum() + NOWHERE * (len(chosen) - len(who))
             prior = self.presence[where].sum() + self._sided(where)
             self.tried[key] = float(fit + named + prior + self._rigid(who, where))
         return self.tried[key]
+
+    def _density(self, who: Index, where: Index) -> float:
+        """Log density of the positions of markers on places."""
+        factor, off = self._gauss(who, where)
+        fit = -0.5 * off @ cho_solve(factor, off, check_finite=False)
+        return float(fit - np.log(np.diag(factor[0])).sum() - 0.5 * len(off) * np.log(2 * np.pi))
 
     def _rigid(self, who: Index, where: Index) -> float:
         """Log likelihood of the distances: fixed within a segment, and only there."""
@@ -423,8 +441,8 @@ class _Search:
         found = ONE_SIDED * float((used & ~used[self.mirror]).sum())
         there = np.zeros(len(self.presence), dtype=bool)
         there[where] = True
-        inner, outer = self.inner.T
-        found += MEDIAL_ALONE * float((there[inner] & ~there[outer]).sum())
+        place, other = self.beside.T
+        found += WITHOUT * float((there[place] & ~there[other]).sum())
         for side in self.fore:
             found += float(self.forefoot[int(side[there].sum())])
         for hand, arm in self.arms:
@@ -432,49 +450,21 @@ class _Search:
                 found += HAND_ALONE
         return found
 
-    def alone(self, chosen: Index) -> Array:
+    def alone(self, near: Nearby) -> Array:
         """(N, K + 1) log likelihood of each marker on each place, all others as they are; last: on
         none. Without what depends on the places of the others: presence only.
         """
-        who = np.flatnonzero(chosen >= 0)
-        where = chosen[who]
-        factor, off = self._gauss(who, where)
-        inverse = cho_solve(factor, np.eye(len(off)))
-        count = len(self.people.sites)
-        cross = self.shared[:, :, where, :].reshape(3 * count, len(off))
-        found = np.empty((len(chosen), count + 1))
-        own = self.people.own
-        index = np.arange(count)
-        prior = self.shared[index, :, index, :] + own
-        for marker in range(len(chosen)):
-            at = np.flatnonzero(who == marker)
-            rest = inverse
-            kept = np.ones(len(off), dtype=bool)
-            if len(at):
-                block = slice(3 * at[0], 3 * at[0] + 3)
-                kept[block] = False
-                rest = inverse - inverse[:, block] @ np.linalg.solve(
-                    inverse[block, block], inverse[block, :]
-                )
-            gain = cross[:, kept] @ rest[np.ix_(kept, kept)]
-            mean = self.people.mean + (gain @ off[kept]).reshape(count, 3)
-            spread = prior - np.einsum(
-                "kia,kja->kij",
-                gain.reshape(count, 3, -1),
-                cross[:, kept].reshape(count, 3, -1),
-            )
-            apart = self.points[marker] - mean
-            log = -0.5 * np.einsum("ki,kij,kj->k", apart, np.linalg.inv(spread), apart)
-            log -= 0.5 * np.linalg.slogdet(spread)[1] + 1.5 * np.log(2 * np.pi)
-            found[marker, :count] = log + self.names[marker] + self.presence
-            found[marker, count] = NOWHERE
+        found = np.full((len(self.points), len(self.people.sites) + 1), NOWHERE)
+        for marker, named in enumerate(self.names):
+            found[marker, :-1] = near.everywhere(marker) + named + self.presence
         return found
 
-    def changes(self, chosen: Index, least: float = LEAST) -> Iterator[Index]:
-        """Assignments that differ from one by a plausible change: one that would raise the score by
-        `least` or more if each of its markers were changed alone.
+    def changes(self, near: Nearby, least: float = LEAST) -> Iterator[Index]:
+        """Assignments that differ from that of `near` by a plausible change: one that would raise
+        the score by `least` or more if each of its markers were changed alone.
         """
-        alone = self.alone(chosen)
+        chosen = near.chosen
+        alone = self.alone(near)
         for changed in self._changes(chosen, alone):
             moved = np.flatnonzero(changed != chosen)
             gain = alone[moved, changed[moved]] - alone[moved, chosen[moved]]
@@ -550,11 +540,12 @@ class _Search:
         for turn in range(40):
             if turn > 3 and score < best - HOPELESS:
                 break
+            near = self.nearby(chosen)
             better = sorted(
                 (
                     (found, each)
-                    for each in self.changes(chosen)
-                    for found in [self.score(each)]
+                    for each in self.changes(near)
+                    for found in [self.score(each, near)]
                     if found > score + 1e-6
                 ),
                 key=lambda pair: -pair[0],
@@ -589,8 +580,9 @@ class _Search:
         top = np.full(len(chosen), -np.inf)
         second = np.full(len(chosen), -1, dtype=np.int64)
         weight: dict[tuple[int, int], float] = {}
-        for each in self.changes(chosen, -NEAR):
-            gap = self.score(each) - score
+        near = self.nearby(chosen)
+        for each in self.changes(near, -NEAR):
+            gap = self.score(each, near) - score
             for marker in np.flatnonzero(self.outputs(each) != mine):
                 key = (int(marker), int(self.outputs(each)[marker]))
                 weight[key] = max(weight.get(key, -np.inf), gap)

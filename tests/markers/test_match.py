@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from gaitval.scaling.marker_sets import builtin_marker_sets
 from gaitval_markers.body import populations
-from gaitval_markers.match import FOREFEET, FOREFOOT, _forefeet, _Search
+from gaitval_markers.match import BESIDE, FOREFEET, FOREFOOT, WITHOUT, _forefeet, _Search
 from gaitval_markers.names import computed
 
 
@@ -48,3 +49,59 @@ def test_heads_nod_on_trunks_and_are_above_the_shoulders():
 def test_points_that_plug_in_gait_constructs_are_no_markers():
     made = ["LCVM", "RVWM", "LMWP", "RHO", "HC", "OT", "C7o", "midFH", "midFront", "R_toe_proj"]
     assert computed([*made, "LELB", "RHEE", "MIDF", "LTOE"]) == frozenset(made)
+
+
+@pytest.mark.parametrize(("place", "other"), BESIDE.items())
+def test_a_place_beside_another_is_unlikely_without_it(place, other):
+    people = populations()["arms hang"]
+    where = {site.label: k for k, site in enumerate(people.sites)}
+    search = _Search(people.mean, people, None, None)
+
+    def prior(*names):
+        return search._sided(np.array([where[f"{side}.{name}"] for side in "RL" for name in names]))
+
+    assert prior(place) == pytest.approx(2 * WITHOUT)
+    assert prior(place, other) == 0.0
+
+
+@pytest.mark.parametrize("marker_set", builtin_marker_sets(), ids=lambda each: each.name)
+def test_built_in_sets_have_no_place_without_the_one_beside_it(marker_set):
+    landmarks = {marker.landmark for marker in marker_set.markers.values()}
+    for place, other in BESIDE.items():
+        for side in "RL":
+            assert f"{side}.{place}" not in landmarks or f"{side}.{other}" in landmarks
+
+
+def test_a_few_changed_markers_are_as_likely_as_in_the_whole_distribution():
+    people = populations()["arms hang"]
+    random = np.random.default_rng(5)
+    singles = [k for k, site in enumerate(people.sites) if not site.many]
+    chosen = random.choice(singles, 30, replace=False)
+    points = people.mean[chosen] + 0.02 * random.standard_normal((30, 3))
+    chosen[27:] = -1
+    search = _Search(points, people, None, None)
+    near = search.nearby(chosen)
+    free = np.setdiff1d(singles, chosen)
+    changes = {
+        "none": chosen,
+        "one to another place": np.r_[free[0], chosen[1:]],
+        "one to none": np.r_[-1, chosen[1:]],
+        "one from none": np.r_[chosen[:27], free[1], -1, -1],
+        "two exchanged": np.r_[chosen[1], chosen[0], chosen[2:]],
+        "four at once": np.r_[free[2], free[3], chosen[2:26], -1, free[4], -1, -1],
+    }
+    for what, changed in changes.items():
+        who = np.flatnonzero(changed >= 0)
+        whole = search._density(who, changed[who])
+        assert near.log_density(changed) == pytest.approx(whole, abs=1e-6), what
+    # Each marker alone on each place: the same densities, less that of all the others.
+    for marker in (0, 28):
+        there = chosen.copy()
+        there[marker] = -1
+        others = np.flatnonzero(there >= 0)
+        rest = search._density(others, there[others])
+        for place in free[:5]:
+            there[marker] = place
+            who = np.flatnonzero(there >= 0)
+            alone = search._density(who, there[who]) - rest
+            assert near.everywhere(marker)[place] == pytest.approx(alone, abs=1e-6)

@@ -23,6 +23,11 @@ from gaitval_markers.names import computed, likelihoods, read_names
         ("R.EIAS", "L.EIAS", "R.ASIS"),
         ("FRTHI", "FLTHI", "R.Thigh"),
         ("Subject:RFMH", "Subject:LFMH", "R.MT1"),
+        ("RIMH", "LIMH", "R.MT1"),
+        ("RIIMH", "LIIMH", "R.MT2"),
+        ("RIIT", "LIIT", "R.MT2"),
+        ("RVMH", "LVMH", "R.MT5"),
+        ("RA", "LA", "R.Acromion"),
     ],
 )
 def test_a_name_and_its_partner_say_a_place_on_both_sides(
@@ -60,6 +65,18 @@ def test_a_name_that_says_nothing_is_equally_likely_everywhere() -> None:
 
 
 def test_computed_points_are_known_and_markers_are_not() -> None:
-    sums = ["LHJC", "RKJC", "PELO", "PELA", "PELL", "PELP", "LHipAngles", "CentreOfMass", "midASIS"]
+    sums = [
+        "LHJC",
+        "RKJC",
+        "RMJC",
+        "LJC",
+        "PELO",
+        "PELA",
+        "PELL",
+        "PELP",
+        "LHipAngles",
+        "CentreOfMass",
+        "midASIS",
+    ]
     marks = ["RTOE", "LASI", "RFOO", "R.Midfoot.Sup", "RFEA"]
     assert computed([*sums, *marks]) == set(sums)
