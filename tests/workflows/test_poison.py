@@ -1,4 +1,4 @@
-"""With everything that a run does not know replaced by NaN, it is bit for bit the same."""
+"""With everything that a run is not told replaced by NaN, it is bit for bit the same."""
 
 import hashlib
 from pathlib import Path
