@@ -82,8 +82,8 @@ def walker(page: Any) -> list[bytes]:
 
 
 def report(page: Any) -> list[bytes]:
-    """The first page: verdict, curves, tables."""
-    return [element(page, ".sheet")]
+    """The first page: verdict, curves, and the tables below them."""
+    return [element(page, f".sheet {part}") for part in ("header", ".verdict", "figure", ".halves")]
 
 
 def learning(page: Any) -> list[bytes]:
