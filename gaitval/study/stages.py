@@ -210,7 +210,7 @@ def need_stage(run: Run, round_number: int, speeds: Mapping[str, float] | None =
         write_json(run.folder / here / NEED, {"needed": needed})
         if not (needed or _asked(run)):
             run.observer.say(
-                "This person needs no training: the policy walks without a fall and survives the "
+                "This person needs no training: the policy walks without a fall and stands the "
                 "pushes (training.samples=full trains all the same)."
             )
 
