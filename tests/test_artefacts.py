@@ -1,4 +1,4 @@
-"""Files are written whole or not at all; damaged ones are refused with a way to mend."""
+"""Files are written whole or not at all; damaged ones are refused with a way to fix them."""
 
 import errno
 import json

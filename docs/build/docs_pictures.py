@@ -82,8 +82,8 @@ def walker(page: Any) -> list[bytes]:
 
 
 def report(page: Any) -> list[bytes]:
-    """The verdict, and the angles below it."""
-    return [element(page, ".verdict"), element(page, after("Joint angles"))]
+    """The first page: verdict, curves, and the tables below them."""
+    return [element(page, f".sheet {part}") for part in ("header", ".verdict", "figure", ".halves")]
 
 
 def learning(page: Any) -> list[bytes]:
@@ -93,7 +93,7 @@ def learning(page: Any) -> list[bytes]:
 
 def recording(page: Any) -> list[bytes]:
     """The beginning of an import's verdict, and its moments."""
-    return [*failed(page), element(page, after("Joint moments"))]
+    return [*failed(page), element(page, after("Joint moments and power"))]
 
 
 def failed(page: Any) -> list[bytes]:

@@ -344,7 +344,7 @@ REFUSED_BY: Final = {
 
 
 def is_right(case: dict[str, Any]) -> bool:
-    """Whether the first warning names the right cause, or as the one it cannot be told from."""
+    """Whether the first warning names the right cause, or one that looks the same."""
     if "refused" in case:
         return any(
             kind in case["causes"] and words in case["refused"]

@@ -48,7 +48,7 @@ def _record(axes: Axes, curve: Sequence[float]) -> None:
 
 
 def _long(rows: Mapping[tuple[str, ...], Array], names: Sequence[str]) -> pd.DataFrame:
-    """A column for every curve; its name is what tells it from the others."""
+    """A column for every curve; its name is what distinguishes it from the others."""
     table = pd.DataFrame({" | ".join(key): np.asarray(values) for key, values in rows.items()})
     table.index.name = " | ".join(names)
     return table

@@ -1,4 +1,4 @@
-"""The command that says what a record tells of a body."""
+"""The command that says what a record says about a body."""
 
 from pathlib import Path
 from typing import Annotated
@@ -34,7 +34,7 @@ def body(
     config: ConfigOption = None,
     settings: SetOption = None,
 ) -> None:
-    """What a record tells of a person's body, if skin moves with the joints and the belt errs.
+    """What a record says about a person's body, if skin moves with the joints and the belt errs.
 
     First in two sentences: how long the legs are, and whether they differ. Then each parameter as
     scaled and as found, what seems wrong with angles and belt, and what a further trial would add.

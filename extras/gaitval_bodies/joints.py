@@ -11,8 +11,8 @@ movement of the segment for them. So what functional centres miss by in living p
 them, and what the palpation of the ankle misses by.
 
 A measured distance is a sum of parameters: a thigh that is longer and a knee that lies lower in it
-(`knee_z`) are the same leg. So no trial can tell thigh from knee_z, and what it determines are the
-distances between joint centres, `lengths`.
+(`knee_z`) are the same leg. So no trial can distinguish thigh from knee_z; what it determines
+are the distances between joint centres, `lengths`.
 """
 
 from collections.abc import Mapping

@@ -35,7 +35,7 @@ WIDE: Final = 2.5
 MOST: Final = 0.05
 """Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
 Progress = Callable[[dict[str, float]], None]
-"""Told the generation, how many there are at most, and the value, as `identify` does."""
+"""Called with the generation, how many there are at most, and the value, as by `identify`."""
 
 
 def _bounded(mu: Array, prior_sd: Array, configuration: Configuration) -> FoundParameters:

@@ -3,11 +3,11 @@
 Trials of one session share markers, skin, plates and belt, and the model that is fitted. What they
 say of a body differs by far less than their SDs: of the variance of an error, `SAME` is common to
 the trials of a person. A mean with weights w of numbers whose errors correlate by SAME has
-SAME + (1 - SAME) Σ w² of the variance of one, so two trials tell 1.05 times as much as one, not
+SAME + (1 - SAME) Σ w² of the variance of one, so two trials say 1.05 times as much as one, not
 twice. With the prior as unit, a posterior of mean s and covariance C says C⁻¹ s with the
 information C⁻¹ - 1. Of both the weighted mean over the trials is taken, over that share, and the
-prior counts once. The weights are those with which the body is known best, so a trial that tells
-little takes nothing from one that tells more.
+prior counts once. The weights are those with which the body is known best, so a trial that says
+little takes nothing from one that says more.
 """
 
 from collections.abc import Sequence

@@ -167,7 +167,7 @@ def _local(workers: int, security: Security) -> LocalCluster:
         security=security,
         scheduler_kwargs=SCHEDULER,
         memory_limit=0,
-        silence_logs=50,  # a killed worker is told by us
+        silence_logs=50,  # we report a killed worker ourselves
     )
 
 

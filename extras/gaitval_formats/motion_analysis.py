@@ -54,7 +54,7 @@ def read_motion_analysis_forces(
     ------
     RecordError
         The file is of another kind or truncated, header and columns disagree, or the unit of the
-        free moment cannot be told.
+        free moment is not known.
     """
     path = Path(path)
     lines = text_lines(path)

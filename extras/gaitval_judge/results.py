@@ -38,7 +38,7 @@ class JudgedModel(Result):
     thigh_and_shank_m: Figure
     """Mean of the sides."""
     stature_m: Figure
-    """Told, or that of the legs."""
+    """As given, or that of the legs."""
     stature_told: Flag
     senses: dict[str, Literal[-1, 0, 1]]
     """Of each joint angle: 1 if the model's is positive as gaitval's is, -1 if it is negative, 0

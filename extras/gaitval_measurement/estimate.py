@@ -60,7 +60,7 @@ LEAST_SCALE: Final = 0.45
 """Of the covariance, where a session is more regular than others."""
 LARGEST_LEFT: Final = 2.5
 """Of the covariance that no fault explains: beyond, something else is wrong (markers that jump),
-and what cannot be told apart is not named."""
+and causes that cannot be distinguished are not named."""
 MOST: Final = 3
 """Faults of a session that are looked for together."""
 BEST_PAIRS: Final = 10
@@ -90,7 +90,7 @@ class Found:
     ----------
     cause : the most probable one.
     values, deviations : of its parts, in the units of `expected.USUAL`.
-    probability : that it, or one of those it cannot be told from, is there.
+    probability : that it, or one that cannot be distinguished from it, is there.
     others : what else explains the data nearly as well, with the probability relative to all.
     share : probability of `cause` among all causes.
     """

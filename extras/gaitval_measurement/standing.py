@@ -1,7 +1,7 @@
 """What force plates show of the person who stands on them in the standing trial: the body's weight.
 
 Nobody accelerates in standing, so the sum of the forces is the weight to within a few parts in a
-thousand, straight up: that tells the body mass, a plate's gain and cross-talk, and a tilt, which a
+thousand, straight up: that shows the body mass, a plate's gain and cross-talk, and a tilt, which a
 walk of one step on the plates shows ten times less well. The import itself needs no forces of
 standing, so they are read here, and where they cannot be used nothing is said.
 """

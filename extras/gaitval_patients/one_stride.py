@@ -1,7 +1,7 @@
 """One recorded stride as a periodic curve.
 
 A stride does not end where it began, and a prosthetic ankle jumps. Both are kept as errors that are
-told, and neither is refused. The rule: half of what the stride's ends differ by is taken from
+reported, and neither is refused. The rule: half of what the stride's ends differ by is taken from
 either end, and linearly less towards the middle; the rest is the Fourier series of the fewest
 harmonics, at most `MOST_HARMONICS`, whose root-mean-square error is within `TOLERANCE`. A person's
 means over many strides need no more than that (Winter 2009, chapter 3: 99.7 % of the power of

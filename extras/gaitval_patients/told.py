@@ -1,4 +1,4 @@
-"""What the model is told of a patient: angles and timing, and the kinetics to expect.
+"""What the model knows of a patient: angles and timing, and the kinetics to expect.
 
 Moments and forces are those that healthy people have at this speed (`prediction.population`), but
 over this person's own stance: a sound leg that stands for 67 % of its cycle is loaded for as long.

@@ -34,7 +34,7 @@ def turned_feet(strides: Strides, told: GaitRecord, model: BodyModel) -> dict[Si
     Parameters
     ----------
     strides : as recorded, deg.
-    told : what the model is told of the same strides; what a stride lacks is taken from it.
+    told : what the model knows of the same strides; what a stride lacks is taken from it.
     model : the body with straight feet.
     """
     found: dict[Side, float] = {}

@@ -43,7 +43,7 @@ from gaitval_patients.turned_feet import pointing, turned_feet, with_turned_feet
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
 TOLD: Final = tuple(name for name in PROFILE_ANGLES if name != "foot_progression")
-"""Angles that the model is told, and has a coordinate for."""
+"""Angles that the model knows, and has a coordinate for."""
 _PHASE: Final = np.linspace(0.0, 1.0, 101)
 
 Json = dict[str, Any]

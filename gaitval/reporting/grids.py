@@ -241,7 +241,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
                 color=COLOURS[side], linewidth=2.0, solid_capstyle="butt",
             )  # fmt: skip
     _bursts(axes, panel)
-    axes.margins(y=0.14)
+    axes.margins(y=0.22 if panel.bursts else 0.14)
     if panel.error:
         axes.text(
             1.0, 1.0, panel.error, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5,

@@ -407,7 +407,7 @@ def asserted(options: dict[str, object], **expected: object) -> dict[str, object
 def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """What was changed is told, and fails nothing: the figures say whether it matters."""
+    """What was changed is reported, and fails nothing: the figures say whether it matters."""
     changed = ["numpy 2.1.0, now 2.2.0", "the code in gaitval/policy"]
     monkeypatch.setattr("gaitval_gate.baseline.walk_again", lambda *_, **__: {})
     monkeypatch.setattr("gaitval_gate.baseline.changed_inputs", lambda *_: changed)

@@ -168,7 +168,7 @@ def test_stride_time_is_that_of_the_published_cadence(gait_data, name):
 
 
 def test_the_corrected_speed_comes_before_the_published_one(gait_data):
-    """WBDS24 T07: the table of the archive has a misprint, which `stride_times.csv` mends."""
+    """WBDS24 T07: the table of the archive has a misprint, which `stride_times.csv` corrects."""
     held = holdings(gait_data / "wbds")
     assert trial_values(held, "WBDS24", "T07")["walking_speed_m_s"] == 1.347
 

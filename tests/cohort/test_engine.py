@@ -39,7 +39,7 @@ def listening():
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """One cohort of all that can happen, with two workers: outcomes, folder, what was told, and
+    """One cohort of all that can happen, with two workers: outcomes, folder, what was said, and
     the addresses at which it listened."""
     folder = tmp_path_factory.mktemp("cohort")
     states, listened, before = [], set(), set(listening())

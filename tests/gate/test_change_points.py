@@ -20,7 +20,7 @@ def test_the_chance_is_that_of_students_test_times_the_places_and_series():
 
 
 def test_a_loss_that_was_mended_is_found_at_both_ends():
-    """Half of the values before or after any place are as the other half: only parts tell."""
+    """Half of the values before or after any place are as the other half: only parts differ."""
     values = np.random.default_rng(0).normal(scale=0.1, size=30)
     values[10:20] += 3.0
     assert [step.index for step in steps(values)] == [10, 20]

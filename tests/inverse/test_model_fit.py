@@ -39,7 +39,7 @@ CHANGE = {
     "upper_arm": 0.010,
 }
 """m, of the made-up body against the model; the hips' place in the pelvis is not among them,
-because it is told from the pelvis's markers by their priors alone."""
+because only priors determine it from the pelvis's markers."""
 
 
 def standing_pose() -> np.ndarray:
@@ -82,7 +82,7 @@ def test_the_lengths_of_a_made_up_body_come_back(noise, tolerance):
         if not name.startswith("lumbar"):
             assert length.fitted == pytest.approx(truth[name], abs=tolerance), name
         assert not length.at_bound
-    # The lumbar joint is told from the hips as they are, not from where they were, and up to the
+    # The lumbar joint is placed from the hips as they are, not from where they were, and up to the
     # pelvis' axes, which its misplaced markers define.
     lumbar = [
         fit[f"lumbar_{way}"].fitted - moved

@@ -1,4 +1,4 @@
-"""The plates under a standing person tell the body's weight, and which plate shows too much."""
+"""The plates under a standing person show the body's weight, and which plate shows too much."""
 
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace

@@ -94,7 +94,7 @@ def test_an_offset_of_one_leg_is_an_asymmetry_of_moments():
 
 
 def test_all_recorded_people_seem_lighter_than_they_are():
-    """Which is why the bound is told in every report."""
+    """Which is why the bound is in every report."""
     for subject in builtin_subjects():
         found = consistency(subject.measured())
         assert 0.9 < found.mean_force.vertical < 1.0, subject.identifier

@@ -149,7 +149,7 @@ def _with(key: str, value: Json) -> Callable[[Json], None]:
 
 
 DAMAGE = [
-    # (what is changed, how, the place that is told)
+    # (what is changed, how, the place that is named)
     ("", _without("final"), "final"),
     ("", _with("more", 1), "more"),
     ("", _with("final", "third"), "final"),

@@ -1,4 +1,4 @@
-"""Trials at the same speed that were not told."""
+"""Trials at the same speed that were held out."""
 
 import numpy as np
 import pytest

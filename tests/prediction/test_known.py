@@ -1,4 +1,4 @@
-"""What a run is told of a record."""
+"""What a run knows of a record."""
 
 import numpy as np
 import pytest

@@ -131,7 +131,7 @@ def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(
     worse = max(by_side, key=lambda side: abs(by_side[side]))
     record, walk = (number(profiles[which][worse], 1) for which in ("record", "walk"))
     assert f"The {worse} side differs more: record {record}°, walk {walk}°." in text
-    assert ("is far enough from the record to matter" in text) == (abs(by_side[worse]) >= 1.6)
+    assert ("differs from the record by more than that" in text) == (abs(by_side[worse]) >= 1.6)
     assert "does not matter clinically" not in text
     assert "This person is one of the 42 and is not left out of their mean" in text
     assert "Angles: 42 healthy adults at their own speed" in text
@@ -335,6 +335,26 @@ def test_hostile_text_stays_text(tmp_path, monkeypatch):
     assert "No identified body parameters were simulated" in page.text
     assert "Not shown: identification.json" in page.text
     assert "Not shown: correction.json" in page.text
+
+
+def test_a_search_by_rollouts_shows_what_it_found_and_no_posterior(
+    run_folder, tmp_path, monkeypatch
+):
+    """`identification.method=rollouts` has values, and no SD or verdict of them."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    metrics = read_json(tmp_path / "metrics.json")
+    metrics["identification"] |= {"deviance_nominal": None, "deviance_identified": None}
+    write_json(tmp_path / "metrics.json", metrics)
+    write_report(tmp_path)
+    text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
+    found = text.index("CMA-ES looked for the body")
+    table = text[found : text.index("Round of training and identification", found)]
+    values = metrics["identification"]["posterior_mean"]
+    assert [number(value, 4) in table for value in values] == [True] * len(values)
+    assert "Not looked for" not in text
+    assert "SD, found / before" not in text
 
 
 def test_damaged_inputs_are_named(run_folder, tmp_path):

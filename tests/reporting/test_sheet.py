@@ -191,7 +191,7 @@ def test_everything_asked_for_is_on_the_sheet(page: Sheet) -> None:
     for part in (
         *("years", "acceptance criteria", "context limits failed", "What failed", "Repeats"),
         *("Guess", "Skill", "The run knew", "Held out", "Spatiotemporal", "Healthy", "Cadence"),
-        *("GPS", "foot progression", "The largest doubts", "What would make it better"),
+        *("GPS", "foot progression", "Main limitations", "What would help"),
     ):
         assert part in text, part
 

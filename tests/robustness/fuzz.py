@@ -87,7 +87,7 @@ class Case:
 
     Attributes
     ----------
-    why : the refusal, the sentences that were told, or what went wrong.
+    why : the refusal, the warnings, or what went wrong.
     off : differences of the result in multiples of `fuzz_cases.LIMITS`.
     """
 

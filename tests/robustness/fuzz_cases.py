@@ -125,7 +125,7 @@ def _plain(text: str, folder: Path) -> str:
 
 
 def import_result(request: Request, folder: Path) -> Result:
-    """The mean cycle of a session, and all that the user is told of it."""
+    """The mean cycle of a session, and all that the user reads about it."""
     found = work_out(request, load_configuration().processing)
     subject = subject_of(found)
     curves = {("angle", name): np.degrees(c.mean) for name, c in found.angles.items()}
@@ -168,7 +168,7 @@ def _plausible(holds: Any, what: str, value: Any) -> None:
 
 
 class SilentNonsense(Exception):
-    """A result that cannot be, of which nothing was told."""
+    """A result that cannot be, about which nothing was said."""
 
 
 def _configuration(folder: Path) -> Result:

@@ -7,9 +7,10 @@
 
 A fault is in a file of a baseline (`gate_artefacts.py`), or in a copy of the package
 (`gate_faults.toml`). A baseline with a fault is refused as long as it is not sealed again; it is
-sealed, to see whether its figures tell too. A fault counts if it moves a measure by more than the
-largest difference that rounding makes (`benchmarks/margins.json`): one that moves less is no fault
-of the walk. Where the check passes, the tests that belong to the fault run on the same copy.
+sealed, to see whether its figures show the fault too. A fault counts if it moves a measure by more
+than the largest difference that rounding makes (`benchmarks/margins.json`): one that moves less is
+no fault of the walk. Where the check passes, the tests that belong to the fault run on the same
+copy.
 
 To save time, what of a check does not depend on the fault is taken from a check without one: its
 stages run again by the same rule as those of any run folder.
@@ -62,7 +63,7 @@ CERTAIN: Final = 1e6
 """Ratio for a measure that never scatters, or can no longer be measured."""
 ALARMS: Final = 20
 SECONDS: Final = 3600.0
-"""A check or a test file that takes longer hangs, which is told as a failure; on a machine that is
+"""A check or a test file that takes longer hangs, which counts as a failure; on a machine that is
 busy with ten other things a check takes ten minutes."""
 REFUSALS: Final = ("PolicyError", "SubjectError", "ConfigurationError", "ArtefactError")
 """Errors that refuse an input of the walk; any other says that the walk came to nothing."""
@@ -321,7 +322,7 @@ def _bit(path: Path) -> None:
 
 
 def alarms() -> Json:
-    """Losses that the check tells of walks whose body differs in the tenth digit, none of which
+    """Losses that the check reports for walks whose body differs in the tenth digit, none of which
     the margins were made from.
     """
     import margins
@@ -369,7 +370,7 @@ def rows(stored: Json) -> dict[str, list[evidence.Row]]:
 
 
 def by_figures(found: Json) -> bool:
-    """Whether the check tells a fault by what is measured of the walk, or that there is none."""
+    """Whether the check detects a fault by what is measured of the walk, or that there is none."""
     if found["by_check"] == "does not walk":
         return not found["error"].startswith(REFUSALS)
     return bool(found["by_check"] == "figures")

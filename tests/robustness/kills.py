@@ -525,7 +525,7 @@ def at_once(job: Job, wanted: Mapping[str, bytes], temporary: Path) -> Json:
 
 
 def masked(text: str, temporary: Path) -> str:
-    """What a job told, with the folders of this machine left out."""
+    """What a job said, with the folders of this machine left out."""
     return text.replace(f"{temporary.parent}/", "").replace(f"{ROOT}/", "")
 
 

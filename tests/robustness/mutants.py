@@ -10,9 +10,9 @@ A mutant is one change of the syntax tree: an arithmetic sign, a comparison or i
 there are. No file is changed: the tests run in a fork of this process, in which the module is
 imported with its mutant. They are those that `tests/test_mirror.py` asks for: the file of the same
 path, else those that `tests/tested_by.toml` names. Tests that reach the changed line run first, the
-quick ones before the others; a line that none reaches is not tried, for no test can tell. They may
-take `TIMES` the processor time that they take without a mutant; then, as when they fail, the mutant
-is killed.
+quick ones before the others; a line that none reaches is not tried, for no test can notice. They
+may take `TIMES` the processor time that they take without a mutant; then, as when they fail, the
+mutant is killed.
 
 A fault of `planted.toml` may be anywhere in the package or a wing, and is larger than a mutant.
 The tests that import its module belong to it as well.

@@ -145,7 +145,7 @@ def test_errors_grow_with_noise_and_are_of_the_size_that_is_told():
             told.append(found.standard_error)
         sizes[noise] = np.sqrt(np.mean(np.square(errors)))
         assert (np.array(errors) < 4 * np.array(told)).all()
-        # The mean square error is the one told, within the scatter of 10 joints.
+        # The mean square error is the one reported, within the scatter of 10 joints.
         assert 0.6 < sizes[noise] / np.sqrt(np.mean(np.square(told))) < 1.6
     assert sizes[0.0005] / sizes[0.0002] == pytest.approx(2.5, rel=0.3)
 

@@ -61,7 +61,7 @@ def test_distances_are_medians_of_one_segment_over_the_frames_seen():
     (distance,) = marker_distances(standing, walking, wbds)
     assert set(distance.markers) == {"R.ASIS", "L.ASIS"}
     assert distance.change == pytest.approx(0.02)
-    # One distance does not tell two people apart.
+    # One distance does not distinguish two people.
     assert check_same_person(standing, walking, wbds) == (distance,)
 
 

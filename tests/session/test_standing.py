@@ -97,7 +97,7 @@ def test_a_window_without_a_standing_trial_is_refused(made_up, processing):
 
 
 def test_standing_on_a_step_is_standing_on_the_floor(made_up, stood, processing):
-    """A person 30 mm higher, told with --floor, has the same body."""
+    """A person 30 mm higher, given with --floor, has the same body."""
     step = on_floor(stood.session.standing, -0.03)
     np.testing.assert_allclose(
         on_floor(step, 0.03).markers, stood.session.standing.markers, atol=1e-15

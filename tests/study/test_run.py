@@ -917,7 +917,7 @@ def test_what_a_kill_left_half_written_is_removed_at_the_next_start(tmp_path: Pa
 
 
 def test_locking_leaves_the_contents_of_the_lock(tmp_path: Path) -> None:
-    """It may be another name of somebody's file: a hard link cannot be told from it."""
+    """It may be another name of somebody's file: a hard link cannot be distinguished from it."""
     theirs = tmp_path / "theirs.txt"
     theirs.write_text("theirs")
     (tmp_path / "run").mkdir()

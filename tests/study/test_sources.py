@@ -1,4 +1,4 @@
-"""The code of a stage: a change of what it uses is told with the file, and of nothing else."""
+"""The code of a stage: a change of what it uses is reported with its file, and no other."""
 
 import ast
 import importlib.util

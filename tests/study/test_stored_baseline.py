@@ -1,4 +1,4 @@
-"""Stored baselines that are damaged, or mended by hand, are refused before anything is walked."""
+"""Stored baselines that are damaged, or edited by hand, are refused before anything is walked."""
 
 import json
 import math
@@ -57,7 +57,7 @@ def test_the_stored_ones_can_be_believed(baseline: Path) -> None:
 
 
 def _worse(metrics: Json) -> None:
-    """Every error twice as large, wherever it is told as a measure."""
+    """Every error twice as large, wherever it is stored as a measure."""
     for row in (*metrics["measures"], *metrics["tolerances"]):
         if row["measure"].endswith("_rmse"):
             row["value"] *= 2.0

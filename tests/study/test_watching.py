@@ -12,7 +12,7 @@ from gaitval.study.watching import generations_shown
 
 
 class Seen(Observer):
-    """Keeps what it is told."""
+    """Keeps what is reported to it."""
 
     def __init__(self) -> None:
         self.progresses: list[dict[str, float]] = []

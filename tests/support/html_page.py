@@ -59,8 +59,8 @@ def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draw figures, with all that they are told to show, but do not paint them: most of the time
-    goes into their outlines, which tell a test of words or of a missing curve nothing."""
+    """Draw figures, with all that they should show, but do not paint them: most of the time
+    goes into their outlines, which say nothing to a test of words or of a missing curve."""
 
     def save(figure: Figure, target: TextIO, **_: object) -> None:
         for axes in figure.axes:  # labels of ticks are words, too, and made at the last moment

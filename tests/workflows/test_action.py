@@ -85,7 +85,7 @@ def test_shellcheck_has_nothing_to_say(definition):
 
 
 def fake_gaitval(folder: Path, codes: dict[str, int]) -> None:
-    """A package `gaitval` whose check says what it is told to."""
+    """A package `gaitval` whose check says what the test wants."""
     package = folder / "gaitval"
     package.mkdir()
     (package / "__init__.py").touch()

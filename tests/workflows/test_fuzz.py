@@ -1,5 +1,5 @@
 """Damaged files of every kind, through the whole import or the first stage that uses them: each is
-refused in words, changes nothing, or is told of. `tests/robustness/fuzz.py` runs more of them."""
+refused in words, changes nothing, or is reported. `tests/robustness/fuzz.py` runs more of them."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""The check tells planted faults: a few of those of `tests/robustness/gate_mutations.py`."""
+"""The check detects planted faults: a few of those of `tests/robustness/gate_mutations.py`."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from gaitval.artefacts import write_json
 
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What of a check without a fault the others start from; it tells nothing."""
+    """What of a check without a fault the others start from; it says nothing."""
     folder: Path = tmp_path_factory.mktemp("gate") / "prepared"
     found = gate.checked(gate.NOTHING, folder)
     assert found["refused"] is None

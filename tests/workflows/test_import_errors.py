@@ -1,4 +1,4 @@
-"""What a laboratory gets wrong ends in an error that says what was seen, where, and how to mend it.
+"""What a laboratory gets wrong ends in an error that says what was seen, where, and how to fix it.
 
 Every input is a recorded one (WBDS01, 8 s of its walk on a treadmill) with one thing wrong. Nothing
 of it may go through: not with a traceback, and not with a result.
@@ -490,7 +490,7 @@ def test_two_markers_of_one_side_exchanged(laboratory: Laboratory, pair: tuple[s
 
 
 def test_two_tracking_markers_of_one_segment_are_exchanged_back(laboratory: Laboratory) -> None:
-    """Which of them is which matters to nothing but their own places; and it is told."""
+    """Which of them is which matters to nothing but their own places; and it is reported."""
     wrong = exchanged(laboratory.walking, "R.HF", "R.TT")
     right, mended = (
         everything(laboratory.request(walking=walking)) for walking in (laboratory.walking, wrong)
@@ -509,7 +509,7 @@ def test_medial_and_lateral_exchanged_in_standing(laboratory: Laboratory) -> Non
 
 
 def test_a_marker_that_was_put_on_again_is_told(laboratory: Laboratory) -> None:
-    """The import goes on: which of the two trials is right nobody can tell, and one may do."""
+    """The import goes on: nobody can say which of the two trials is right, and one is enough."""
 
     def lift(markers: np.ndarray, names: list[str]) -> None:
         markers[:, names.index("R.GTR"), 1] += 0.05
@@ -830,7 +830,7 @@ def test_feet_exchanged_in_the_force_file(laboratory: Laboratory) -> None:
 
 
 def test_pounds_that_make_a_plausible_body(laboratory: Laboratory) -> None:
-    """50 kg given as 110: the body mass index is 37, and only the plates can tell."""
+    """50 kg given as 110: the body mass index is 37, and only the plates show it."""
     light = with_plates(
         laboratory.walking,
         lambda p: replace(p, force=p.force * 50.0 / MASS, free_moment=p.free_moment * 50.0 / MASS),

@@ -1,4 +1,4 @@
-"""Wrong forces are not imported without a word: each case is told at the top, or refused.
+"""Wrong forces are not imported without a word: each case is reported at the top, or refused.
 
 Every case is a clean recording with one thing wrong: the made-up session, whose truth is known, and
 8 s of WBDS01 T01 with the calibration of one plate changed. The clean ones raise no doubt.

@@ -687,7 +687,7 @@ def test_a_walk_that_misses_a_goal_only_still_passes(name):
 
 @pytest.fixture
 def no_drawings(monkeypatch):
-    """Pages without figures and without a PDF, which take seconds and tell no verdict."""
+    """Pages without figures and without a PDF, which take seconds and show no verdict."""
     monkeypatch.setattr("gaitval.reporting.page.weasyprint", MagicMock())
     for module, at in (
         (report, lambda found: found),
@@ -777,7 +777,7 @@ def test_the_page_of_a_walk_tells_the_goal_that_is_missed(name, tmp_path, no_dra
 
 
 def _lines(row: Tolerance) -> int:
-    """Acceptance criteria are told twice: at the top, and with their sources."""
+    """Acceptance criteria are stated twice: at the top, and with their sources."""
     return 2 if row.role == "acceptance" else 1
 
 
