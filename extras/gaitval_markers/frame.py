@@ -49,7 +49,7 @@ def stood(recording: Recording) -> Array:
     if upright.any():
         there = np.nanmedian(about[upright], axis=0)
         # A marker that is hidden just then is where it is on average.
-        return np.where(np.isfinite(there), there, np.nanmean(about, axis=0))
+        return np.asarray(np.where(np.isfinite(there), there, np.nanmean(about, axis=0)))
     mean = np.nanmean(about, axis=0)
     # A body is taller than it is wide, and its feet move most.
     up = _up_axis(mean)
