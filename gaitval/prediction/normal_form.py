@@ -55,12 +55,9 @@ class NormalForm:
 
 
 def moment_units(leg_length: float) -> Array:
-    """(8, 1) Nm/kg that one of each of `NormalForm.moments` is on legs of a length, m.
-
-    An ankle's is gravity times leg length (Hof 1996), for its lever is the foot. Nine of the
-    built-in people so predict the ankle of each of the ten nearer than in Nm/kg (RMS 0.081 instead
-    of 0.100), but not knees and hips, whose levers are where the body is above them: those are
-    Nm/kg.
+    """(8, 1) Nm/kg that one of each of `NormalForm.moments` is on legs of a length, m: an ankle's,
+    whose lever is the foot, gravity times leg length (Hof 1996). By it nine of the built-in people
+    predict the tenth's ankle better (RMS 0.081, not 0.100 Nm/kg); no knee or hip gains by it.
     """
     ankle = [name.startswith("ankle") for name in REQUIRED_MOMENTS]
     return np.where(ankle, GRAVITY * leg_length, 1.0)[:, None]
@@ -88,12 +85,8 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
 
 
 def combined(gaits: Sequence[NormalForm], weights: Array) -> NormalForm:
-    """The sum of gaits times weights, number by number; an average if the weights add up to one.
-
-    Parameters
-    ----------
-    gaits : n of them.
-    weights : (n,); with weights that add up to zero the result is a change of gait.
+    """The sum of n gaits times weights (n,), number by number: an average if the weights add up to
+    one, a change of gait if they add up to zero.
     """
 
     def total(name: str) -> Array:

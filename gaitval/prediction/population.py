@@ -33,13 +33,7 @@ def other_people(subject: Subject, others: Sequence[Subject]) -> list[list[Norma
 
 
 def on_the_line(people: People, speed: float) -> NormalForm:
-    """The straight line through all gaits at a speed.
-
-    Parameters
-    ----------
-    people : the gaits of every person; each trial counts once.
-    speed : dimensionless.
-    """
+    """The straight line through all gaits, each trial once, at a dimensionless speed."""
     gaits = [gait for person in people for gait in person]
     return combined(gaits, line_weights(np.array([gait.speed for gait in gaits]), speed))
 
@@ -113,11 +107,7 @@ def with_others_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRec
 def noise_of_expected(noise: NoiseSettings) -> NoiseSettings:
     """The noise model for moments and forces that are not this person's, but what people of their
     speed have: half as large again as such a prediction misses by, because it is wrong in its own
-    way at every percent of the cycle.
-
-    Parameters
-    ----------
-    noise : of the person's own measurements; its other fields are kept.
+    way at every percent of the cycle. The other fields of the person's own `noise` are kept.
     """
     return noise.model_copy(
         update={
