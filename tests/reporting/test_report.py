@@ -240,8 +240,8 @@ def test_the_page_says_in_which_engine_each_start_walked(page, run_folder, tmp_p
 def test_the_correction_is_told_in_degrees(page):
     text = " ".join(page.text.split())
     assert "0.95 before, 0.71 after 2 steps" in text
-    assert "Of 170 numbers a prior leaves 102 free" in text
-    assert "−2.1 mm higher" in text
+    assert "The correction has 170 numbers, of which its prior leaves 102 free" in text
+    assert "Change of the height of the pelvis: −2.1 mm" in text
     assert re.search("angles ?2.250 ?1.600 ?deg", text)
     assert re.search("angles of the pelvis, not fitted ?0.700 ?0.750 ?deg", text)
     assert re.search("knee angle ?0.00 ?0.00 ?−1.25 ?1.75", text)
@@ -350,7 +350,7 @@ def test_a_search_by_rollouts_shows_what_it_found_and_no_posterior(
     write_report(tmp_path)
     text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
     found = text.index("CMA-ES looked for the body")
-    table = text[found : text.index("Round of training and identification", found)]
+    table = text[found : text.index("± SD: of the prior", found)]
     values = metrics["identification"]["posterior_mean"]
     assert [number(value, 4) in table for value in values] == [True] * len(values)
     assert "Not looked for" not in text
