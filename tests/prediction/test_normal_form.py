@@ -51,8 +51,8 @@ def test_a_gait_without_dimension_does_not_know_the_leg():
 
 
 def test_an_ankle_is_nearer_by_leg_length():
-    """Of each of the ten, as expected from the nine others: in nine of them nearer, 0.081 Nm/kg off on the
-    mean instead of 0.100.
+    """Of each of the ten, as expected from the nine others: nearer in nine of them, and 0.081 Nm/kg
+    off on the mean instead of 0.100.
     """
     by_leg, per_kilogram = [], []
     for each in SUBJECTS:
