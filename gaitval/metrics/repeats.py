@@ -64,7 +64,7 @@ def repeated_walks(
     task: WalkingTask, policy: Policy, mu: Array, compared: Comparator
 ) -> list[Repeat]:
     """Measures of the walks of `policy` on `task` with the body `mu` (14,), against `compared`: one
-    walk with noise from every start phase of the validation. However many the workers.
+    walk with noise from every start phase of the validation, the same for any number of workers.
     """
     configuration = task.configuration
     phases = configuration.validation.start_phases

@@ -45,7 +45,7 @@ def read_recording(path: Path, *, forces: Path | None = None, plates: bool = Tru
     Raises
     ------
     RecordError
-        The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing; a
+        The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing;
         all markers are missing; the rates do not divide; the forces do not belong to it.
     """
     path = Path(path)

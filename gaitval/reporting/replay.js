@@ -553,9 +553,10 @@
   /* The whole walker is in the picture from every side, in wide pictures and in narrow ones. */
   const torso = scene.body.segments.indexOf("torso");
   const height = body.origin[3 * torso + 2] + 2.1 * scene.body.joints.upper_arm_r[2];
+  const wideness = () => (shows("beside") ? 1.12 : 1);
   function aim() {
     const half = 0.5 * height + 0.12;
-    state.wide = shows("beside") ? 1.12 : 1;
+    state.wide = wideness();
     const distance = (state.wide * state.far * half) / Math.tan((0.5 * FIELD_OF_VIEW * Math.PI) / 180) / Math.min(1, camera.aspect);
     orbit.target.set(0, 0, 0.5 * height);
     camera.position.copy(orbit.target).addScaledVector(new THREE.Vector3(...VIEWS[state.view]).normalize(), distance);
@@ -589,9 +590,8 @@
   }
 
   function standApart() {
-    const wide = shows("beside") ? 1.12 : 1;
-    stepBack(wide / state.wide);
-    state.wide = wide;
+    stepBack(wideness() / state.wide);
+    state.wide = wideness();
   }
 
   // ---- files --------------------------------------------------------------------------------
