@@ -157,13 +157,14 @@ def _busy() -> int:
     return sum(times) - times[3] - times[4]  # idle, and waiting for a disk
 
 
-def _ran(*words: str) -> _Ran:
-    """A command of gaitval."""
+def _ran(*words: str, **environment: str) -> _Ran:
+    """A command of gaitval, with variables beside those of this process."""
     before, began = _busy(), time.monotonic()
     command = [sys.executable, "-m", "gaitval", *words]
     own: dict[int, int] = {}
     memory = 0.0
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL) as study:
+    variables = os.environ | environment
+    with subprocess.Popen(command, cwd=ROOT, env=variables, stdout=subprocess.DEVNULL) as study:
         while study.poll() is None:
             own |= _processes(study.pid)
             memory = max(memory, memory_of(study.pid))
@@ -192,10 +193,17 @@ def _idle(runs: Iterable[_Ran]) -> list[_Ran]:
 
 @evidence.measurement(REPEATS)
 def subject(arguments: Namespace) -> list[evidence.Row]:
-    """Seconds from the start of `gaitval subject 5` to its report, and its memory."""
+    """Seconds from the start of `gaitval subject 5` to its report, and its memory; apart, that of
+    the first study on a machine, in which all code is compiled.
+    """
     with tempfile.TemporaryDirectory() as folder:
+        first = _ran("subject", "5", "--out", f"{folder}/first", NUMBA_CACHE_DIR=f"{folder}/cache")
+        # Not counted: it may compile into the user's cache.
+        _ran("subject", "5", "--out", f"{folder}/before")
         numbers = range(arguments.repeats)
         counted = _idle([_ran("subject", "5", "--out", f"{folder}/{each}") for each in numbers])
+    most, n = max(ran.memory for ran in counted), len(counted)
+    what = "memory of a study, all its processes"
     return [
         evidence.Row(
             what="new subject and make subject S=5, start to report, caches compiled",
@@ -204,17 +212,10 @@ def subject(arguments: Namespace) -> list[evidence.Row]:
             relation="<=",
             goal=15,
             must=25,
-            n=len(counted),
+            n=n,
         ),
-        evidence.Row(
-            what="memory of a study, all its processes",
-            value=max(ran.memory for ran in counted),
-            unit="GB",
-            relation="<=",
-            goal=0.7,
-            must=1.0,
-            n=len(counted),
-        ),
+        evidence.Row(f"{what}, caches compiled", most, "GB", "<=", 0.7, 1.0, n),
+        evidence.Row(f"{what}, the first on a machine", first.memory, "GB", "<=", 0.7, 1.0, 1),
     ]
 
 
