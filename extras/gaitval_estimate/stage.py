@@ -35,8 +35,16 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
-from gaitval_estimate.deviations import KINETICS, fit_of, learned_from, trial_of, units
+from gaitval_estimate.deviations import (
+    KINETICS,
+    fit_of,
+    kinetics_of,
+    learned_from,
+    trial_of,
+    units,
+)
 from gaitval_estimate.estimate import Estimate, estimate
+from gaitval_estimate.seen import at_own_contacts, with_total
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
@@ -98,12 +106,21 @@ def of_known(known: Told, subject: Subject, model: BodyModel, contact: ContactSe
     are expected of anybody; the scaled `model` walks on the ground of `contact`.
     """
     (record, accuracy), others = known, builtin_subjects()
-    reference = consistent_reference(record, model, contact, accuracy)
-    fit = fit_of(
-        reference_curves(reference, model.mass, record.left_phase), record, subject.leg_length_m
-    )
+    own = with_total(at_own_contacts(record, subject), subject)
+    reference = consistent_reference(own, model, contact, accuracy)
+    fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
     same = any(subject.laboratory == other.laboratory for other in others)
-    return estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=same)
+    found = estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=same)
+    return found if own is record else _seen(found, record, subject)
+
+
+def _seen(found: Estimate, record: GaitRecord, subject: Subject) -> Estimate:
+    """The estimate with what markers say of the forces in what is expected and regressed."""
+    without = replace(found, kinetics=found.expected + found.regressed)
+    there = with_kinetics(record, subject, without)
+    there = with_total(at_own_contacts(there, subject), subject)
+    kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
+    return replace(found, kinetics=kinetics + found.weights[:, None] * found.own)
 
 
 def asked(run: Run) -> Told:
@@ -112,8 +129,8 @@ def asked(run: Run) -> Told:
     """
     if is_predicted(run.configuration.record):
         return run.told()
-    record = with_kinetics(run.told().record, run.subject, of_run(run))
-    return Told(record, ESTIMATE_ACCURACY)
+    known = at_own_contacts(run.told().record, run.subject)
+    return Told(with_kinetics(known, run.subject, of_run(run)), ESTIMATE_ACCURACY)
 
 
 def with_kinetics(known: GaitRecord, subject: Subject, found: Estimate) -> GaitRecord:

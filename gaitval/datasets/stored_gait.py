@@ -76,6 +76,9 @@ class Gait(StoredPart):
     moments: dict[str, Curve] = Field(default_factory=dict)
     forces: Forces | None = None
     """Moments and forces are both there, or neither: not everybody has force plates."""
+    total_force: Force | None = None
+    """On both feet together, over the right side's cycle: what the motion of the centre of mass
+    needs, by markers alone. None if that is not known."""
 
     @field_validator("angles", "moments")
     @classmethod

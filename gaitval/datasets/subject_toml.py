@@ -87,13 +87,13 @@ def _gait_lines(gait: Any, where: str) -> list[str]:
         lines.append(_value_line("mirrored", gait.mirrored))
     lines += ["", f"[{where}.angles]"]
     lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
-    if gait.forces is None:
-        return lines
-    lines += ["", f"[{where}.moments]"]
-    lines += [_curve_line(name, curve) for name, curve in gait.moments.items()]
-    for side, force in (("right", gait.forces.right), ("left", gait.forces.left)):
-        if force is None:
-            continue
-        lines += ["", f"[{where}.forces.{side}]"]
-        lines += [_curve_line(axis, getattr(force, axis)) for axis in ("forward", "left", "up")]
+    forces = {"total_force": gait.total_force}
+    if gait.forces is not None:
+        lines += ["", f"[{where}.moments]"]
+        lines += [_curve_line(name, curve) for name, curve in gait.moments.items()]
+        forces |= {"forces.right": gait.forces.right, "forces.left": gait.forces.left}
+    for name, force in forces.items():
+        if force is not None:
+            lines += ["", f"[{where}.{name}]"]
+            lines += [_curve_line(axis, getattr(force, axis)) for axis in ("forward", "left", "up")]
     return lines

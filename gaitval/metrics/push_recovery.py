@@ -182,8 +182,8 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
     """Whether the walker survives each of at most eight pushes `tried`, of one policy and body, by
     a `group` made `without_drift`.
 
-    As `fell_together`, bit for bit, but until the first push all of them are one walk. It is kept,
-    and the next ones begin where it came to.
+    Until the first push all of them are one walk. It is kept, and the next ones begin where it
+    came to, bit for bit as if each had walked from its start.
     """
     walker, policy, mu = group.environments[0].walker, tried[0].policy, tried[0].mu
     options = [

@@ -1,10 +1,10 @@
 """Rollouts of a deterministic policy, without pushes unless asked for, recorded or only scored.
 
-Many walks are simulated eight side by side (`fell_together`, `record_together`, `travel` for long
-ones), in the compiled engine. The policy then acts on eight observations in one matrix product,
-whose rounding differs from that of a single observation: a walk of eight agrees with a single
-walker's to rounding, and in a long walk rounding errors grow. A walk depends neither on the other
-seven nor on their number, because the policy always acts on eight.
+Many walks are simulated eight side by side (`record_together`, `travel` for long ones), in the
+compiled engine. The policy then acts on eight observations in one matrix product, whose rounding
+differs from that of a single observation: a walk of eight agrees with a single walker's to
+rounding, and in a long walk rounding errors grow. A walk depends neither on the other seven nor on
+their number, because the policy always acts on eight.
 """
 
 import itertools
@@ -87,40 +87,6 @@ def score_rollout(
             break
         total += reward
     return RolloutScore(total / planned, float(info["cycles"]), fell)
-
-
-def fell_together(
-    group: WalkingGroup,
-    policy: Policy,
-    *,
-    mu: Array,
-    starts: Sequence[dict[str, Any]],
-    seconds: Sequence[float],
-) -> NDArray[np.bool_]:
-    """Whether each of at most eight walks, which are simulated side by side, ends in a fall.
-
-    Parameters
-    ----------
-    group : of eight environments.
-    policy : used without noise.
-    mu : (14,) body parameters of all.
-    starts : options of `WalkingEnvironment.reset` of each.
-    seconds : how long each one is followed.
-
-    Returns
-    -------
-    (walks,).
-    """
-    action_seconds = group.environments[0].walker.action_seconds
-    left = np.array([round(each / action_seconds) for each in seconds])
-    fell = np.zeros(len(starts), dtype=bool)
-    for fallen in _actions_together(group, policy, mu, starts):
-        # A walk that is over is simulated on with its group, but no longer counts.
-        fell |= fallen & (left > 0)
-        left = np.where(fallen, 0, np.maximum(left - 1, 0))
-        if not left.any():
-            break
-    return fell
 
 
 def _actions_together(

@@ -1,11 +1,13 @@
 """The subject that an import makes, and whether its files can be written."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from gaitval.arrays import Array
+from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
 from gaitval.datasets.subject import Subject, make_subject
@@ -13,13 +15,16 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
+    FORCE_TOLERANCE,
     MOMENT_TOLERANCE,
     fit_curve,
     fit_force,
     mean_vertical_force,
     stance_fraction,
 )
-from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
+from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, fit_periodic
+from gaitval.model.body import BodyModel
+from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.average import LARGEST_DRIFT, left_open
 from gaitval.session.one_side import Completed, completed_sides
 from gaitval.session.session import Import
@@ -74,7 +79,9 @@ def subject_of(found: Import) -> Subject:
         "stance_fraction": StanceFraction(
             right=stance["right"], left=stance["left"], mirrored=_mirrored_stance(both)
         ),
-        "gait": _mean_gait(both, stance, where),
+        "gait": _mean_gait(both, stance, where).model_copy(
+            update={"total_force": total_force(body.model, found.trials)}
+        ),
         "low_pass": {
             "moments_hz": found.processing.moment_force_cutoff_hz,
             "forces_hz": found.processing.force_cutoff_hz,
@@ -134,6 +141,35 @@ def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str)
         forces=Forces(right=fitted.get("right"), left=fitted.get("left")),
         **sides,
     )
+
+
+def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None:
+    """The force on both feet together that the motion of the centre of mass needs (Newton's law),
+    in the mean over the right side's cycles; None without any.
+
+    Parameters
+    ----------
+    model : the body of the motions.
+    walks : its trials; no force of theirs is read.
+    """
+    tree, cycles = tree_arrays(model), []
+    for walk in walks:
+        centre = centres_of_mass(
+            tree.joint_position, tree.mass, tree.centre_of_mass, walk.positions
+        )
+        acceleration = make_interp_spline(walk.recording.time, centre, k=5).derivative(2)
+        for cycle in valid_cycles(walk, "right", kinetics=False):
+            cycles.append(acceleration(cycle.start + cycle.duration * PHASE) / STANDARD_GRAVITY)
+    if not cycles:
+        return None
+    mean = np.mean(cycles, axis=0)
+    # A walk that is not quite steady does not end as it began; its speed and height stay, so that
+    # the mean is the weight and nothing else.
+    mean -= np.outer(PHASE - 0.5, mean[-1] - mean[0])
+    mean += np.array([0.0, 0.0, 1.0]) - mean[:-1].mean(axis=0)
+    # Sideways it is a tenth as large as a foot's force.
+    fits = [Curve.fitted(fit_periodic(PHASE, each, 0.1 * FORCE_TOLERANCE)) for each in mean.T]
+    return Force(forward=fits[0], left=fits[1], up=fits[2])
 
 
 def closed(name: str, kind: str, curve: Array, where: str) -> Array:

@@ -6,6 +6,7 @@ it takes a reference and a few walks, but no training.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -37,6 +38,7 @@ from gaitval.study.stages import (
     need_stage,
     reference_stage,
     repeat_stage,
+    report_stage,
     scale_stage,
 )
 from gaitval.study.unread import say_unread
@@ -279,15 +281,8 @@ def compare_stage(run: Run) -> Stage:
 
 def predicted_report_stage(run: Run) -> Stage:
     """Everything in the prediction folder of `run` → report.html and report.pdf."""
-
-    def report() -> None:
-        from gaitval.reporting.report import write_report
-
-        write_report(run.folder)
-
-    return Stage(
-        "report",
-        report,
+    return replace(
+        report_stage(run),
         inputs=(
             "subject.toml",
             "configuration.toml",

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fell_together import fell_together
 from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
@@ -27,7 +28,7 @@ from gaitval.metrics.push_recovery import (
 )
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import fell_together, score_rollout
+from gaitval.policy.rollouts import score_rollout
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fell_together import fell_together
 from simulation_fixtures import changed, random_policy
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -24,7 +25,6 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import keeping_workers, kept_workers
 from gaitval.policy.rollouts import (
     RolloutPool,
-    fell_together,
     in_groups,
     record_rollout,
     record_together,

@@ -1,0 +1,102 @@
+"""What markers say of the forces: when each foot carries, and how much both carry together.
+
+What is expected of anybody has the double support of anybody. Of a person without plates the import
+knows when the feet land and leave; and the total of both forces is the acceleration of the centre
+of mass (Newton's law), for which no law of load transfer is needed. On people of other laboratories
+both matter (`python -m evidence fit seen --from FOLDER`); on the laboratory's own, only the total.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.datasets.subject import Subject
+from gaitval.gait.mean_curves import FORCE_TOLERANCE
+from gaitval.gait.record import (
+    HARMONICS_CAP,
+    GaitRecord,
+    PeriodicCurve,
+    fit_periodic,
+    periodic_through,
+)
+
+SAMPLES: Final = 200
+_PHASES: Final = np.arange(SAMPLES) / SAMPLES
+HIGHEST_HZ: Final = 5.0
+"""Of what is taken from the motion of the centre of mass: above it the low-pass of the markers
+leaves less than the whole."""
+DIRECTIONS: Final = np.array([0.0, 1.0, 1.0])
+"""Forward, left, up: 1 for those that are taken from it. The fore-aft force that is expected of
+anybody is as near."""
+
+
+def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
+    """The `record` that is expected of `subject`, with moments and forces stretched so that both
+    feet land and leave when this person's do; as it is where plates recorded the contacts, because
+    those are held out.
+    """
+    stance = subject.stance_fraction
+    if subject.has_kinetics or stance.right is None or stance.left is None:
+        return record
+    own = replace(record, stance_fraction=stance.of_both())
+    moments, forces = {}, {}
+    for side in SIDES:
+        at = np.interp(_PHASES, _contacts(own, side), _contacts(record, side))
+        for name in (each for each in record.moments if each.endswith(f"_{side[0]}")):
+            moments[name] = periodic_through(record.moments[name](at), HARMONICS_CAP)
+        forces[side] = _fitted(record.ground_reaction(side, at), own.stance_fraction[side])
+    return replace(own, moments=moments, forces=forces)
+
+
+def _contacts(record: GaitRecord, side: Side) -> list[float]:
+    """Phases of the cycle of a `side`: its foot lands, the other one leaves, the other one lands,
+    it leaves, and lands again.
+    """
+    lands = record.left_phase if side == "right" else 1.0 - record.left_phase
+    leaves = lands + record.stance_fraction[opposite(side)] - 1.0
+    return [0.0, leaves, lands, record.stance_fraction[side], 1.0]
+
+
+def _fitted(rows: Array, stance: float) -> tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]:
+    """Curves through the forces (200, 3) of a stance."""
+    on = np.append(np.flatnonzero(stance >= _PHASES), SAMPLES)
+    closed = np.vstack([rows, rows[:1]])[on]
+    forward, left, up = (fit_periodic(on / SAMPLES, each, FORCE_TOLERANCE)[0] for each in closed.T)
+    return forward, left, up
+
+
+def with_total(record: GaitRecord, subject: Subject) -> GaitRecord:
+    """The `record` with forces whose total is what the motion of the centre of mass of `subject`
+    needs, where markers showed that and nothing but the feet carries: of what it lacks, each foot
+    carries its share of the vertical force.
+    """
+    total = subject.gait.total_force
+    if total is None or subject.aid is not None:
+        return record
+    own = {"right": _PHASES, "left": _PHASES - record.left_phase}
+    forces = np.array([record.ground_reaction(side, own[side] % 1.0) for side in SIDES])
+    needed = np.stack([each.periodic()(_PHASES) for each in (total.forward, total.left, total.up)])
+    lacks = needed.T - forces.sum(axis=0)
+    lacks = DIRECTIONS * _slow(lacks, record.stride_time)
+    weight = np.maximum(forces[..., 2:], 0.0)
+    forces += lacks * weight / weight.sum(axis=0)
+    moved = {}
+    for side, force in zip(SIDES, forces, strict=True):
+        later = record.left_phase if side == "left" else 0.0
+        x = np.append(_PHASES, 1.0)
+        rows = np.stack(
+            [np.interp((_PHASES + later) % 1.0, x, np.append(f, f[0])) for f in force.T], axis=1
+        )
+        moved[side] = _fitted(rows, record.stance_fraction[side])
+    return replace(record, forces=moved)
+
+
+def _slow(values: Array, stride_time: float) -> Array:
+    """What of a cycle (200, 3) is slower than `HIGHEST_HZ`, without its mean."""
+    spectrum = np.fft.rfft(values, axis=0)
+    spectrum[0] = 0.0
+    spectrum[int(HIGHEST_HZ * stride_time) + 1 :] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, SAMPLES, axis=0))
