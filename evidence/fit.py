@@ -6,10 +6,12 @@ the runs that `experiments/held_out_runs.py` keeps.
 """
 
 import csv
+import tempfile
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +19,10 @@ import evidence
 from evidence.fitted import MOMENTS, Stored, corrected, skill_of, stored_baselines, values_of
 from evidence.held_out import mean, rmse_of, split_by_speed, stored
 from gaitval.arrays import Array
-from gaitval.configuration import RecordSettings
+from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.constants import GRAVITY
+from gaitval.datasets.stored_gait import StanceFraction
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.baselines import others_line
@@ -28,6 +32,7 @@ from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
 from gaitval.prediction.known import told
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, moment_units, normal_form
+from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.servo import closed_cycle
 from gaitval_estimate.deviations import (
     KINETICS,
@@ -39,7 +44,8 @@ from gaitval_estimate.deviations import (
     trial_of,
     units,
 )
-from gaitval_estimate.estimate import Estimate, estimate
+from gaitval_estimate.estimate import WIDER_ELSEWHERE, Estimate, estimate
+from gaitval_estimate.stage import of_known
 
 BOUNDS = {
     "sagittal angles": (1.0, 1.15),
@@ -84,6 +90,9 @@ BOVI_MOMENTS = (
 BOVI_FORCES = ("Anterior/Posterior", "Medio_Lateral", "Vertical")
 NEAR = 0.2
 """Change of speed up to which the nearest trial is copied."""
+FROM = evidence.option(
+    "--from", type=Path, dest="clones", required=True, help="folder of the clones, OWNER+NAME"
+)
 DRAWS, SEED = 10_000, 36
 """Of the bootstrap over people."""
 MEASURES = {
@@ -130,6 +139,19 @@ MEASURES = {
             "extras/gaitval_estimate/estimate.py",
             "evidence/fit.py:laboratory,_means_elsewhere",
         ),
+    },
+    "recordings elsewhere without plates*": {
+        "code": (
+            "@reference",
+            "gaitval/prediction/*.py",
+            "gaitval/session/subject.py:total_force",
+            "gaitval/metrics/reference_curves.py",
+            "extras/gaitval_estimate/*.py",
+            "evidence/fit.py:seen,_wider,_without_plates,_imported,_without_markers_say,lower_end,SKILLS",
+        ),
+        "data": ("extras/gaitval_estimate/fits.json",),
+        "allowed": 30,
+        "why": "both sides of each ratio are of the same imports",
     },
     "estimate of kinetics from kinematics*": {
         "code": (
@@ -334,6 +356,95 @@ def estimates(_: Namespace) -> list[evidence.Row]:
     what = f"{of} points within the band of 90 %"
     share = float(100.0 * np.mean(inside))
     return [*rows, evidence.Row(what, share, "%", ">=", 90.0, 85.0, len(inside))]
+
+
+@evidence.measurement(FROM)
+def seen(arguments: Namespace) -> list[evidence.Row]:
+    """Kinetics of people of other laboratories, imported without their plates and compared with
+    them: error of the estimate with what markers say of the forces (contacts, and the total of both
+    feet), over that of the estimate without, and an interval over people. And how many points are
+    within the bands, which are as wide as errors in the other laboratories of these need.
+    """
+    before, after, widths, laboratories = [], [], [], []
+    for laboratory, known, truth in _without_plates(arguments.clones):
+        model, contact = scale_subject(known).model, load_configuration().contact
+        usual = told(known, RecordSettings(), builtin_subjects())
+        for subject, errors in ((_without_markers_say(known), before), (known, after)):
+            found = of_known(usual, subject, model, contact)
+            errors.append(units(known.leg_length_m) * (found.kinetics - truth))
+        widths.append(units(known.leg_length_m) * found.half_width / WIDER_ELSEWHERE)
+        laboratories.append(laboratory)
+    rows, count = [], len(laboratories)
+    size = [np.sqrt(np.mean(np.square(each), axis=(1, 3))) for each in (before, after)]
+    for kind, name in SKILLS:
+        i = KINETICS.index((kind, name))
+        without, with_them = (each[:, i] for each in size)
+        noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
+        what = f"recordings elsewhere without plates: {noun}, contacts and total force by markers"
+        ratio = float(with_them.mean() / without.mean())
+        of = f"{what}: error over that without them"
+        rows.append(evidence.Row(of, ratio, "1", "<=", 0.8, 1.0, count))
+        of = f"{what}: skill against that without them, 5 % point"
+        least = lower_end(with_them, without)
+        rows.append(evidence.Row(of, least, "1", ">=", 0.0, -0.03, count))
+    # (recordings, quantities): how much wider a band has to be to hold 90 of 100 points
+    off = np.abs(np.array(after)) / np.maximum(np.array(widths)[:, None], 1e-9)
+    print("wider:", np.round(_wider(off), 2).tolist(), "shipped:", WIDER_ELSEWHERE[:, 0].tolist())
+    inside = []
+    for laboratory in dict.fromkeys(laboratories):
+        here = np.array([each == laboratory for each in laboratories])
+        inside += (off[here] <= _wider(off[~here])[:, None]).mean(axis=(1, 2, 3)).tolist()
+    what = (
+        "recordings elsewhere without plates: points within the band of 90 % of other laboratories"
+    )
+    share = 100.0 * float(np.mean(inside))
+    return [*rows, evidence.Row(what, share, "%", ">=", 90.0, 85.0, count)]
+
+
+def _wider(off: Array) -> Array:
+    """(7,) half widths that 90 of 100 points of `off` (recordings, 2, 7, n) are within; each
+    recording counts as much as another.
+    """
+    return np.asarray(np.quantile(off, 0.9, axis=(0, 1, 3)))
+
+
+def _without_plates(clones: Path) -> Iterator[tuple[str, Subject, Array]]:
+    """People of public recordings with both sides' plates: their laboratory, the subject that an
+    import without the plates makes, and the true kinetics (2, 7, n).
+    """
+    from evidence.measurement.faults import SAMPLE, _recordings
+
+    for recording in _recordings():
+        if recording is SAMPLE or recording["laboratory"].startswith("WBDS"):
+            continue  # nobody, and the laboratory of the built-in people
+        full, known = (
+            _imported(recording | only, clones)
+            for only in ({}, {"kinematics_only": True, "forces": None})
+        )
+        if not full.gait.not_recorded:
+            print(recording["name"], full.source, flush=True)
+            yield (
+                recording["laboratory"],
+                known,
+                kinetics_of(normal_form(full.record(), full.leg_length_m)),
+            )
+
+
+def _imported(recording: dict[str, Any], clones: Path) -> Subject:
+    from evidence.measurement.faults import _read
+    from gaitval.session.session import work_out
+    from gaitval.session.subject import subject_of
+
+    with tempfile.TemporaryDirectory() as folder:
+        request, _ = _read(recording, clones, Path(folder))
+        return subject_of(work_out(request, load_configuration().processing))
+
+
+def _without_markers_say(subject: Subject) -> Subject:
+    """The `subject` of whom contacts and the total of the forces are unknown."""
+    unknown = StanceFraction.model_construct(right=None, left=None)
+    gait = subject.gait.model_copy(update={"total_force": None})
+    return subject.model_copy(update={"stance_fraction": unknown, "gait": gait})
 
 
 def _estimate_of(person: str, *, angles: bool = True) -> Estimate:

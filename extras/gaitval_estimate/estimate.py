@@ -38,6 +38,9 @@ NOISE: Final = 1.0
 """Noise of a ridge regression over the signal that its features can explain: as much."""
 BAND: Final = 0.9
 """Share of people whose curve the band around an estimate is to contain, at each percent."""
+WIDER_ELSEWHERE: Final = np.array([[2.5], [1.5], [2.1], [1.6], [1.3], [1.5], [1.1]])
+"""By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
+others with plates, imported without them, need it (`python -m evidence fit seen --from FOLDER`)."""
 
 
 class Lever(NamedTuple):
@@ -232,6 +235,7 @@ def estimate(trial: Trial, people: Sequence[Sequence[Trial]], *, angles: bool = 
     # With few people the band is wider than the normal distribution's, by Student's t.
     wide = student.ppf(0.5 + 0.5 * BAND, len(people) - 1) * np.sqrt(1.0 + 1.0 / len(people))
     half_width = wide * np.sqrt(np.mean(np.square(missed), axis=(0, 1)))
+    half_width = half_width if angles else WIDER_ELSEWHERE * half_width
     of = deviation(trial, people)
     parts = _parts(of, people, angles)
     kinetics = of.usual + parts.regressed + weights[:, None] * parts.own

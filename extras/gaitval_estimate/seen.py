@@ -2,8 +2,8 @@
 
 What is expected of anybody has the double support of anybody. Of a person without plates the import
 knows when the feet land and leave; and the total of both forces is the acceleration of the centre
-of mass (Newton's law), for which no law of load transfer is needed. On people of other laboratories
-both matter (`python -m evidence fit seen --from FOLDER`); on the laboratory's own, only the total.
+of mass (Newton's law), for which no law of load transfer is needed. What both are worth:
+`python -m evidence fit seen --from FOLDER`.
 """
 
 from dataclasses import replace
@@ -14,6 +14,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import (
     HARMONICS_CAP,
@@ -33,15 +34,33 @@ DIRECTIONS: Final = np.array([0.0, 1.0, 1.0])
 anybody is as near."""
 
 
-def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
-    """The `record` that is expected of `subject`, with moments and forces stretched so that both
-    feet land and leave when this person's do; as it is where plates recorded the contacts, because
-    those are held out.
+def knows_contacts(subject: Subject) -> bool:
+    """Whether markers say when both feet of `subject` land and leave, and it matters: not in the
+    laboratory of the people expected from, where their contacts are as near. Where plates recorded
+    it, it is held out with their forces.
     """
     stance = subject.stance_fraction
-    if subject.has_kinetics or stance.right is None or stance.left is None:
+    recorded = stance.right is not None and stance.left is not None
+    return recorded and not (subject.has_kinetics or is_of_the_laboratory(subject))
+
+
+def is_of_the_laboratory(subject: Subject) -> bool:
+    """Whether `subject` was recorded where the built-in people were."""
+    return any(subject.laboratory == other.laboratory for other in builtin_subjects())
+
+
+def knows_total(subject: Subject) -> bool:
+    """Whether the motion of `subject` says what both feet carry: not what a crutch does."""
+    return subject.gait.total_force is not None and subject.aid is None
+
+
+def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
+    """The `record` that is expected of `subject`, with moments and forces stretched so that both
+    feet land and leave when this person's do, if that is known.
+    """
+    if not knows_contacts(subject):
         return record
-    own = replace(record, stance_fraction=stance.of_both())
+    own = replace(record, stance_fraction=subject.stance_fraction.of_both())
     moments, forces = {}, {}
     for side in SIDES:
         at = np.interp(_PHASES, _contacts(own, side), _contacts(record, side))
@@ -70,11 +89,10 @@ def _fitted(rows: Array, stance: float) -> tuple[PeriodicCurve, PeriodicCurve, P
 
 def with_total(record: GaitRecord, subject: Subject) -> GaitRecord:
     """The `record` with forces whose total is what the motion of the centre of mass of `subject`
-    needs, where markers showed that and nothing but the feet carries: of what it lacks, each foot
-    carries its share of the vertical force.
+    needs, if that is known: of what it lacks, each foot carries its share of the vertical force.
     """
     total = subject.gait.total_force
-    if total is None or subject.aid is not None:
+    if total is None or not knows_total(subject):
         return record
     own = {"right": _PHASES, "left": _PHASES - record.left_phase}
     forces = np.array([record.ground_reaction(side, own[side] % 1.0) for side in SIDES])

@@ -44,7 +44,13 @@ from gaitval_estimate.deviations import (
     units,
 )
 from gaitval_estimate.estimate import Estimate, estimate
-from gaitval_estimate.seen import at_own_contacts, with_total
+from gaitval_estimate.seen import (
+    at_own_contacts,
+    is_of_the_laboratory,
+    knows_contacts,
+    knows_total,
+    with_total,
+)
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
@@ -109,8 +115,11 @@ def of_known(known: Told, subject: Subject, model: BodyModel, contact: ContactSe
     own = with_total(at_own_contacts(record, subject), subject)
     reference = consistent_reference(own, model, contact, accuracy)
     fit = fit_of(reference_curves(reference, model.mass, own.left_phase), own, subject.leg_length_m)
-    same = any(subject.laboratory == other.laboratory for other in others)
-    found = estimate(trial_of(subject, record, fit), learned_from(subject, others), angles=same)
+    found = estimate(
+        trial_of(subject, record, fit),
+        learned_from(subject, others),
+        angles=is_of_the_laboratory(subject),
+    )
     return found if own is record else _seen(found, record, subject)
 
 
@@ -166,6 +175,8 @@ def write(run: Run) -> Estimate:
     context = {
         "name": run.subject.identifier,
         "looked_at_angles": found.looked_at_angles,
+        "contacts": knows_contacts(run.subject),
+        "total": knows_total(run.subject),
         "rows": [
             (_title(kind, name), found.weights[i], _scale(kind) * typical[i], _UNITS[kind])
             for i, (kind, name) in enumerate(KINETICS)

@@ -31,6 +31,7 @@ from standing_person import PERSON
 import gaitval as gv
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
@@ -234,6 +235,24 @@ def test_the_subject_walks_as_the_recording(imported):
         true = np.interp(time, truth.time, angles[:, COORDINATES.index(name)])
         apart = np.abs(record.angles[name](phase) - true).max()
         assert apart < ANGLE_TOLERANCE + np.radians(0.05), name
+
+
+@pytest.mark.parametrize(
+    ("noise", "processing", "off"), [(0.0, EXACT, 0.004), (0.003, USUAL, 0.03)]
+)
+def test_the_motion_alone_gives_the_force_on_both_feet(imported, noise, processing, off):
+    """Its size and its signs, in body weights; the plates are the truth, which it does not read."""
+    case = imported(noise, processing)
+    total, truth = subject_of(case.found).gait.total_force, case.session.walk
+    phase = np.linspace(0.0, 1.0, 101)
+    cycles = valid_cycles(case.walk, "right", kinetics=False)
+    for i, axis in enumerate(("forward", "left", "up")):
+        both = truth.force[:, :, i].sum(axis=1) / (case.found.body.model.mass * GRAVITY)
+        at = [np.interp(c.start + c.duration * phase, truth.time, both) for c in cycles]
+        curve = getattr(total, axis).periodic()(phase)
+        assert np.sqrt(np.mean((curve - np.mean(at, axis=0)) ** 2)) < off, axis
+        assert np.corrcoef(curve, np.mean(at, axis=0))[0, 1] > 0.9, axis
+    assert total.up.mean == pytest.approx(1.0, abs=1e-3)
 
 
 @pytest.mark.slow  # its parts are tested in tests/inverse

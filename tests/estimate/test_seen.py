@@ -1,0 +1,131 @@
+"""What markers say of expected forces: contacts, and the total of both feet."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitval.coordinates import SIDES
+from gaitval.datasets.stored_gait import StanceFraction
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.gait.record import Curve, Force, GaitRecord
+from gaitval.prediction.population import with_others_kinetics
+from gaitval_estimate.seen import DIRECTIONS, at_own_contacts, with_total
+
+PHASE = np.arange(400) / 400
+
+
+def curve(mean: float, cosine: tuple[float, ...], sine: tuple[float, ...]) -> Curve:
+    return Curve(mean=mean, cosine=cosine, sine=sine, residual=0.0)
+
+
+TOTAL = Force(
+    forward=curve(0.0, (0.0, 0.1), (0.0, 0.0)),
+    left=curve(0.0, (0.03, 0.0), (0.05, 0.0)),
+    up=curve(1.0, (0.02, 0.2), (-0.01, -0.1)),
+)
+
+
+@pytest.fixture(scope="module")
+def known() -> Subject:
+    """Somebody elsewhere without plates, by markers 0.66 and 0.62 of the cycle on their feet."""
+    subject = load_subject("S05")
+    gait = subject.gait.model_copy(update={"moments": {}, "forces": None})
+    return subject.model_copy(
+        update={
+            "laboratory": "elsewhere",
+            "gait": gait,
+            "stance_fraction": StanceFraction(right=0.66, left=0.62),
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def usual(known: Subject) -> GaitRecord:
+    return with_others_kinetics(known, builtin_subjects())
+
+
+def moved(subject: Subject, total: Force | None) -> Subject:
+    return subject.model_copy(
+        update={"gait": subject.gait.model_copy(update={"total_force": total})}
+    )
+
+
+def total_of(record: GaitRecord) -> np.ndarray:
+    own = {"right": PHASE, "left": (PHASE - record.left_phase) % 1.0}
+    return sum(record.ground_reaction(side, own[side]) for side in SIDES)
+
+
+def test_feet_leave_when_the_person_s_do(usual: GaitRecord, known: Subject) -> None:
+    record = at_own_contacts(usual, known)
+    assert record.stance_fraction == {"right": 0.66, "left": 0.62}
+    assert record.angles == usual.angles
+    for side, stance in record.stance_fraction.items():
+        force = record.ground_reaction(side, [stance / 2, stance - 0.01])[:, 2]
+        assert force[0] > 0.5
+        assert force[1] < 0.2
+        # Between the landing of the other foot and its own end a curve is stretched.
+        lands = usual.left_phase if side == "right" else 1.0 - usual.left_phase
+        before, after = (
+            lands + 0.5 * (end - lands) for end in (usual.stance_fraction[side], stance)
+        )
+        name = f"ankle_angle_{side[0]}"
+        assert record.moments[name](after) == pytest.approx(usual.moments[name](before), abs=0.02)
+
+
+def test_what_plates_recorded_is_held_out(usual: GaitRecord) -> None:
+    assert at_own_contacts(usual, load_subject("S05")) is usual
+    one = load_subject("S05").model_copy(
+        update={"stance_fraction": StanceFraction(right=0.6, left=None)}
+    )
+    assert at_own_contacts(usual, one) is usual
+
+
+def test_the_total_is_that_of_the_centre_of_mass(usual: GaitRecord, known: Subject) -> None:
+    record = at_own_contacts(usual, known)
+    found = with_total(record, moved(known, TOTAL))
+    wanted = np.stack(
+        [each.periodic()(PHASE) for each in (TOTAL.forward, TOTAL.left, TOTAL.up)], axis=1
+    )
+    before, after = total_of(record), total_of(found)
+    for axis, taken in enumerate(DIRECTIONS):
+        slow = np.fft.rfft(after[:, axis])[1:5] - np.fft.rfft(wanted[:, axis])[1:5]
+        left = np.abs(slow).max() / len(PHASE)
+        if taken:
+            assert left < 0.004
+        else:
+            assert after[:, axis] == pytest.approx(before[:, axis], abs=0.02)
+    assert after[:, 2].mean() == pytest.approx(before[:, 2].mean(), abs=0.005)
+    # a foot in the air carries nothing of it
+    for side in SIDES:
+        swing = np.linspace(found.stance_fraction[side] + 0.01, 0.99, 20)
+        assert not found.ground_reaction(side, swing).any()
+
+
+def test_a_walk_the_other_way_round_is_the_mirror_image(usual: GaitRecord, known: Subject) -> None:
+    """Left and right are treated alike: half a cycle later the sideways force has changed sign."""
+    even = replace(usual, left_phase=0.5)
+    flipped = Force(
+        forward=TOTAL.forward,
+        left=curve(0.0, (0.03, 0.0), (0.05, 0.0)),
+        up=curve(1.0, (-0.02, 0.2), (0.01, -0.1)),
+    )
+    one = with_total(even, moved(known, TOTAL))
+    other = with_total(even, moved(known, flipped))
+    right, left = one.ground_reaction("right", PHASE), other.ground_reaction("left", PHASE)
+    assert left * [1.0, -1.0, 1.0] == pytest.approx(right, abs=0.01)
+
+
+def test_nothing_known_or_a_crutch_that_carries_changes_nothing(
+    usual: GaitRecord, known: Subject
+) -> None:
+    assert with_total(usual, known) is usual
+    aided = moved(known, TOTAL).model_copy(update={"aid": "crutches"})
+    assert with_total(usual, aided) is usual
+
+
+def test_it_is_kept_in_the_file(known: Subject, tmp_path) -> None:
+    moved(known, TOTAL).save(tmp_path / "known.toml")
+    again = load_subject(str(tmp_path / "known.toml"))
+    assert again.gait.total_force == TOTAL
