@@ -24,6 +24,7 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.stored_gait import StanceFraction
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.errors import RecordError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
@@ -417,10 +418,12 @@ def _without_plates(clones: Path) -> Iterator[tuple[str, Subject, Array]]:
     for recording in _recordings():
         if recording is SAMPLE or "WBDS" in recording["laboratory"]:
             continue  # nobody, and the laboratory of the built-in people
-        full, known = (
-            _imported(recording | only, clones)
-            for only in ({}, {"kinematics_only": True, "forces": None})
-        )
+        full = _imported(recording, clones)
+        try:
+            known = _imported(recording | {"kinematics_only": True, "forces": None}, clones)
+        except RecordError as error:
+            print(f"{recording['name']}: no subject without its plates ({error})", flush=True)
+            continue
         if not full.gait.not_recorded:
             print(recording["name"], full.source, flush=True)
             yield (
