@@ -18,7 +18,9 @@ import numpy as np
 import evidence
 from evidence.fitted import MOMENTS, Stored, corrected, skill_of, stored_baselines, values_of
 from evidence.held_out import mean, rmse_of, split_by_speed, stored
+from evidence.marked_table import with_table
 from gaitval.arrays import Array
+from gaitval.artefacts import write_text
 from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.datasets.stored_gait import StanceFraction
@@ -94,6 +96,7 @@ NEAR = 0.2
 FROM = evidence.option(
     "--from", type=Path, dest="clones", required=True, help="folder of the clones, OWNER+NAME"
 )
+PAGE = evidence.ROOT / "docs" / "how-to" / "estimate.md"
 DRAWS, SEED = 10_000, 36
 """Of the bootstrap over people."""
 MEASURES = {
@@ -376,18 +379,27 @@ def seen(arguments: Namespace) -> list[evidence.Row]:
         widths.append(units(known.leg_length_m) * found.half_width / WIDER_ELSEWHERE)
         laboratories.append(laboratory)
     rows, count = [], len(laboratories)
-    size = [np.sqrt(np.mean(np.square(each), axis=(1, 3))) for each in (before, after)]
+    size = [np.sqrt(np.mean(np.square(each), axis=3)).mean(axis=1) for each in (before, after)]
+    table = ["| RMS error | without | with what markers say | nearer |", "|---|---|---|---|"]
     for kind, name in SKILLS:
         i = KINETICS.index((kind, name))
         without, with_them = (each[:, i] for each in size)
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
         what = f"recordings elsewhere without plates: {noun}, contacts and total force by markers"
+        nearer = int(np.sum(with_them < without))
+        scale, digits, unit = (100, 1, "% BW") if kind == "forces" else (1, 3, "Nm/kg")
+        table.append(
+            f"| {noun}, {unit} | {scale * without.mean():.{digits}f} | "
+            f"{scale * with_them.mean():.{digits}f} | {nearer} of {count} |"
+        )
         ratio = float(with_them.mean() / without.mean())
         of = f"{what}: error over that without them"
         rows.append(evidence.Row(of, ratio, "1", "<=", 0.8, 1.0, count))
         of = f"{what}: skill against that without them, 5 % point"
         least = lower_end(with_them, without)
         rows.append(evidence.Row(of, least, "1", ">=", 0.0, -0.03, count))
+    page = PAGE.read_text(encoding="utf-8")
+    write_text(PAGE, with_table(page, "seen", "\n".join(table)))
     # (recordings, quantities): how much wider a band has to be to hold 90 of 100 points
     off = np.abs(np.array(after)) / np.maximum(np.array(widths)[:, None], 1e-9)
     print("wider:", np.round(_wider(off), 2).tolist(), "shipped:", WIDER_ELSEWHERE[:, 0].tolist())
