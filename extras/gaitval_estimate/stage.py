@@ -100,10 +100,12 @@ def check(run: Run) -> None:
         )
 
 
-def of_run(run: Run) -> Estimate:
-    """The estimate of the kinetics of `run`; raises as `check`."""
+def of_run(run: Run, model: BodyModel | None = None) -> Estimate:
+    """The estimate of the kinetics of `run`, by the scaled `model` or that of its folder; raises as
+    `check`.
+    """
     check(run)
-    model = read_urdf(run.folder / "model.urdf")
+    model = model or read_urdf(run.folder / "model.urdf")
     return of_known(run.told(), run.subject, model, run.configuration.contact)
 
 
@@ -132,14 +134,14 @@ def _seen(found: Estimate, record: GaitRecord, subject: Subject) -> Estimate:
     return replace(found, kinetics=kinetics + found.weights[:, None] * found.own)
 
 
-def asked(run: Run) -> Told:
-    """What the walk of `run` is to be: the known angles with the estimate's kinetics. At another
-    speed than the recorded one it is what the run knows.
+def asked(run: Run, model: BodyModel | None = None) -> Told:
+    """What the walk of `run` is to be: the known angles with the estimate's kinetics, by `model` as
+    `of_run`. At another speed than the recorded one it is what the run knows.
     """
     if is_predicted(run.configuration.record):
         return run.told()
     known = at_own_contacts(run.told().record, run.subject)
-    return Told(with_kinetics(known, run.subject, of_run(run)), ESTIMATE_ACCURACY)
+    return Told(with_kinetics(known, run.subject, of_run(run, model)), ESTIMATE_ACCURACY)
 
 
 def with_kinetics(known: GaitRecord, subject: Subject, found: Estimate) -> GaitRecord:

@@ -158,11 +158,11 @@ def _recorded(metrics: Metrics, subject: Subject, kind: str, key: str) -> Array 
     for each in KINDS:
         if each == kind and key in metrics.record.curves.of(each):
             return array(metrics.record.curves.of(each)[key])
-    record, percent = subject.record(), np.linspace(0.0, 1.0, 101)
-    if kind == "angles" and key in record.angles:
-        return np.degrees(record.angles[key](percent))
-    if kind == "moments" and key in record.moments:
-        return np.asarray(record.moments[key](percent))
+    percent, angles = np.linspace(0.0, 1.0, 101), subject.gait.angles_of_both()
+    if kind == "angles" and key in angles:
+        return np.degrees(angles[key](percent))
+    if kind == "moments" and subject.has_kinetics and key in subject.record().moments:
+        return np.asarray(subject.record().moments[key](percent))
     return None
 
 

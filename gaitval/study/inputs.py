@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval import wings
 from gaitval.artefacts import read_json
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.urdf import model_hash, read_urdf
@@ -14,7 +15,9 @@ from gaitval.model.urdf import model_hash, read_urdf
 if TYPE_CHECKING:
     from gaitval.configuration import Start
     from gaitval.metrics.typed import Result
+    from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
+    from gaitval.prediction.known import Told
     from gaitval.simulation.walker import WalkingTask
 
 from gaitval.study.stage import Run
@@ -95,6 +98,15 @@ def start_policy(run: Run, folder: Path) -> "Policy":
         model_hash=body,
         hidden_units=run.configuration.training.hidden_units,
     )
+
+
+def asked(run: Run, model: "BodyModel") -> "Told":
+    """What the walk of `run` is to be, of the person with the scaled `model`: what it knew, and for
+    kinetics that it did not know those of the estimate.
+    """
+    if not run.knew_no_kinetics:
+        return run.told()
+    return cast("Told", wings.load(wings.PARTS, "estimate").asked(run, model))
 
 
 def walking_task(run: Run) -> "WalkingTask":

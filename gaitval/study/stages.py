@@ -35,6 +35,7 @@ from gaitval.study.inputs import (
     UNFINISHED,
     WALKS,
     WITNESS,
+    asked,
     body_parameters,
     identified_task,
     start_kind,
@@ -116,11 +117,10 @@ def reference_stage(run: Run) -> Stage:
 
 
 def _reference_of(run: Run, body: "BodyModel") -> "ReferenceMotion":
-    """The motion of `body` to walk; kinetics that `run` did not know are those of the estimate."""
+    """The motion of `body` to walk."""
     from gaitval.reference.dynamic_fit import consistent_reference
 
-    asked = wings.load(wings.PARTS, "estimate").asked if run.knew_no_kinetics else Run.told
-    record, accuracy = asked(run)
+    record, accuracy = asked(run, read_urdf(run.folder / "model.urdf"))
     return consistent_reference(record, body, run.configuration.contact, accuracy)
 
 

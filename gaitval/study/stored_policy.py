@@ -22,8 +22,9 @@ from gaitval.policy.storage import Policy, load_policy, load_start
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.inputs import STORED_FILES, body_parameters
+from gaitval.study.inputs import STORED_FILES, asked, body_parameters
 from gaitval.study.run import general_policy
+from gaitval.study.stage import Run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,15 +65,20 @@ class StoredPolicy(Displayed):
     @cached_property
     def task(self) -> WalkingTask:
         """What it was trained for. The reference motion takes seconds, once."""
-        return WalkingTask.of(self.model, self.subject.record(), self.configuration)
+        return self._task(self.model)
+
+    def _task(self, model: BodyModel, mu: Array | None = None) -> WalkingTask:
+        run = Run(self.folder, self.subject, self.configuration)
+        record, accuracy = asked(run, self.model)
+        task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu)
+        return replace(task, record=run.told().record)
 
     @cached_property
     def corrected_task(self) -> WalkingTask:
         """The task of the identified body with the corrected reference, as it is validated."""
         task = self.task
         if not np.array_equal(self.identified[2:], self.nominal[2:]):  # another body
-            record, model = self.subject.record(), self.identified_model
-            task = WalkingTask.of(model, record, self.configuration, mu=self.identified)
+            task = self._task(self.identified_model, self.identified)
         reference = adjusted(task.reference, task.reference_body, self.correction)
         return replace(task, reference=reference)
 
