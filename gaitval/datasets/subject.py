@@ -267,8 +267,9 @@ class Subject(Displayed, StoredPart):
         """
         if self.gait.forces is None:
             raise SubjectError(
-                f"{self.identifier}: no moments and forces were recorded. `gaitval subject` "
-                "predicts them; nothing else can be done without."
+                f"{self.identifier}: no moments and forces were recorded, which this needs. Give a "
+                "recording with force plates; what needs none is `gaitval subject`, predict, "
+                "live and export."
             )
         stance = self.stance_fraction.of_both()
         return GaitRecord(

@@ -15,17 +15,7 @@ from gaitval.errors import ScalingError
 
 Place = Sequence[float] | Array
 
-LANDMARKS = (
-    "ASIS",
-    "PSIS",
-    "Knee",
-    "Knee.Medial",
-    "Ankle",
-    "Ankle.Medial",
-    "Heel",
-    "MT1",
-    "MT5",
-)
+LANDMARKS = ("ASIS", "PSIS", "Knee", "Knee.Medial", "Ankle", "Ankle.Medial", "Heel", "MT1", "MT5")
 """Landmarks on each side from which the legs are measured: spines of the pelvis, lateral and medial
 femoral epicondyles and malleoli, heel, first and fifth metatarsal heads."""
 
@@ -49,11 +39,7 @@ LARGEST_COORDINATE = 20.0
 """A standing person is within this distance of the laboratory's origin, m; beyond it the markers
 are in millimetres."""
 
-WIDTHS = {
-    "knee_width": (0.06, 0.17),
-    "ankle_width": (0.04, 0.12),
-    "elbow_width": (0.04, 0.12),
-}
+WIDTHS = {"knee_width": (0.06, 0.17), "ankle_width": (0.04, 0.12), "elbow_width": (0.04, 0.12)}
 """Plausible widths across the epicondyles and malleoli, m."""
 
 Width = float | tuple[float, float] | None

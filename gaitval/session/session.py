@@ -163,12 +163,7 @@ def _scaled(
         functional = functional_joints(request, processing, session, noted)
         hip_centres = chosen_hips(request, functional, noted)
     body = known.body = scale_body(
-        request,
-        processing,
-        session,
-        noted,
-        hip_centres=hip_centres,
-        symmetric=symmetric,
+        request, processing, session, noted, hip_centres=hip_centres, symmetric=symmetric
     )
     session = known.session = replace(
         session,

@@ -40,6 +40,7 @@ from gaitval.study.stages import (
     repeat_stage,
     report_stage,
     scale_stage,
+    validate_stage,
 )
 from gaitval.study.unread import say_unread
 
@@ -254,14 +255,13 @@ def compare_stage(run: Run) -> Stage:
     """Predicted walks of `run` against the held-out record → metrics.json. Without a record, the
     distance from the prediction, and the errors of predictions of held-out trials.
     """
-    from gaitval.metrics.results import SCHEMA_VERSION
 
     def compare() -> None:
         write_json(run.folder / METRICS, metrics_of(run, pushes=None).as_dict())
 
-    return Stage(
-        "validate",
-        compare,
+    return replace(
+        validate_stage(run),
+        run=compare,
         inputs=(
             "subject.toml",
             "model.urdf",
@@ -271,11 +271,6 @@ def compare_stage(run: Run) -> Stage:
             REPEATS,
             f"policy/{GAIN}",
         ),
-        outputs=("metrics.json",),
-        values={
-            **run.sections("seed", "record", "contact", "validation"),
-            "schema_version": SCHEMA_VERSION,
-        },
     )
 
 

@@ -834,7 +834,6 @@ def validate_stage(run: Run) -> Stage:
     from gaitval.metrics.results import SCHEMA_VERSION
 
     def validate() -> None:
-
         pushes = stored(run, "push.json", StoredPushes)
         write_json(run.folder / METRICS, metrics_of(run, pushes=pushes.recovery).as_dict())
 

@@ -1,11 +1,13 @@
 """A stored policy walks from Python as it was validated, and is compared as it was."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gaitval as gv
+from evidence.unrecorded_verdicts import expected
 from gaitval.errors import PolicyError
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.simulation.simulated_walk import SimulatedWalk
@@ -55,3 +57,19 @@ def test_a_walk_against_the_record_and_itself(walk: SimulatedWalk, tmp_path: Pat
     assert repr(Comparison.load(tmp_path / "comparison.npz")) == repr(against)
     itself = gv.compare(walk, walk)
     assert max(itself.rmse(name) for name in itself.names) == 0.0
+
+
+@pytest.mark.slow  # four dynamic fits
+def test_without_plates_a_policy_walks_after_the_estimate(policy: StoredPolicy):
+    """As does one whose run was not to know the kinetics; both had walked after recorded ones."""
+    person, configuration = expected(policy.subject, policy.configuration)
+    unknown = replace(policy, subject=person, configuration=configuration).task
+    record = policy.configuration.record.model_copy(update={"use": "kinematics"})
+    untold = replace(
+        policy, configuration=policy.configuration.model_copy(update={"record": record})
+    ).task
+    np.testing.assert_array_equal(untold.reference.positions, unknown.reference.positions)
+    assert np.abs(policy.task.reference.positions - untold.reference.positions).max() > 0.01
+    moments = [each.record.moments["hip_flexion_r"] for each in (policy.task, untold)]
+    assert moments[0] == policy.subject.record().moments["hip_flexion_r"]
+    assert moments[1] != moments[0]

@@ -250,6 +250,7 @@ def build_run(
     last = made.get("identified", made["nominal"])
     if not_recorded is not None:
         subject, configuration = CASES[not_recorded](subject, configuration)
+        (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
         subject, record = Run(folder, subject, configuration).compared()
     metrics = validate(
         subject,
