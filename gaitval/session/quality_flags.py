@@ -56,13 +56,7 @@ def trial_doubts(
         )
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_doubts(plate.name, outside, used)
-    of_motion = motion_doubts(
-        needed,
-        loads,
-        stances,
-        forces.rate,
-        request.mass_kg,
-    )
+    of_motion = motion_doubts(needed, loads, stances, forces.rate, request.mass_kg)
     found += contact_doubts(forces, marker_events(recording, landmarks=landmarks))
     named = {doubt.plate for doubt in of_plates}
     # a plate with a warning already explains why its force and the motion disagree
