@@ -15,17 +15,7 @@ from gaitval.errors import ScalingError
 
 Place = Sequence[float] | Array
 
-LANDMARKS = (
-    "ASIS",
-    "PSIS",
-    "Knee",
-    "Knee.Medial",
-    "Ankle",
-    "Ankle.Medial",
-    "Heel",
-    "MT1",
-    "MT5",
-)
+LANDMARKS = ("ASIS", "PSIS", "Knee", "Knee.Medial", "Ankle", "Ankle.Medial", "Heel", "MT1", "MT5")
 """Landmarks on each side from which the legs are measured: spines of the pelvis, lateral and medial
 femoral epicondyles and malleoli, heel, first and fifth metatarsal heads."""
 
@@ -36,24 +26,20 @@ LANDMARK_NAMES = (
         f"{side}.{name}"
         for side in "RL"
         for name in (
-            *("Thigh", "Shank", "MT2", "Toe", "Acromion", "Elbow", "Elbow.Medial"),
+            *("Thigh", "Shank", "Knee.Axis", "MT2", "Toe", "Acromion", "Elbow", "Elbow.Medial"),
             *("Wrist", "Wrist.Radial", "Wrist.Ulnar"),
         )
     ),
 )
 """All landmarks that a marker can be on. Thigh and Shank are the wand markers of Plug-in Gait,
-which lie in the frontal plane of the segment; Toe is any marker beyond the metatarsal heads, and
-Wrist is a single marker on the wrist."""
+which lie in the frontal plane of the segment; Knee.Axis is the end of an alignment device on the
+knee's axis; Toe is any marker beyond the metatarsal heads, Wrist a single marker on the wrist."""
 
 LARGEST_COORDINATE = 20.0
 """A standing person is within this distance of the laboratory's origin, m; beyond it the markers
 are in millimetres."""
 
-WIDTHS = {
-    "knee_width": (0.06, 0.17),
-    "ankle_width": (0.04, 0.12),
-    "elbow_width": (0.04, 0.12),
-}
+WIDTHS = {"knee_width": (0.06, 0.17), "ankle_width": (0.04, 0.12), "elbow_width": (0.04, 0.12)}
 """Plausible widths across the epicondyles and malleoli, m."""
 
 Width = float | tuple[float, float] | None
