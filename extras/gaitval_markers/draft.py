@@ -1,6 +1,5 @@
 """A marker set drafted for a recording: which marker lies where, from its name and its place."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -45,10 +44,6 @@ ASIS, knee, ankle and heel of both sides, which gaitval needs."""
 
 FEWEST: Final = 8
 """Markers without which a body is not recognised: those of legs that gaitval can use."""
-
-MOST: Final = 120
-"""Markers that are matched; more than anybody wears. With 144 points, most of them ends of muscles
-that a program computed, the search does not end in ten minutes."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +145,7 @@ class Places:
 def draft_markers(walking: Recording, standing: Recording | None = None) -> Draft:
     """Guess the place of every marker of a walking trial, and of its standing trial.
 
-    Raises RecordError if there are too few markers for a body, or too many.
+    Raises RecordError if there are too few markers for a body.
     """
     return draft_of(places_of(walking, standing))
 
@@ -158,13 +153,6 @@ def draft_markers(walking: Recording, standing: Recording | None = None) -> Draf
 def places_of(walking: Recording, standing: Recording | None = None) -> Places:
     """Match the markers to a body by their places alone; raises as `draft_markers`."""
     still = walking if standing is None else standing
-    with warnings.catch_warnings():
-        # A marker that is never seen has no mean place: NaN, as it should be.
-        warnings.simplefilter("ignore", category=RuntimeWarning)
-        return _places_of(walking, still)
-
-
-def _places_of(walking: Recording, still: Recording) -> Places:
     walk, stand = ({plain_name(n): n for n in each.names} for each in (walking, still))
     at = stood(still)
     sums = computed([*still.names, *walking.names])
@@ -177,13 +165,6 @@ def _places_of(walking: Recording, still: Recording) -> Places:
             f"{len(names)} markers are seen, which is too few to recognise a body: "
             f"{', '.join(names) or 'none'}. At least {FEWEST} are needed, of pelvis, knees, ankles "
             "and feet."
-        )
-    if len(names) > MOST:
-        raise RecordError(
-            f"{still.source}: {len(names)} points, more than the {MOST} that are matched to a "
-            "body: most are not markers but what a program computed from them (joint centres, ends "
-            f"of muscles), such as {', '.join(names[-3:])}. Export the trial with its labelled "
-            "markers only."
         )
     moves = _moves([plain_name(name) for name in names], walking)
     return Places(

@@ -67,8 +67,7 @@ def _line(guess: Guess, draft: Draft) -> str:
 def said_of(guess: Guess) -> str:
     """The place and its certainty in words."""
     site = "on no known place" if guess.site is None else guess.site.label
-    # Not rounded up: at 94.7 % a guess is not used, and must not be said to be 95 % certain.
-    words = f"{site}, {int(100 * guess.certainty)}%"
+    words = f"{site}, {guess.certainty:.0%}"
     if guess.second is not None and not guess.used:
         words += f"; or {guess.second.label}"
     return words + ("; its name says another place" if guess.named is False else "")
