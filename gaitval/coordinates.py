@@ -49,14 +49,7 @@ def split_side(name: str) -> tuple[str, str]:
     return side, name[:-2] if side else name
 
 
-ROOT: Final = (
-    "pelvis_rx",
-    "pelvis_ry",
-    "pelvis_rz",
-    "pelvis_tx",
-    "pelvis_ty",
-    "pelvis_tz",
-)
+ROOT: Final = ("pelvis_rx", "pelvis_ry", "pelvis_rz", "pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 LEG: Final = (
     "hip_flexion",

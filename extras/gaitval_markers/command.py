@@ -1,13 +1,18 @@
 """The command that drafts a marker set."""
 
 import shlex
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+
+MOST: Final = 120
+"""Points that are matched; more markers than anybody wears. With 144, most of them ends of muscles
+that a program computed, the search did not end in ten minutes."""
 
 
 @added_command(
@@ -60,7 +65,17 @@ def markers(
         )
     walking = read_recording(file, plates=False)
     still = None if standing is None else read_recording(standing, plates=False)
-    draft = draft_markers(walking, still)
+    count = len((still or walking).names)
+    if count > MOST:
+        raise RecordError(
+            f"{standing or file}: {count} points, more than the {MOST} that are matched to a body. "
+            "Most must be what a program computed, such as joint centres or the ends of muscles: "
+            "export the trial with its labelled markers only."
+        )
+    with warnings.catch_warnings():
+        # A marker that is never seen has no mean place: NaN, as it should be.
+        warnings.simplefilter("ignore", category=RuntimeWarning)
+        draft = draft_markers(walking, still)
     title = f"Markers of {(standing or file).name}"
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(as_toml(draft, title, "drafted by gaitval markers"), encoding="utf-8")

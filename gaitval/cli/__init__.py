@@ -3,8 +3,4 @@
 from gaitval.cli import recording, study
 from gaitval.cli.app import main
 
-__all__ = [
-    "main",
-    "recording",
-    "study",
-]
+__all__ = ["main", "recording", "study"]

@@ -118,10 +118,7 @@ def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> 
                 "--stance, the stance fraction of the gait cycle (about 0.62), or forces."
             )
         both = StanceFraction(right=stance, left=stance)
-        return found | {
-            "stance_fraction": both,
-            "gait": Gait(samples=SAMPLES, angles=angles),
-        }
+        return found | {"stance_fraction": both, "gait": Gait(samples=SAMPLES, angles=angles)}
     # Rows where the source's own filter leaves an edge are left out of the fit of moments.
     trusted = np.delete(np.arange(SAMPLES), curves.seam)
     ends = {side: stance_fraction(curves.forces[side][:, 2]) for side in SIDES}

@@ -138,11 +138,7 @@ class Gait(StoredPart):
         for side in SIDES:
             force = None if self.forces is None else self.forces.of(side)
             if force is not None:
-                found[side] = (
-                    force.forward.periodic(),
-                    force.left.periodic(),
-                    force.up.periodic(),
-                )
+                found[side] = (force.forward.periodic(), force.left.periodic(), force.up.periodic())
         for hidden in [side for side in SIDES if side not in found]:
             from gaitval.datasets.stretched_force import stretched
 

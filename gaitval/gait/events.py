@@ -52,6 +52,9 @@ BOUNCE_SECONDS: Final = 0.05
 """A foot unloaded for less than this has not started its swing."""
 SCUFF_SECONDS: Final = 0.1
 """A foot loaded for less than this has only brushed the plate; no stance is this short."""
+DRAGGED: Final = 0.1
+"""A contact with less than this fraction of the largest vertical force is a foot that drags over
+the plate in swing (in spastic gait for longer than a scuff)."""
 SAME_EVENT_SECONDS: Final = 0.1
 """An event from force and one from markers that are this close are the same event."""
 
@@ -104,7 +107,7 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
 
     The time is that of the crossing of `force_threshold_n`, on the line through the two nearest
     samples above it. Contacts that the plates show only in part (`valid` is False at one of their
-    samples) give no events.
+    samples) give no events, nor do those of a foot that is `DRAGGED`.
 
     Parameters
     ----------
@@ -118,10 +121,11 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
     """
     events = []
     threshold, rate = processing.force_threshold_n, forces.rate
+    least = DRAGGED * forces.force[..., 2].max(initial=0.0)
     for column, side in enumerate(SIDES):
         vertical = forces.force[:, column, 2]
         for begin, end in zip(*foot_contacts(vertical > threshold, rate=rate), strict=True):
-            if not forces.valid[begin:end, column].all():
+            if not forces.valid[begin:end, column].all() or vertical[begin:end].max() < least:
                 continue
             # Kind, outermost loaded sample, direction into the contact (+1 or −1), and the number
             # of samples outside the contact on that side.

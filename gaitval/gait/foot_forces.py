@@ -116,10 +116,7 @@ def assign_forces(
     check_synchrony(recording, shares.touched, landmarks)
     findings += judge_unshown(recording, feet, shares.touched, shares.valid)
     filtered = low_pass(
-        shares.wrench,
-        rate=recording.force_rate,
-        cutoff_hz=cutoff_hz,
-        order=processing.filter_order,
+        shares.wrench, rate=recording.force_rate, cutoff_hz=cutoff_hz, order=processing.filter_order
     )
     on = filtered[:, :, 2] > processing.force_threshold_n
     # The sum of several plates' wrenches has no surface of its own; the centre of pressure is put
@@ -177,11 +174,7 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
 
 
 def _share_out(
-    recording: Recording,
-    plate: Plate,
-    feet: Feet,
-    processing: ProcessingSettings,
-    shares: _Shares,
+    recording: Recording, plate: Plate, feet: Feet, processing: ProcessingSettings, shares: _Shares
 ) -> list[Finding]:
     """Assign each contact with a plate to a foot, in place; returns the objections as findings."""
     vertical = low_pass(

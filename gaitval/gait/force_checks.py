@@ -16,7 +16,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.events import foot_contacts
+from gaitval.gait.events import DRAGGED, foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, plate_axes
 from gaitval.mocap.recording import FootForces, Plate, Recording
@@ -88,10 +88,13 @@ def whole_stances(recording: Recording, forces: FootForces) -> tuple[Stance, ...
         The right foot's stances, then the left's, each with the plate that carries most of it.
     """
     found = []
+    least = DRAGGED * forces.force[..., 2].max(initial=0.0)
     for column, side in enumerate(SIDES):
         loaded = forces.force[:, column, 2] > 0.0
         for begin, end in zip(*foot_contacts(loaded, rate=forces.rate), strict=True):
             if begin == 0 or end == len(loaded) or not forces.valid[begin:end, column].all():
+                continue
+            if forces.force[begin:end, column, 2].max() < least:
                 continue
             # Sums of the vertical force are impulses but for the sample time, which they share.
             shares = [plate.force[begin:end, 2].sum() for plate in recording.plates]

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.coordinates import RANGES
+from gaitval.coordinates import COORDINATES, RANGES
 from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
@@ -37,6 +37,9 @@ ANCHOR_WEIGHT: Final = 10.0
 FADE: Final = 0.06
 """s, over which a sole moves gradually to its anchored position at either end of a rest, so that
 the motion does not jump."""
+
+
+_SUBTALAR: Final = ("subtalar_angle_r", "subtalar_angle_l")
 
 
 @dataclass(frozen=True)
@@ -84,11 +87,7 @@ def anchored(
         `kinematics`.
     rate : Hz, of the frames.
     floor_velocity : (3,) m/s of the floor in the markers' axes: zero overground, the belt's on a
-        treadmill; found from the resting feet if not given.
-
-    Raises
-    ------
-    RecordError : `floor_velocity` is not three numbers.
+        treadmill; found from the resting feet if not given. RecordError if it is not three numbers.
     """
     measured = np.asarray(measured, dtype=float)
     velocities = _foot_velocities(markers, measured, rate)
@@ -119,12 +118,15 @@ def anchored(
     anchors = [
         replace(point, weight=ANCHOR_WEIGHT * mean_weight) for points in soles for point in points
     ]
+    # What no marker shows of a foot, its anchors would show in its rests only, and move it there.
+    blind = [n for n in _SUBTALAR if not kinematics.determined[:, COORDINATES.index(n)].any()]
+    unseen = {n: float(kinematics.positions[0, COORDINATES.index(n)]) for n in blind}
     count = len(markers)
     solved = inverse_kinematics(
         model,
         [*markers, *anchors],
         np.concatenate([measured, *targets], axis=1),
-        held=held,
+        held={**unseen, **(held or {})},
         ranges=ranges,
     )
     solved = replace(

@@ -69,9 +69,7 @@ class MarkedBody(ScaledBody):
         return cls(read_urdf(Path(path) / "model.urdf"), table, marker_set, standing, fitted)
 
 
-def load_markers(
-    path: Path,
-) -> tuple[tuple[ModelMarker, ...], str, dict[str, tuple[float, ...]]]:
+def load_markers(path: Path) -> tuple[tuple[ModelMarker, ...], str, dict[str, tuple[float, ...]]]:
     """Markers, marker set and standing places that `save_markers` wrote to `path`. Raises
     ArtefactError for a missing or damaged file.
     """

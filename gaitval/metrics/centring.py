@@ -42,10 +42,7 @@ def centred(
         )
         if rollout.fell[0]:
             continue
-        found = epsilon(
-            curves_of(task, rollout, find_cycles(rollout, task.configuration)),
-            wanted,
-        )
+        found = epsilon(curves_of(task, rollout, find_cycles(rollout, task.configuration)), wanted)
         if found is not None and found.total is not None and found.total < least:
             best, least = share, found.total
     return best

@@ -35,11 +35,7 @@ from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
 from gaitval.metrics.walk_results import PushRecovery, PushTrace
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import (
-    RolloutPool,
-    in_groups,
-    record_rollout,
-)
+from gaitval.policy.rollouts import RolloutPool, in_groups, record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout

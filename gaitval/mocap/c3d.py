@@ -13,15 +13,9 @@ from gaitval.mocap.recording import Event, Recording
 from gaitval.mocap.units import METRES, unit_factor
 
 # What a list of points may contain besides markers: results of the laboratory's own software.
-_RESULTS: Final = (
-    "ANGLES",
-    "FORCES",
-    "MOMENTS",
-    "POWERS",
-    "SCALARS",
-    "REACTIONS",
-    "MODELED_MARKERS",
-)
+_RESULTS: Final = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+_AXES: Final = "OALP"
+"""Last letters of the origin and the three axes of a segment, four points of Vicon's programs."""
 
 
 def read_c3d(path: Path, *, plates: bool = True) -> Recording:
@@ -36,13 +30,14 @@ def read_c3d(path: Path, *, plates: bool = True) -> Recording:
     -------
     Recording
         In the laboratory's axes, SI units. A marker is NaN where its residual is negative or it
-        lies exactly at the origin. Points that the file declares to be angles, forces, moments or
-        powers are left out, and so are unlabelled ones (`*12`). A subject's prefix that all names
-        share (`Anna:LASI`) is removed. Forces are those of the plate on the person: if a file has
-        the opposite sign it is reversed, because a plate can only push. Plates without channels are
-        left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says, unless the plate is loaded
-        in those frames. The polynomial with which Kistler refines the centre of pressure of type 3
-        (FPCOPPOLY) is not applied: a few millimetres near the plate's edge.
+        lies exactly at the origin. Points that the file declares to be results are left out, and so
+        are axes of segments (PELO, PELA, PELL, PELP) and unlabelled points (`*12`). A subject's
+        prefix that all names share (`Anna:LASI`) is removed. Forces are those of the plate on the
+        person: if a file has the opposite sign it is reversed, because a plate can only push.
+        Plates without channels are left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says,
+        unless the plate is loaded in those frames. The polynomial with which Kistler refines the
+        centre of pressure of type 3 (FPCOPPOLY) is not applied: a few millimetres near the plate's
+        edge.
 
     Raises
     ------
@@ -95,7 +90,13 @@ def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
             "in the program that recorded them and export again."
         )
     metres = unit_factor(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
-    results = {name for group in _RESULTS for name in labels_of(contents, "POINT", group)}
+    groups = (*_RESULTS, "MODELED_MARKERS")
+    results = {name for group in groups for name in labels_of(contents, "POINT", group)}
+    # With an alignment device (KAX) on a knee, Plug-in Gait says where its marker will be (KNE).
+    results -= {f"{name[:-3]}KNE" for name in labels if name.endswith("KAX")}
+    for stem in {label[:-1] for label in labels}:
+        axes = {stem + letter for letter in _AXES}
+        results |= axes if axes <= set(labels) else set()
     kept = [
         i
         for i, label in enumerate(labels[:count])

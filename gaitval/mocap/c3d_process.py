@@ -92,10 +92,7 @@ def main() -> None:
         described = {
             "parameters": {
                 group: {
-                    name: {
-                        "value": values(entry["value"]),
-                        "shape": np.shape(entry["value"]),
-                    }
+                    name: {"value": values(entry["value"]), "shape": np.shape(entry["value"])}
                     for name, entry in entries.items()
                     if name != "__METADATA__"
                 }

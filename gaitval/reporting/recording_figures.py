@@ -105,10 +105,7 @@ def residuals(
     with new_figure(3.5) as figure:
         panels = figure.subplots(2, 3, sharex=True, sharey="row")
         rows = ((force, force_limit, "force, N"), (moment, moment_limit, "moment, Nm"))
-        titles = (
-            ("Forward", "To the left", "Up"),
-            ("About forward", "About left", "About up"),
-        )
+        titles = (("Forward", "To the left", "Up"), ("About forward", "About left", "About up"))
         for row, (values, limit, label) in enumerate(rows):
             for column in range(3):
                 axes = panels[row, column]

@@ -12,6 +12,7 @@ Landmarks that a marker set lacks are found as follows.
 | medial knee, ankle | width, lateral marker, wand in the plane of the axis | Davis et al. (1991) |
 | first metatarsal head | heel and fifth head, mean shape of 20 feet | `foot_shape.FOOT_SHAPE` |
 | first and fifth head | heel and second head, mean shape of 20 feet | `foot_shape.FOOT_SHAPE` |
+| the same, marker on the midfoot | its direction, height of the hips | `foot_shape.MIDFOOT` |
 | shoulder joint | acromion, 17 % of the distance between the acromia below it | Rab et al. (2002) |
 | medial elbow | width, lateral marker, axis perpendicular to the arm | geometry |
 """
@@ -153,7 +154,7 @@ def measure(
         pelvic_tilt=float(np.arcsin(-frame[2, 0])),
         one_sided=one_sided,
         **_shoulders(points),
-        sources=_sources(markers, widths, functional=bool(hip_centres)),
+        sources=_sources(markers, points, widths, functional=bool(hip_centres)),
     )
 
 
@@ -196,11 +197,11 @@ def _standing(
     points["L.Hip.Centre"] = middle_asis + frame @ (mirror * right_hip)
     for side, centre in (hip_centres or {}).items():
         points[f"{side}.Hip.Centre"] = heading.T @ centre
-    for side in "RL":
-        if not {f"{side}.MT1", f"{side}.MT5"} <= points.keys():
-            from gaitval.scaling.foot_shape import metatarsals
+    if not {"R.MT1", "R.MT5", "L.MT1", "L.MT5"} <= points.keys():
+        from gaitval.scaling.foot_shape import metatarsals
 
-            points.update(metatarsals(points, side))
+        points.update(metatarsals(points))
+    for side in "RL":
         for joint, above, wand, width in (
             ("Knee", "Hip.Centre", "Thigh", knee_width),
             ("Ankle", "Knee.Centre", "Shank", ankle_width),
@@ -288,7 +289,11 @@ def _shoulders(points: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _sources(
-    markers: Mapping[str, Place], widths: Mapping[str, Width], *, functional: bool
+    markers: Mapping[str, Place],
+    points: Mapping[str, Array],
+    widths: Mapping[str, Width],
+    *,
+    functional: bool,
 ) -> dict[str, str]:
     """How the rows of the scaling table were measured, if not by a marker on each landmark."""
     sources = {}
@@ -311,6 +316,11 @@ def _sources(
     if "MT1" not in known:
         other = "fifth" if "MT5" in known else "second"
         sources["foot"] = f"markers, first metatarsal head from the {other}, ball ratio"
+        from gaitval.scaling.foot_shape import MIDFOOT_SOURCE, on_midfoot
+
+        seen = {name: at for name, at in points.items() if name in markers or "Hip" in name}
+        if on_midfoot(seen):
+            sources["foot"] = MIDFOOT_SOURCE
     return sources
 
 

@@ -49,7 +49,7 @@ def hinge_centre(
     points : markers and joint centres, (3,) m each, x forward and y left.
     side : "R" or "L".
     joint, above, wand : names without a side of the lateral marker, of the joint above and of the
-        wand, without which the axis is taken across the pelvis.
+        wand, if no marker is on the axis; without either it is taken across the pelvis.
     half_width : from the marker's centre to the joint's, m.
 
     Raises
@@ -58,6 +58,7 @@ def hinge_centre(
     """
     lateral, inwards = points[f"{side}.{joint}"], np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
     place = points.get(f"{side}.{wand}", lateral - 0.1 * inwards)
+    place = points.get(f"{side}.{joint}.Axis", place)
     centre = chord_centre(points[f"{side}.{above}"], lateral, place, half_width)
     if unit_vector(centre - lateral) @ inwards < 0.5:
         raise ScalingError(

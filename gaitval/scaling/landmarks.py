@@ -26,14 +26,14 @@ LANDMARK_NAMES = (
         f"{side}.{name}"
         for side in "RL"
         for name in (
-            *("Thigh", "Shank", "MT2", "Toe", "Acromion", "Elbow", "Elbow.Medial"),
+            *("Thigh", "Shank", "Knee.Axis", "MT2", "Toe", "Acromion", "Elbow", "Elbow.Medial"),
             *("Wrist", "Wrist.Radial", "Wrist.Ulnar"),
         )
     ),
 )
 """All landmarks that a marker can be on. Thigh and Shank are the wand markers of Plug-in Gait,
-which lie in the frontal plane of the segment; Toe is any marker beyond the metatarsal heads, and
-Wrist is a single marker on the wrist."""
+which lie in the frontal plane of the segment; Knee.Axis is the end of an alignment device on the
+knee's axis; Toe is any marker beyond the metatarsal heads, Wrist a single marker on the wrist."""
 
 LARGEST_COORDINATE = 20.0
 """A standing person is within this distance of the laboratory's origin, m; beyond it the markers

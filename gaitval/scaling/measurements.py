@@ -217,10 +217,7 @@ def with_fitted_lengths(
         measured,
         right=_fitted(measured, measured.right, limbs),
         left=_fitted(measured, measured.left, limbs),
-        sources={
-            **measured.sources,
-            **{name.replace("_", " "): source for name in limbs},
-        },
+        sources={**measured.sources, **{name.replace("_", " "): source for name in limbs}},
         **shared,
     )
 

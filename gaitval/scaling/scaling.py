@@ -53,6 +53,8 @@ so this is four standard deviations."""
 CHILD_FACTOR = (0.62, 1.40)
 """The same below `CHILD_STATURE`: a child of two has legs of 0.42 of its stature, an adult of
 0.53."""
+ALIKE: Final = 1.25
+"""Largest / smallest of the factors of a leg's segments that another stature explains."""
 CHILD_STATURE: Final = 1.4
 """m, of those whose age is not known; `ADULT_YEARS` of the others."""
 
@@ -265,6 +267,16 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
                 f"{name}s: {half:.3f} m from the midline (plausible for this stature: "
                 f"{low * subject.height_m:.3f} to {high * subject.height_m:.3f})"
             )
+    legs = {row.name: row.factor for row in table if row.segment in ("thigh", "shank", "foot")}
+    least, most = min(legs.values()), max(legs.values())
+    # All too short or too long alike: one number is wrong, and the trunk only fills the rest.
+    if problems and (most < of_lengths[0] or least > of_lengths[1]) and most < ALIKE * least:
+        problems = [
+            f"thigh, shank and foot are {least:.2f} to {most:.2f} of the lengths expected for a "
+            f"stature of {subject.height_m:.3f} m, as of a person of about "
+            f"{subject.height_m * np.median(list(legs.values())):.2f} m: either the stature is "
+            "wrong, or the unit of the markers"
+        ]
     tilt = np.degrees(measured.pelvic_tilt)
     if not PLAUSIBLE_TILT[0] <= tilt <= PLAUSIBLE_TILT[1]:
         problems.append(
@@ -278,7 +290,8 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
             + "\n  ".join(problems)
             + "\nCheck "
             + (
-                "the names and units of the markers, that the floor is at z = 0, and the stature."
+                "the names and units of the markers, the stature, and that the floor is at z = 0 "
+                "(its height is --floor)."
                 if _origin(measured) == "standing trial"
                 else "the measured lengths, their unit (metres), and the stature."
             )

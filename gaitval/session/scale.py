@@ -87,6 +87,8 @@ def scale_body(
     with about_file(str(request.static)):
         measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
         measured = replace(measured, symmetric=symmetric)
+        if "midfoot" in measured.sources.get("foot", ""):
+            tell("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres

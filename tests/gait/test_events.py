@@ -124,6 +124,15 @@ def test_bounces_are_closed_and_brushes_dropped() -> None:
     assert (begins.tolist(), ends.tolist()) == ([500], [1100])
 
 
+def test_a_foot_that_drags_over_the_plate_in_swing_has_no_events() -> None:
+    vertical = np.zeros(2000)
+    vertical[500:1100] = 700.0
+    alone = force_events(foot_forces(vertical), PROCESSING)
+    vertical[1400:1600] = 44.0  # longer than a brush
+    assert force_events(foot_forces(vertical), PROCESSING) == alone
+    assert len(alone) == 2
+
+
 def test_a_trial_that_begins_and_ends_on_the_ground_has_no_events_there() -> None:
     assert force_events(foot_forces(np.full(1000, 500.0)), PROCESSING) == ()
 

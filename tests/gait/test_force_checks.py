@@ -230,6 +230,13 @@ def test_a_stance_counts_from_heel_strike_to_toe_off_on_valid_plates():
         assert found == [each for each in begins if part.valid[each : each + 100].all()]
 
 
+def test_a_foot_that_drags_over_a_plate_does_not_stand_on_it():
+    plate, forces = stepped(steps=2)
+    forces.force[220:320, 0] *= [-0.06, 0.06, 0.06]  # as if it braked last
+    recording = Recording("w", "project", ("A",), np.zeros((10, 1, 3)), 100.0, plates=(plate,))
+    assert [each.begin for each in whole_stances(recording, forces)] == [60]
+
+
 def test_the_plate_of_a_stance_is_the_one_that_carries_most_of_it():
     plate, forces = stepped()
     names = ("few", "most", "none")

@@ -1,10 +1,12 @@
 """Feet that rest are kept from sliding, and nothing else changes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from marked_walk import RATE, moving_walk, spread_markers
 
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import RecordError
 from gaitval.inverse.foot_anchoring import anchored
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
@@ -115,6 +117,18 @@ def test_the_motion_does_not_jump_where_an_anchor_begins_or_ends(walk):
     at_edges = np.abs(np.diff(change, axis=0))[edge, 6:].max()
     # A raised cosine of six frames begins with 7 %.
     assert at_edges < 0.1 * np.abs(change[:, 6:]).max()
+
+
+def test_an_angle_that_no_marker_shows_is_not_made_by_the_anchors(walk):
+    model, markers, measured, found = walk
+    column = COORDINATES.index("subtalar_angle_r")
+    determined, positions = found.determined.copy(), found.positions.copy()
+    determined[:, column], positions[:, column] = False, 0.1
+    blind = replace(found, determined=determined, positions=positions)
+    held = anchored(model, markers, measured, blind, rate=RATE, ranges=FREE).kinematics
+    assert not held.determined[:, column].any()
+    np.testing.assert_allclose(held.positions[:, column], 0.1)
+    assert held.determined[:, COORDINATES.index("subtalar_angle_l")].all()
 
 
 def test_a_velocity_that_is_no_vector_is_refused(walk):

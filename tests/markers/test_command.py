@@ -1,7 +1,10 @@
 """`gaitval markers`: writes a set and its picture, says what it left, and how to go on."""
 
+import warnings
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -38,3 +41,33 @@ def test_another_ending_is_refused(tmp_path: Path) -> None:
     assert isinstance(done.exception, GaitvalError)
     assert done.exception.exit_code == 2
     assert not list(tmp_path.iterdir())
+
+
+def test_a_marker_that_is_never_seen_is_left_out_without_a_word_of_numpy(
+    stander: Recording, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    lost = np.full_like(stander.markers[:, :1], np.nan)
+    there = replace(
+        stander, names=(*stander.names, "Lost"), markers=np.hstack([stander.markers, lost])
+    )
+    monkeypatch.setattr(reading, "read_recording", lambda path, plates=True: there)
+    out = tmp_path / "mine.toml"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert "Lost" not in out.read_text(encoding="utf-8")
+
+
+def test_more_points_than_anybody_wears_are_refused(
+    stander: Recording, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    many = replace(
+        stander,
+        names=tuple(f"{name} of muscle {i}" for name in stander.names for i in range(8)),
+        markers=np.repeat(stander.markers, 8, axis=1),
+    )
+    monkeypatch.setattr(reading, "read_recording", lambda path, plates=True: many)
+    done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(tmp_path / "mine.toml")])
+    assert isinstance(done.exception, GaitvalError)
+    assert "more than the 120 that are matched to a body" in str(done.exception)

@@ -227,6 +227,25 @@ class TestMarkers:
         )
         assert read_c3d(path).names == ("LASI", "RASI", "LHEE")
 
+    def test_axes_of_segments_are_left_out(self, tmp_path):
+        path = write(
+            tmp_path / "a.c3d",
+            markers=np.full((5, 6, 3), 700.0),
+            names=["LASI", "PELO", "PELA", "PELL", "PELP", "TOEA"],
+        )
+        assert read_c3d(path).names == ("LASI", "TOEA")
+
+    def test_a_knee_is_where_its_alignment_device_puts_it(self, tmp_path):
+        # Without a device, a knee among the results is a second one.
+        for device, kept in (("Anna:LKAX", ("LKAX", "LKNE")), ("Anna:LTHI", ("LTHI",))):
+            path = write(
+                tmp_path / "a.c3d",
+                markers=np.full((5, 3, 3), 700.0),
+                names=[device, "Anna:LKNE", "Anna:RKNE"],
+                parameters={("POINT", "MODELED_MARKERS"): ["Anna:LKNE", "Anna:RKNE"]},
+            )
+            assert read_c3d(path).names == kept
+
     def test_texts_that_end_in_nul(self, tmp_path):
         path = write(tmp_path / "a.c3d", names=["Heel__", "R.ASIS", "L.ASIS"])
         path.write_bytes(path.read_bytes().replace(b"Heel__", b"Heel\0\0"))

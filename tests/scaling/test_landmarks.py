@@ -19,11 +19,12 @@ from standing_person import (
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ScalingError
 from gaitval.inverse.segment_lengths import lengths_of, with_lengths
-from gaitval.scaling.foot_shape import FOOT_SHAPE
+from gaitval.scaling.foot_shape import FOOT_SHAPE, HEAD_BY_HIPS, HEAD_HEIGHT, on_midfoot
 from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.joint_width import chord_centre
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scaling import build_body, scale_subject
+from gaitval.scaling.stature import FOOT, FRACTIONS
 from gaitval.scaling.stored_measurements import measurements_from
 
 WIDTHS = {"knee_width": KNEE_WIDTH, "ankle_width": ANKLE_WIDTH, "elbow_width": ELBOW_WIDTH}
@@ -159,6 +160,59 @@ def test_missing_pelvis_and_foot_markers_are_still_asked_for():
     del markers["Sacrum"], markers["L.MT2"]
     with pytest.raises(ScalingError, match=r"R\.PSIS, L\.PSIS, L\.MT1, L\.MT5"):
         measure(markers, **WIDTHS)
+
+
+def test_a_device_on_the_knee_shows_its_axis_where_the_wand_does_not():
+    person = standing_person()
+    markers = {n: np.array(p) for n, p in person.landmarks.items() if "Medial" not in n}
+    expected = locate(markers, **WIDTHS)
+    for side in "RL":
+        outwards = expected[f"{side}.Knee"] - expected[f"{side}.Knee.Centre"]
+        markers[f"{side}.Knee.Axis"] = expected[f"{side}.Knee"] + 2 * outwards
+        markers[f"{side}.Thigh"] += [0.04, 0.0, 0.0]
+        found = locate(markers, **WIDTHS)
+        for joint in ("Knee.Centre", "Ankle.Centre"):
+            np.testing.assert_allclose(
+                found[f"{side}.{joint}"], expected[f"{side}.{joint}"], atol=1e-9
+            )
+
+
+def test_a_marker_on_the_midfoot_shows_where_the_foot_points_and_not_its_length():
+    person = standing_person()
+    markers = {name: np.array(person.landmarks[name]) for name in PLUG_IN_GAIT}
+    full = measure(markers, **WIDTHS)
+    for side in "RL":
+        heel = markers[f"{side}.Heel"]
+        markers[f"{side}.MT2"] = heel + 0.65 * (markers[f"{side}.MT2"] - heel) + [0.0, 0.0, 0.03]
+    found = measure(markers, **WIDTHS)
+    assert "midfoot" in found.sources["foot"]
+    assert "midfoot" not in full.sources["foot"]
+    for seen, whole in ((found.right, full.right), (found.left, full.left)):
+        # The foot of a stature scatters by 5 %.
+        assert seen.foot_length == pytest.approx(whole.foot_length, rel=0.1)
+        np.testing.assert_allclose(seen.metatarsals[:, 2], whole.metatarsals[:, 2], atol=0.015)
+    build_body(PERSON, found)
+
+
+def test_the_foot_expected_for_the_hips_is_that_of_the_mean_body():
+    ahead = FOOT["MT1"][0] - FOOT["heel"][0]
+    mean = FRACTIONS["foot"] / FRACTIONS["hip_height"] * ahead
+    assert pytest.approx(mean, abs=5e-5) == HEAD_BY_HIPS
+    assert pytest.approx(FOOT["MT5"][2] / ahead, abs=5e-5) == HEAD_HEIGHT
+
+
+def test_second_heads_of_the_built_in_feet_are_on_no_midfoot():
+    shares = []
+    for subject in builtin_subjects():
+        found = locate(subject.markers)
+        seen = {n: found[n] for n in found if "Hip" in n or n[2:] in ("Heel", "MT2")}
+        assert not on_midfoot(seen)
+        # Moved back to the heel, they are.
+        expected = on_midfoot(seen | {f"{side}.MT2": seen[f"{side}.Heel"] for side in "RL"})
+        for side in "RL":
+            along = (found[f"{side}.MT2"] - found[f"{side}.Heel"])[:2]
+            shares.append(np.hypot(*along) / expected)
+    np.testing.assert_allclose([min(shares), max(shares)], [0.96, 1.15], atol=0.005)
 
 
 def test_foot_shape_is_the_mean_of_the_built_in_feet():

@@ -598,7 +598,7 @@ def test_wrong_marker_sets(laboratory: Laboratory) -> None:
         ),
         (
             'title="x"\nsource="y"\n[markers]\n"R.ASIS"={segment="pelvis"}',
-            ["no marker on the pelvis", "complete the marker set"],
+            ["no marker on the pelvis", "--marker-set"],
         ),
     ):
         path.write_text(text)
