@@ -89,8 +89,8 @@ MEASURES = {
         "code": ("@walk", "evidence/seconds.py:strangers,_stranger,_child,_fell"),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/general/strangers.json",),
-        "allowed": 60,
-        "why": "one in a hundred of the statements of a walk",
+        "allowed": 100,
+        "why": "one in sixty of the statements of a walk",
     },
     "speeds walked*": {
         "code": (
@@ -100,14 +100,14 @@ MEASURES = {
             "evidence/seconds.py:speeds,_fell,_widest",
         ),
         "data": ("reports/general/policy.safetensors",),
-        "allowed": 60,
-        "why": "one in a hundred of the statements of a walk",
+        "allowed": 100,
+        "why": "one in sixty of the statements of a walk",
     },
     "strangers*": {
         "code": ("@walk", "evidence/seconds.py:strangers,imports,_stranger,_fell"),
         "data": ("reports/general/policy.safetensors",),
-        "allowed": 60,
-        "why": "one in a hundred of the statements of a walk",
+        "allowed": 100,
+        "why": "one in sixty of the statements of a walk",
     },
     "live page*": {
         "code": (

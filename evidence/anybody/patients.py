@@ -50,8 +50,9 @@ MEASURES = {
             "extras/gaitval_patients/walk.py:walk",
             "@walk",
         ),
-        "allowed": 10,
-        "why": "a function of policy/rollouts.py that only tests called is theirs now",
+        "allowed": 50,
+        "why": "a function of policy/rollouts.py that only tests called is theirs now, and "
+        "forefeet without markers on the heads: bodies by stature keep their hashes",
     },
 }
 """What the rows depend on; see evidence/stale.py."""

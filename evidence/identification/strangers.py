@@ -41,8 +41,9 @@ MEASURES = {
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/identification/harsh.json",),
-        "allowed": 10,
-        "why": "a line of intervals below a table; rows and stored people are the same",
+        "allowed": 60,
+        "why": "a line of intervals below a table, and forefeet without markers on the heads: the "
+        "stored people and the ten have these, so their bodies keep their hashes",
     },
     "shared errors, the ten: *": {
         "code": (
@@ -55,6 +56,8 @@ MEASURES = {
             "evidence/identification/strangers.py:shared",
         ),
         "results": ("reports/identification/ten_shared.json",),
+        "allowed": 40,
+        "why": "forefeet without markers on the heads: the ten have these and keep their hashes",
     },
     "skin of the ten: *": {
         "code": (
@@ -63,6 +66,8 @@ MEASURES = {
             "evidence/identification/strangers.py:shared",
         ),
         "results": ("reports/identification/skin.json",),
+        "allowed": 40,
+        "why": "forefeet without markers on the heads: the ten have these and keep their hashes",
     },
 }
 """What the rows depend on; see evidence/stale.py."""

@@ -68,8 +68,9 @@ MEASURES = {
             "gaitval/session/standing_pose.py",
             "evidence/measurement/synthetic.py",
         ),
-        "allowed": 20,
-        "why": "of 5,000 statements; millimetres and degrees do not move unless a test fails",
+        "allowed": 80,
+        "why": "of 5,000 statements; millimetres and degrees do not move unless a test fails, and "
+        "alignment devices, midfoot markers and C3D parameters are none of these walkers'",
     },
 }
 """What the rows depend on; see evidence/stale.py."""
