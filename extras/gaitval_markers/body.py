@@ -34,14 +34,17 @@ of both, and how far both knees are bent, the hips half as much, likewise."""
 
 POSES: Final = {
     "arms hang": (HANG, UPRIGHT),
-    "arms out": (((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0), (0.0, 0.0)), UPRIGHT),
-    "arms level": (((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0), (0.0, 0.0)), UPRIGHT),
+    "arms out": (((45.0, 14.0), (5.0, 12.0), (12.0, 10.0), (10.0, 30.0), (0.0, 20.0)), UPRIGHT),
+    "arms level": (((85.0, 10.0), (5.0, 10.0), (10.0, 10.0), (-60.0, 35.0), (0.0, 20.0)), UPRIGHT),
     "forearms hang": (
         ((80.0, 12.0), (5.0, 10.0), (80.0, 18.0), (0.0, 35.0), (60.0, 20.0)),
         UPRIGHT,
     ),
     "elbows bent": (((14.0, 10.0), (10.0, 15.0), (85.0, 18.0), (0.0, 30.0), (0.0, 0.0)), UPRIGHT),
-    "arms forward": (((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0), (0.0, 0.0)), UPRIGHT),
+    "arms forward": (
+        ((10.0, 10.0), (75.0, 15.0), (15.0, 12.0), (0.0, 35.0), (20.0, 30.0)),
+        UPRIGHT,
+    ),
     "astride": (HANG, ((0.0, 4.0), (20.0, 7.0), (0.0, 0.0))),
     "crouched": (HANG, ((0.0, 4.0), (0.0, 3.0), (25.0, 10.0))),
     "right foot ahead": (HANG, ((16.0, 6.0), (0.0, 3.0), (0.0, 0.0))),
@@ -49,7 +52,8 @@ POSES: Final = {
 }
 """Ways to stand, each a distribution of its own: how the arms are held, and the legs: feet side by
 side, astride a belt, knees bent (crouch of cerebral palsy: 20 degrees and more, Rodda et al. 2004),
-or one foot ahead of the other."""
+or one foot ahead of the other. An upper arm that is held out turns about itself as it likes, and
+inwards where it is held forward with the palm down."""
 
 POSTURE: Final = {
     "lean": 6.0, "tilt": 6.0, "sway": 2.5, "hip": 3.0, "abduction": 2.0, "turn": 7.0,

@@ -41,20 +41,33 @@ TEMPERATURE: Final = 3.0
 ones, so that the scores say too much."""
 
 HAND_ALONE: Final = -8.0
-"""Log probability of markers on forearm or hand of an arm without any on elbow and shoulder."""
+"""Log probability of markers on forearm or hand of an arm without one on the elbow: who follows the
+forearm marks the elbow, and a wand on a thigh is at the height of a hand that hangs."""
+
+ABOVE_M: Final = 0.03
+ABOVE: Final = -6.0
+"""m, and log probability of a marker of the trunk that is further than this above the seventh
+cervical vertebra and both shoulders: what is there is on the head."""
+
+NO_BACK: Final = -4.0
+"""Log probability of markers on the pelvis of which none is on a posterior spine or on the sacrum:
+without one of these a pelvis has no frame, and every built-in marker set has one."""
 
 FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
 FOREFEET: Final = (
-    *(("MT2",),) * 3,
-    *(("MT1", "MT2", "MT5"),) * 5,
+    *(("MT2",),) * 8,
+    *(("MT1", "MT2", "MT5"),) * 6,
+    *(("MT1", "MT5"),) * 3,
     *(("MT5", "Toe"),) * 2,
-    *(("MT2", "MT5"),) * 2,
-    ("MT5",),
-    ("MT1", "MT5", "Toe"),
+    *(("MT2", "MT5"),) * 3,
+    *(("MT5",),) * 4,
+    *(("MT1", "MT5", "Toe"),) * 2,
     FOREFOOT,
 )
-"""Which of `FOREFOOT` a foot has in the built-in marker sets (`gaitval.scaling.marker_sets`). Where
-there is one, it is mostly between the toes; where there are two, one is on the outer side."""
+"""Which of `FOREFOOT` a foot has in the built-in marker sets (`gaitval.scaling.marker_sets`) and in
+the own sets of laboratories on which this was chosen (evidence/anybody/markers.toml); Plug-in Gait
+and Helen Hayes, which half of the laboratories use, count twice. Where there is one, it is between
+the toes or on the outer side; where there are two, one is on the outer side."""
 
 HARD_M: Final = 0.008
 SOFT_M: Final = {"thigh": 0.014, "torso": 0.016, "pelvi": 0.010, "upper": 0.012}
@@ -346,12 +359,16 @@ class _Search:
         self.arms = [
             (
                 np.array([site.side == side and site.part == "forearm" for site in people.sites]),
-                np.array(
-                    [site.label in (f"{side}.Elbow", f"{side}.Acromion") for site in people.sites]
-                ),
+                np.array([site.label == f"{side}.Elbow" for site in people.sites]),
             )
             for side in "RL"
         ]
+        top = ("C7", "R.Acromion", "L.Acromion")
+        self.top = np.array([site.label in top for site in people.sites])
+        self.trunk = np.array([site.name == "Torso" for site in people.sites])
+        back = ("R.PSIS", "L.PSIS", "Sacrum")
+        self.back = np.array([site.label in back for site in people.sites])
+        self.pelvis = np.array([site.name in ("ASIS", "Pelvis") for site in people.sites])
         self.beside = np.array(
             [
                 (k, labels[f"{site.side}.{BESIDE[site.name]}"])
@@ -411,7 +428,7 @@ class _Search:
             where = chosen[who]
             fit = self._density(who, where) if near is None else near.log_density(chosen)
             named = self.names[who, where].sum() + NOWHERE * (len(chosen) - len(who))
-            prior = self.presence[where].sum() + self._sided(where)
+            prior = self.presence[where].sum() + self._sided(where) + self._above(who, where)
             self.tried[key] = float(fit + named + prior + self._rigid(who, where))
         return self.tried[key]
 
@@ -448,7 +465,15 @@ class _Search:
         for hand, arm in self.arms:
             if (there & hand).any() and not (there & arm).any():
                 found += HAND_ALONE
+        if there[self.pelvis].any() and not there[self.back].any():
+            found += NO_BACK
         return found
+
+    def _above(self, who: Index, where: Index) -> float:
+        """Log probability of markers of the trunk above the neck."""
+        top = self.points[who[self.top[where]], 2]
+        high = self.points[who[self.trunk[where]], 2]
+        return ABOVE * float((high > top.max() + ABOVE_M).sum()) if len(top) else 0.0
 
     def alone(self, near: Nearby) -> Array:
         """(N, K + 1) log likelihood of each marker on each place, all others as they are; last: on

@@ -36,10 +36,11 @@ SIDES: Final = (
 COMPUTED: Final = re.compile(
     r"[HKASEW]JC|JC$|^MID(?!F)|GROUND$|CENT(?:RE|ER)OF|^COM$|HIPCENT|"
     r"ANGLES?$|MOMENTS?$|FORCES?$|POWERS?$|"
-    r"PROJ$|^[LR](?:CVM|VWM|MWP|HO)$|^(?:HC|OT|C7O|MIDFH|MIDFRONT)$"
+    r"PROJ$|^USERMO|^[LR](?:CVM|VWM|MWP|HO)$|^(?:HC|OT|C7O|MIDFH|MIDFRONT)$"
 )
 """Names of points that a program computed: joint centres, middles, results; projections on the
-floor; those with which Plug-in Gait builds arms, head and thorax."""
+floor; those with which Plug-in Gait builds arms, head and thorax, and what Nexus gives for its
+user's models."""
 
 AXES: Final = ("OALP", "XYZ")
 """Last letters of the points that draw the axes of a segment: of Vicon, all four; of others."""
