@@ -32,11 +32,7 @@ class Imported:
 
 
 def import_files(
-    options: ImportOptions,
-    out: Path,
-    *,
-    configuration: Configuration,
-    tell: Tell = silent,
+    options: ImportOptions, out: Path, *, configuration: Configuration, tell: Tell = silent
 ) -> Imported:
     """Work out the trials of a session (`options`) and write everything into the folder `out`.
 

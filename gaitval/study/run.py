@@ -129,11 +129,7 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
 
 
 def run_subject(
-    run: Run,
-    *,
-    scratch: bool = False,
-    start: Path | None = None,
-    force: bool = False,
+    run: Run, *, scratch: bool = False, start: Path | None = None, force: bool = False
 ) -> None:
     """The main job: every stage of `run` that is not up to date (all with `force`), with the loop
     of Algorithm 1.
