@@ -97,13 +97,14 @@ def _server_of_workers() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _pdf_alone_where_asked(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Without the slow tests, the PDF beside a page is an empty one, but in tests of the PDF
-    (`real_pdf`). With them, as in CI, every page is laid out."""
-    from html_page import only_html, only_quick_tests
+def _pdf_alone_where_asked() -> Iterator[None]:
+    """The PDF beside a page is an empty one, but in tests of the PDF (`whole_pdf`), in which a page
+    of every kind is laid out, and in programs that tests start. Where GAITVAL_EVERY_PDF is set,
+    every page of every test is laid out, which takes minutes."""
+    from html_page import only_html
 
     with pytest.MonkeyPatch.context() as patch:
-        if only_quick_tests(request.config):
+        if not os.environ.get("GAITVAL_EVERY_PDF"):
             only_html(patch)
         yield
 

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -45,6 +45,13 @@ def whole_pdf() -> Iterator[None]:
     """The PDF is laid out, whatever the session of tests does."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("weasyprint.HTML.render", _RENDER)
+        yield
+
+
+@contextmanager
+def pdf_in_ci(config: pytest.Config) -> Iterator[None]:
+    """The PDF is laid out where the slow tests run: once for every kind of page."""
+    with nullcontext() if only_quick_tests(config) else whole_pdf():
         yield
 
 
