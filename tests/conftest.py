@@ -99,12 +99,12 @@ def _server_of_workers() -> None:
 @pytest.fixture(scope="session", autouse=True)
 def _pdf_alone_where_asked() -> Iterator[None]:
     """The PDF beside a page is an empty one, but in tests of the PDF (`whole_pdf`), in which a page
-    of every kind is laid out, and in programs that tests start. Where GAITVAL_EVERY_PDF is set,
+    of every kind is laid out, and in programs that tests start. Where GAITVAL_WHOLE_PAGES is set,
     every page of every test is laid out, which takes minutes."""
-    from html_page import only_html
+    from html_page import only_html, whole_pages
 
     with pytest.MonkeyPatch.context() as patch:
-        if not os.environ.get("GAITVAL_EVERY_PDF"):
+        if not whole_pages():
             only_html(patch)
         yield
 
