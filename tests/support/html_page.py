@@ -20,6 +20,12 @@ EMPTY = (
     'viewBox="0 0 511 200"></svg>'
 )
 """Stands for a figure."""
+WITHOUT_FIGURES = f"""
+import gaitval.reporting.page
+
+gaitval.reporting.page.drawn = lambda *_: {EMPTY!r}
+"""
+"""What a program runs before a command whose page shall have no figures."""
 
 
 def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
