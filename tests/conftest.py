@@ -29,6 +29,12 @@ def data_folder() -> Path:
     return Path(os.environ.get("GAITVAL_DATA") or default)
 
 
+def shared_folder(factory: pytest.TempPathFactory) -> Path:
+    """The folder of this session of tests that all its workers have."""
+    base = factory.getbasetemp()
+    return base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
+
+
 def missing_data() -> str | None:
     """Why tests that read the raw data cannot run; None where they can."""
     folder = data_folder()
@@ -122,6 +128,19 @@ def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _fitted_once(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[None]:
+    """Equal references are fitted once, but in tests of the fit and programs that tests start."""
+    from fitted_once import fit_once
+
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.parent.name != "reference":
+            fit_once(patch, shared_folder(tmp_path_factory) / "fitted")
+        yield
+
+
 @pytest.fixture(scope="session")
 def gait_data() -> Path:
     """Folder of the raw data (`wbds/`, `normative/`, …), which is not part of the project.
@@ -141,7 +160,7 @@ def task(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WalkingTask]:
 
     # Its reference takes three seconds: the first worker leaves it for the others of this session.
     base = tmp_path_factory.getbasetemp()
-    left = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "task.pickle"
+    left = shared_folder(tmp_path_factory) / "task.pickle"
     if left.exists():
         found = pickle.loads(left.read_bytes())
     else:
