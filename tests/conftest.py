@@ -29,6 +29,12 @@ def data_folder() -> Path:
     return Path(os.environ.get("GAITVAL_DATA") or default)
 
 
+def shared_folder(factory: pytest.TempPathFactory) -> Path:
+    """The folder of this session of tests that all its workers have."""
+    base = factory.getbasetemp()
+    return base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
+
+
 def missing_data() -> str | None:
     """Why tests that read the raw data cannot run; None where they can."""
     folder = data_folder()
@@ -97,13 +103,14 @@ def _server_of_workers() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _pdf_alone_where_asked(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Without the slow tests, the PDF beside a page is an empty one, but in tests of the PDF
-    (`real_pdf`). With them, as in CI, every page is laid out."""
-    from html_page import only_html, only_quick_tests
+def _pdf_alone_where_asked() -> Iterator[None]:
+    """The PDF beside a page is an empty one, but in tests of the PDF (`whole_pdf`), in which a page
+    of every kind is laid out, and in programs that tests start. Where GAITVAL_WHOLE_PAGES is set,
+    every page of every test is laid out, which takes minutes."""
+    from html_page import only_html, whole_pages
 
     with pytest.MonkeyPatch.context() as patch:
-        if only_quick_tests(request.config):
+        if not whole_pages():
             only_html(patch)
         yield
 
@@ -118,6 +125,19 @@ def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         if only_quick_tests(request.config) and request.path.parent.name != "mocap":
             read_once(patch)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _fitted_once(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[None]:
+    """Equal references are fitted once, but in tests of the fit and programs that tests start."""
+    from fitted_once import fit_once
+
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.parent.name != "reference":
+            fit_once(patch, shared_folder(tmp_path_factory) / "fitted")
         yield
 
 
@@ -140,7 +160,7 @@ def task(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WalkingTask]:
 
     # Its reference takes three seconds: the first worker leaves it for the others of this session.
     base = tmp_path_factory.getbasetemp()
-    left = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "task.pickle"
+    left = shared_folder(tmp_path_factory) / "task.pickle"
     if left.exists():
         found = pickle.loads(left.read_bytes())
     else:

@@ -26,16 +26,35 @@ def test_an_adaptation_costs_effort_and_does_not_imitate_moments():
     assert reward.joint_positions == usual.reward.joint_positions
 
 
+def walked(task, policy, starts):
+    """Gait cycles until the walker falls or the time is over, without noise, from each start."""
+    environment, cycles = DeviceEnvironment(task), []  # one that is centred on no policy
+    environment.difficulty = 0.0
+    for start in range(starts):
+        seen, _ = environment.reset(seed=start)
+        begin, ended = environment.walker.phase, False
+        while not ended:
+            seen, _, fell, over, _ = environment.step(policy.act(seen[None])[0])
+            ended = fell or over
+        cycles.append(environment.walker.phase - begin)
+    return np.array(cycles)
+
+
 @pytest.mark.slow
 def test_a_device_that_makes_fall_is_learned(person):
-    """A prosthesis, with which the person stumbles at once, is walked with."""
+    """A prosthesis, with which the person stumbles at once, is walked with.
+
+    Where a single walk ends after so short a training is decided by rounding, which differs from
+    processor to processor. So the same starts are walked before and after, and the mean gain must
+    be clear of its standard error; a training that learns nothing gains 0 from every start.
+    """
     task = with_devices(person.task, load_devices("below_knee"))
-    environment = DeviceEnvironment(task)
-    before = walk_with(environment, person.policy, mu=person.mu, cycles=6.0)
+    before = walk_with(DeviceEnvironment(task), person.policy, mu=person.mu, cycles=6.0)
     assert before.rollout.fell[0]
     policy = adapt(task, person.policy, samples=200_000, seed=1)
-    after = walk_with(environment, policy, mu=person.mu, cycles=6.0)
-    assert after.rollout.phase[-1] > before.rollout.phase[-1] + 1.0
+    first, then = (walked(task, each, starts=20) for each in (person.policy, policy))
+    gained = then - first
+    assert gained.mean() > 3.0 * gained.std(ddof=1) / np.sqrt(len(gained))
     assert policy.about["devices"] == "below_knee"
 
 

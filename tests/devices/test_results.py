@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from html_page import only_html
+from html_page import pdf_in_ci
 
 from gaitval import wings
 from gaitval.artefacts import read_json, write_json
@@ -74,11 +74,11 @@ def test_a_damaged_result_is_refused(folder, tmp_path, change, says):
     assert says in str(error.value)
 
 
-def test_results_are_shown_side_by_side(folder, tmp_path, monkeypatch):
-    only_html(monkeypatch)
+def test_results_are_shown_side_by_side(request, folder, tmp_path):
     rows = stored(folder)
     other = [each._replace(value=None) for each in rows[:3]]
-    results.write_side_by_side(tmp_path, "devices", {"spring": rows, "other": other})
+    with pdf_in_ci(request.config):
+        results.write_side_by_side(tmp_path, "devices", {"spring": rows, "other": other})
     page = (tmp_path / "devices.html").read_text(encoding="utf-8")
     assert "Nobody" not in page
     assert "nobody knows which is right" in page

@@ -1,4 +1,5 @@
 import pytest
+from html_page import whole_pdf
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
@@ -48,7 +49,8 @@ def test_no_device_is_refused(who):
 
 @pytest.mark.slow
 def test_the_report_has_all(who, found, tmp_path):
-    write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
+    with whole_pdf():
+        write_report(tmp_path, who, load_devices("ankle_spring"), found, None)
     page = (tmp_path / "device.html").read_text(encoding="utf-8")
     assert "named as such" in page
     assert "No measurement" in page

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import Page, only_html, without_figures
+from html_page import Page, only_html, pdf_in_ci, without_figures
 
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
@@ -39,11 +39,12 @@ def changed(walk: StoredWalk, **by: float) -> StoredWalk:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("comparison")
     walks = [changed(walk("S05", "new"), epsilon=0.5), changed(walk("S02", "new"), epsilon=-0.1)]
     versions = matched([walk("S02", "old"), walk("S05", "old"), walk("S03", "old")], walks)
-    write_comparison(found, "comparison", walks, versions)
+    with pdf_in_ci(request.config):
+        write_comparison(found, "comparison", walks, versions)
     return found
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import Page, only_html
+from html_page import Page, only_html, pdf_in_ci
 
 from gaitval_gate.history import Check, Figure
 from gaitval_gate.history_page import find_steps, write_history
@@ -43,9 +43,10 @@ def checks() -> list[Check]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("history")
-    write_history(found, "accuracy", checks())
+    with pdf_in_ci(request.config):
+        write_history(found, "accuracy", checks())
     return found
 
 

@@ -7,12 +7,19 @@ import pytest
 from drawn_markers import drawn_person
 
 from gaitval.mocap.recording import Recording
+from gaitval_markers.draft import Draft, draft_markers
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def stander() -> Recording:
     """A person of 1.7 m who stands in a laboratory with y up and faces between two of its axes."""
     return drawn_person(np.random.default_rng(7))
+
+
+@pytest.fixture(scope="session")
+def drafted(stander: Recording) -> Draft:
+    """What is drafted of that person, by places and names; it takes seconds."""
+    return draft_markers(stander)
 
 
 @pytest.fixture

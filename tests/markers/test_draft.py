@@ -11,15 +11,8 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval_markers.draft import Guess, draft_markers
+from gaitval_markers.draft import Draft, Guess, draft_markers
 from gaitval_markers.files import as_toml
-
-
-def guessed(recording: Recording) -> dict[str, str | None]:
-    return {
-        guess.name: None if guess.site is None else guess.site.label
-        for guess in draft_markers(recording).guesses
-    }
 
 
 def test_a_person_without_names_is_recognised_in_any_axes() -> None:
@@ -29,12 +22,15 @@ def test_a_person_without_names_is_recognised_in_any_axes() -> None:
     assert [guess.site.label for guess in found.guesses if guess.site] == LEGS
 
 
-def test_names_are_used_where_they_agree_and_make_it_more_certain(stander: Recording) -> None:
+def test_names_are_used_where_they_agree_and_make_it_more_certain(
+    stander: Recording, drafted: Draft
+) -> None:
     unnamed = replace(stander, names=tuple(f"M{k}" for k in range(len(LEGS))))
-    alone, named = draft_markers(unnamed), draft_markers(stander)
-    assert named.names_count
-    assert sum(guess.used for guess in named.guesses) > sum(guess.used for guess in alone.guesses)
-    assert guessed(stander) == {NAMES[label]: label for label in LEGS}
+    alone = draft_markers(unnamed)
+    assert drafted.names_count
+    assert sum(guess.used for guess in drafted.guesses) > sum(guess.used for guess in alone.guesses)
+    places = {guess.name: guess.site and guess.site.label for guess in drafted.guesses}
+    assert places == {NAMES[label]: label for label in LEGS}
 
 
 def test_exchanged_labels_are_seen_and_the_places_count(stander: Recording) -> None:
@@ -64,12 +60,11 @@ def test_a_marker_on_no_known_place_is_left_to_the_user() -> None:
     assert not Guess("X", None, None, 1.0, None, np.zeros(3)).used
 
 
-def test_the_file_is_a_marker_set_that_the_import_reads(stander: Recording, tmp_path: Path) -> None:
-    draft = draft_markers(stander)
+def test_the_file_is_a_marker_set_that_the_import_reads(drafted: Draft, tmp_path: Path) -> None:
     path = tmp_path / "drafted.toml"
-    path.write_text(as_toml(draft, 'A "title"', "drafted"), encoding="utf-8")
+    path.write_text(as_toml(drafted, 'A "title"', "drafted"), encoding="utf-8")
     read = load_marker_set(path)
-    used = [guess for guess in draft.guesses if guess.used]
+    used = [guess for guess in drafted.guesses if guess.used]
     assert set(read.markers) == {guess.name for guess in used}
     for guess in used:
         assert guess.site is not None
@@ -78,7 +73,7 @@ def test_the_file_is_a_marker_set_that_the_import_reads(stander: Recording, tmp_
     commented = [
         line for line in path.read_text(encoding="utf-8").splitlines() if "= { seg" in line
     ]
-    assert len(commented) == len(draft.guesses)
+    assert len(commented) == len(drafted.guesses)
 
 
 def test_too_few_markers_are_refused(stander: Recording) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 from colour_vision import DEFICIENCIES, contrast, difference
-from html_page import only_html
+from html_page import only_html, pdf_in_ci
 from page_in_browser import chromium, opened, overflow, violations
 from recording_summary import sample
 
@@ -25,10 +25,11 @@ SMALLEST_PRINT = 7.0
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """With a PDF where the slow tests run, which look at it."""
     made = tmp_path_factory.mktemp("reader")
-    write_recording_report(made, sample(), ReportSettings(paper="letter"))
+    with pdf_in_ci(request.config):
+        write_recording_report(made, sample(), ReportSettings(paper="letter"))
     return made
 
 

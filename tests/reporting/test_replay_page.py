@@ -122,12 +122,21 @@ def chromium(request):
 
 
 @pytest.fixture(scope="module")
-def still(chromium, folder):
+def opened_once(chromium, folder):
     """The page for a reader who asked for little motion: it waits at the first frame."""
     opened = Opened(chromium, folder / "report.html").drawn()
     yield opened
     assert opened.complaints == []
     opened.context.close()
+
+
+@pytest.fixture
+def still(opened_once):
+    """That page as it was opened, whatever the tests before have turned: they come in any order."""
+    opened_once.page.locator(".replay-canvas").focus()
+    opened_once.page.keyboard.press("0")
+    opened_once.go(0, 0)
+    return opened_once
 
 
 def like(pixels, colour) -> np.ndarray:
@@ -265,13 +274,13 @@ def test_the_slider_and_the_keys_move_the_walk(still):
     assert slider.get_attribute("aria-valuetext").startswith("Right 1 %, left ")
     assert "double support" in slider.get_attribute("aria-valuetext")
     assert "double support" in still.page.locator(".replay-live").inner_text()
-    before = still.pixels()
     still.page.locator(".replay-canvas").focus()
     for key in ("1", "2", "3", "4", "5", "0"):
         still.page.keyboard.press(key)
         still.settle()
         pressed = still.page.locator("[data-view][aria-pressed=true]")
         assert pressed.get_attribute("aria-keyshortcuts") == key
+    before = still.pixels()
     still.page.keyboard.press("Shift+ArrowLeft")
     still.settle()
     turned = still.pixels()

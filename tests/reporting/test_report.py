@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import weasyprint
-from html_page import Page, an_hour_later, only_html, whole_pdf, without_figures
+from html_page import Page, an_hour_later, only_html, pdf_in_ci, whole_pdf, without_figures
 from report_run import build_run
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
@@ -31,10 +31,12 @@ HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }}
 
 
 @pytest.fixture(scope="module")
-def run_folder(tmp_path_factory):
+def run_folder(request, tmp_path_factory):
+    """With a PDF where the slow tests run, which look at it."""
     folder = tmp_path_factory.mktemp("run")
     build_run(folder)
-    write_report(folder)
+    with pdf_in_ci(request.config):
+        write_report(folder)
     return folder
 
 
@@ -287,7 +289,7 @@ def test_an_equal_run_gives_equal_bytes_an_hour_later_and_drawn_by_workers(
     provenance = read_json(tmp_path / "provenance.json")
     provenance["stages"]["report"] = {"seconds": 12.3}
     write_json(tmp_path / "provenance.json", provenance)
-    with keeping_workers(2):
+    with keeping_workers(2), whole_pdf():
         write_report(tmp_path)
     for name in ("report.html", "report.pdf"):
         assert (tmp_path / name).read_bytes() == (run_folder / name).read_bytes()

@@ -1,8 +1,9 @@
 """A page of a report as its tests read it."""
 
+import os
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +20,12 @@ EMPTY = (
     'viewBox="0 0 511 200"></svg>'
 )
 """Stands for a figure."""
+WITHOUT_FIGURES = f"""
+import gaitval.reporting.page
+
+gaitval.reporting.page.drawn = lambda *_: {EMPTY!r}
+"""
+"""What a program runs before a command whose page shall have no figures."""
 
 
 def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -48,6 +55,18 @@ def whole_pdf() -> Iterator[None]:
         yield
 
 
+def whole_pages() -> bool:
+    """Whether every page of every test gets its PDF and its painted figures; it takes minutes."""
+    return bool(os.environ.get("GAITVAL_WHOLE_PAGES"))
+
+
+@contextmanager
+def pdf_in_ci(config: pytest.Config) -> Iterator[None]:
+    """The PDF is laid out where the slow tests run: once for every kind of page."""
+    with nullcontext() if only_quick_tests(config) else whole_pdf():
+        yield
+
+
 def only_quick_tests(config: pytest.Config) -> bool:
     """Whether the slow tests are left out, as `make test` does; CI leaves none out."""
     return bool(config.option.markexpr == "not slow")
@@ -62,7 +81,12 @@ def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw figures, with all that they should show, but do not paint them: most of the time
     goes into their outlines, which say nothing to a test of words or of a missing curve."""
 
-    def save(figure: Figure, target: TextIO, **_: object) -> None:
+    paint = Figure.savefig
+
+    def save(figure: Figure, target: TextIO | Path | str, **options: object) -> None:
+        if isinstance(target, Path | str):  # a picture of its own, and not one of a page
+            paint(figure, target, **options)
+            return
         for axes in figure.axes:  # labels of ticks are words, too, and made at the last moment
             axes.get_xticklabels()
             axes.get_yticklabels()

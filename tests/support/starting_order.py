@@ -7,18 +7,44 @@ LONG = (
     # Beside each other on two workers, neither compiles what the other is compiling.
     "workflows/test_baseline.py",
     "workflows/test_fuzz.py",
-    "workflows/test_import_errors.py",
-    "workflows/test_import_flags.py",
-    "study/test_run.py",
-    "reporting/test_report.py",
-    "reporting/test_recording_report.py",
-    "workflows/test_import_refusal.py",
-    "reporting/test_languages.py",
+    # The others as they take long with the slow tests, as in CI.
+    "workflows/test_kills.py",
+    "workflows/test_poison.py",
+    "reference/test_dynamic_fit.py",
+    "reporting/test_replay_page.py",
     "workflows/test_nothing_judges_itself.py",
+    "workflows/test_predict.py",
+    "workflows/test_wheel.py",
+    "cohort/test_kills.py",
+    "workflows/test_import_refusal.py",
+    "workflows/test_import_truth.py",
+    "devices/test_learning.py",
+    "workflows/test_limits_can_fail.py",
+    "test_wings.py",
+    "workflows/test_gate.py",
+    "workflows/test_bad_disk.py",
+    "workflows/test_pytest_plugin.py",
+    "workflows/test_import_recordings.py",
+    "workflows/test_import_flags.py",
+    "learning_control/test_correct.py",
+    "markers/test_draft.py",
+    "devices/test_of_subject.py",
+    "measurement/test_measured.py",
+    "workflows/test_import_errors.py",
+    "reporting/test_report.py",
     "identification/test_body_fit.py",
+    "live/test_person.py",
+    "identification/test_screening.py",
+    "bodies/test_shared_errors.py",
+    "export/test_environment.py",
+    "reporting/test_every_reader.py",
+    # And what of the tests that are not slow takes long.
+    "study/test_run.py",
+    "reporting/test_recording_report.py",
+    "reporting/test_languages.py",
 )
-"""Those that take longest without the slow tests, the longest first: what is left for the end are
-short ones, with which no worker is alone for long."""
+"""Those that take longest, the longest first: what is left for the end are short ones, with which
+no worker is alone for long."""
 
 
 def place(path: Path, tests: Path) -> int:

@@ -8,8 +8,10 @@ import subprocess
 import sys
 
 import bad_disk
+import fuzz_commands
 import kills
 import pytest
+from html_page import WITHOUT_FIGURES
 
 pytestmark = [
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="LD_PRELOAD and /proc"),
@@ -57,8 +59,12 @@ def test_the_disk_fails_at_the_operation_that_is_asked_for(disk, fault, number, 
 
 @pytest.mark.slow
 def test_a_history_on_a_disk_that_fails(tmp_path):
-    with kills.workplace() as (work, temporary, made):
-        trial = bad_disk.Trial(made | kills.further_jobs(work), temporary, tmp_path)
+    with kills.workplace() as (work, temporary, _):
+        fuzz_commands.write_history(work / "history.db")
+        out = work / "out"  # without figures: they take seconds, and no operation of the disk
+        command = ["history", str(work / "history.db"), "--out", str(out)]
+        job = kills.Job([command], out, setting=WITHOUT_FIGURES)
+        trial = bad_disk.Trial({"history": job}, temporary, tmp_path)
         for number in range(3):
             case = trial.case("history", number, seed=1)
             assert case["of"] > 30

@@ -16,6 +16,11 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+FIRST_CASES, FURTHER_CASES = (150, 900) if os.environ.get("GAITVAL_FUZZ") else (75, 450)
+"""What CI has time for; with GAITVAL_FUZZ twice as many, and every night some hours of others
+(`fuzz.py --nightly`)."""
+
+
 @pytest.fixture(scope="module")
 def kinds(tmp_path_factory):
     return fuzz_cases.kinds(tmp_path_factory.mktemp("files"))
@@ -29,7 +34,8 @@ def worker(kinds):
 
 
 @pytest.mark.parametrize(
-    ("count", "seed"), [(40, 30_000), pytest.param(150, 20_000, marks=pytest.mark.slow)]
+    ("count", "seed"),
+    [(40, 30_000), pytest.param(FIRST_CASES, 20_000, marks=pytest.mark.slow)],
 )
 def test_no_damaged_file_ends_in_a_fault_or_is_taken_without_a_word(worker, count, seed):
     found = list(cases(worker, count, seed))
@@ -47,10 +53,11 @@ def commands(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("count", "seed"), [(90, 60_000), pytest.param(900, 50_000, marks=pytest.mark.slow)]
+    ("count", "seed"),
+    [(90, 60_000), pytest.param(FURTHER_CASES, 50_000, marks=pytest.mark.slow)],
 )
 def test_no_damaged_file_ends_a_command_in_a_fault(commands, count, seed, monkeypatch):
-    if count < 900:  # each kind as often as another, so that all come
+    if count < FURTHER_CASES:  # each kind as often as another, so that all come
         monkeypatch.setattr("fuzz.OFTEN", 1)
     worker = Worker(commands)
     try:

@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 
 import pytest
+from html_page import pdf_in_ci
 from made_up_session import MadeUpSession, made_up_session
 from rich.console import Console
 from typer.testing import CliRunner
@@ -147,21 +148,24 @@ def test_what_cannot_become_a_subject_is_written_all_the_same(session, tmp_path)
     assert (tmp_path / "out" / "subject.toml").exists()
 
 
-def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(session, tmp_path, monkeypatch):
+def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(
+    request, session, tmp_path, monkeypatch
+):
     text = io.StringIO()
     monkeypatch.setattr(display, "messages", Console(file=text, width=200))
-    request = session.request
+    asked = session.request
     command = [
-        "import", "--static", str(request.static), "--trial", str(request.trials[0]),
-        "--mass", str(request.mass_kg), "--height", str(request.height_m), "--sex", request.sex,
+        "import", "--static", str(asked.static), "--trial", str(asked.trials[0]),
+        "--mass", str(asked.mass_kg), "--height", str(asked.height_m), "--sex", asked.sex,
         "--out", str(tmp_path / "out"),
     ]  # fmt: skip
     monkeypatch.setattr("sys.argv", ["gaitval", *command])
-    found = CliRunner().invoke(cli.app, command)
+    with pdf_in_ci(request.config):
+        found = CliRunner().invoke(cli.app, command)
     assert found.exit_code == 2
     said = text.getvalue()
     assert "no force plates in the trial" in said
-    assert f"To continue without it: gaitval import --static {request.static}" in said
+    assert f"To continue without it: gaitval import --static {asked.static}" in said
     assert said.rstrip().endswith("--kinematics-only")
     page = (tmp_path / "out" / "recording" / "refused.html").read_text()
     for words in ("no force plates in the trial", "ended here", "marker set", "--kinematics-only"):

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from html_page import only_quick_tests
+from html_page import whole_pages
 from made_up_session import MARKER_RATE, MadeUpSession, made_up_session
 from standing_person import PERSON
 
@@ -305,14 +305,14 @@ with pytest.MonkeyPatch.context() as patch:
 
 
 @pytest.fixture(scope="module")
-def from_the_command_line(request, sessions, tmp_path_factory) -> Path:
-    """Without the slow tests its page is not drawn, which takes longer than the import."""
+def from_the_command_line(sessions, tmp_path_factory) -> Path:
+    """Its page is not drawn, which takes longer than the import; other programs that tests start
+    draw theirs (`test_wings.py`)."""
     out: Path = tmp_path_factory.mktemp("import") / "made-up"
-    quick = only_quick_tests(request.config)
     support = Path(__file__).parents[1] / "support"
     done = subprocess.run(
         [
-            *(sys.executable, *(("-c", UNDRAWN) if quick else ("-m", "gaitval"))),
+            *(sys.executable, *(("-m", "gaitval") if whole_pages() else ("-c", UNDRAWN))),
             *command(sessions[0.003], out),
         ],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(support), *sys.path])},

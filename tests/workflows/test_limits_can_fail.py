@@ -18,6 +18,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from html_page import without_figures
 from recording_summary import sample
 from standing_person import StandingPerson, standing_person
 from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
@@ -41,7 +42,6 @@ from gaitval.metrics.walk_results import PushRecovery
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.reporting import recording_report, report
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
@@ -689,22 +689,7 @@ def test_a_walk_that_misses_a_goal_only_still_passes(name):
 def no_drawings(monkeypatch):
     """Pages without figures and without a PDF, which take seconds and show no verdict."""
     monkeypatch.setattr("gaitval.reporting.page.weasyprint", MagicMock())
-    for module, at in (
-        (report, lambda found: found),
-        (recording_report, lambda found: found["drawings"]),
-    ):
-        monkeypatch.setattr(module, "_drawings", undrawn(module._drawings, at))
-
-
-def undrawn(names, at):
-    """What names the drawings of a page, without what draws them."""
-
-    def named(*given):
-        found = names(*given)
-        at(found).update(dict.fromkeys(at(found), str))
-        return found
-
-    return named
+    without_figures(monkeypatch)
 
 
 def told(html: str, title: str) -> list[tuple[bool, str]]:
