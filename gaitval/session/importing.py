@@ -49,15 +49,16 @@ def import_files(
     out = Path(out)
     check_folder(out)
     progress = Progress()
+    _check_there(options)  # a typing error leaves no folder behind, and is not about the person
     request = request_of(options, out, progress.noting(tell))
-    _check_there(request)  # a typing error leaves no folder behind
     with held(out):
         return _import(out, request, configuration, tell, progress)
 
 
-def _check_there(request: Request) -> None:
-    """Raise RecordError, which names all files of a request that are missing."""
-    given = (request.static, *(path for name in FILES for path in getattr(request, name)))
+def _check_there(options: ImportOptions) -> None:
+    """Raise RecordError, which names all files of a session that are missing."""
+    given = [] if options.static is None else [options.static]
+    given += [path for name in FILES for path in getattr(options, name)]
     missing = [str(path) for path in dict.fromkeys(given) if not path.exists()]
     if missing:
         raise RecordError(

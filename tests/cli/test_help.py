@@ -146,11 +146,13 @@ def test_a_folder_that_cannot_be_made_is_refused(
     assert "/proc/x: cannot be made (" in messages.getvalue()
 
 
+@pytest.mark.parametrize("person", [[], ["--mass", "70", "--height", "1.7"]], ids=len)
 def test_an_import_of_missing_files_names_all_and_leaves_nothing(
-    tmp_path: Path, messages: io.StringIO
+    person: list[str], tmp_path: Path, messages: io.StringIO
 ) -> None:
+    """Also where it would have read mass and stature from them."""
     out = tmp_path / "mine"
-    words = ["--static", "stand.c3d", "--trial", "walk.c3d", "--mass", "70", "--height", "1.7"]
+    words = ["--static", "stand.c3d", "--trial", "walk.c3d", *person]
     done = CliRunner().invoke(cli.app, ["import", *words, "--sex", "M", "--out", str(out)])
     assert done.exit_code == 2
     assert "stand.c3d, walk.c3d: no such files. Check the paths." in messages.getvalue()
