@@ -26,6 +26,8 @@ from gaitval.gait.record import (
 
 SAMPLES: Final = 200
 _PHASES: Final = np.arange(SAMPLES) / SAMPLES
+SHORTEST: Final = 0.02
+"""Of the cycle, of a double support or a swing that is stretched to."""
 HIGHEST_HZ: Final = 5.0
 """Of what is taken from the motion of the centre of mass: above it the low-pass of the markers
 leaves less than the whole."""
@@ -39,9 +41,12 @@ def knows_contacts(subject: Subject) -> bool:
     laboratory of the people expected from, where their contacts are as near. Where plates recorded
     it, it is held out with their forces.
     """
-    stance = subject.stance_fraction
-    recorded = stance.right is not None and stance.left is not None
-    return recorded and not (subject.has_kinetics or is_of_the_laboratory(subject))
+    right, left = subject.stance_fraction.right, subject.stance_fraction.left
+    if right is None or left is None or subject.has_kinetics or is_of_the_laboratory(subject):
+        return False
+    # What is expected of a walk cannot be stretched over a step without double support.
+    both = (subject.left_phase + left - 1.0, right - subject.left_phase)
+    return min(both) > SHORTEST and max(right, left) < 1.0 - SHORTEST
 
 
 def is_of_the_laboratory(subject: Subject) -> bool:
@@ -61,9 +66,10 @@ def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
     if not knows_contacts(subject):
         return record
     own = replace(record, stance_fraction=subject.stance_fraction.of_both())
+    even = replace(record, left_phase=0.5)  # what is expected is symmetric
     moments, forces = {}, {}
     for side in SIDES:
-        at = np.interp(_PHASES, _contacts(own, side), _contacts(record, side))
+        at = np.interp(_PHASES, _contacts(own, side), _contacts(even, side))
         for name in (each for each in record.moments if each.endswith(f"_{side[0]}")):
             moments[name] = periodic_through(record.moments[name](at), HARMONICS_CAP)
         forces[side] = _fitted(record.ground_reaction(side, at), own.stance_fraction[side])
@@ -100,7 +106,8 @@ def with_total(record: GaitRecord, subject: Subject) -> GaitRecord:
     lacks = needed.T - forces.sum(axis=0)
     lacks = DIRECTIONS * _slow(lacks, record.stride_time)
     weight = np.maximum(forces[..., 2:], 0.0)
-    forces += lacks * weight / weight.sum(axis=0)
+    # Where nobody is expected to carry, nothing is shared out.
+    forces += lacks * weight / np.maximum(weight.sum(axis=0), 0.01)
     moved = {}
     for side, force in zip(SIDES, forces, strict=True):
         later = record.left_phase if side == "left" else 0.0

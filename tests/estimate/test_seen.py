@@ -66,10 +66,9 @@ def test_feet_leave_when_the_person_s_do(usual: GaitRecord, known: Subject) -> N
         assert force[0] > 0.5
         assert force[1] < 0.2
         # Between the landing of the other foot and its own end a curve is stretched.
-        lands = usual.left_phase if side == "right" else 1.0 - usual.left_phase
-        before, after = (
-            lands + 0.5 * (end - lands) for end in (usual.stance_fraction[side], stance)
-        )
+        lands = known.left_phase if side == "right" else 1.0 - known.left_phase
+        before = 0.5 + 0.5 * (usual.stance_fraction[side] - 0.5)
+        after = lands + 0.5 * (stance - lands)
         name = f"ankle_angle_{side[0]}"
         assert record.moments[name](after) == pytest.approx(usual.moments[name](before), abs=0.02)
 
@@ -80,6 +79,16 @@ def test_what_plates_recorded_is_held_out(usual: GaitRecord) -> None:
         update={"stance_fraction": StanceFraction(right=0.6, left=None)}
     )
     assert at_own_contacts(usual, one) is usual
+
+
+def test_steps_without_double_support_are_left_as_they_are(
+    usual: GaitRecord, known: Subject
+) -> None:
+    short = known.model_copy(update={"stance_fraction": StanceFraction(right=0.45, left=0.45)})
+    assert at_own_contacts(usual, short) is usual
+    limping = with_total(replace(usual, left_phase=0.3), moved(known, TOTAL))
+    for side in SIDES:
+        assert np.isfinite(limping.ground_reaction(side, PHASE)).all()
 
 
 def test_the_total_is_that_of_the_centre_of_mass(usual: GaitRecord, known: Subject) -> None:
