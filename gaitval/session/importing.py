@@ -6,9 +6,9 @@ from pathlib import Path
 
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
-from gaitval.errors import GaitvalError, RecordError
+from gaitval.errors import GaitvalError
 from gaitval.folder_lock import held
-from gaitval.session.person import person_of_session
+from gaitval.session.person import check_there, person_of_session
 from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
@@ -49,22 +49,11 @@ def import_files(
     out = Path(out)
     check_folder(out)
     progress = Progress()
-    _check_there(options)  # a typing error leaves no folder behind, and is not about the person
     request = request_of(options, out, progress.noting(tell))
+    # A typing error leaves no folder behind.
+    check_there([request.static, *(path for name in FILES for path in getattr(request, name))])
     with held(out):
         return _import(out, request, configuration, tell, progress)
-
-
-def _check_there(options: ImportOptions) -> None:
-    """Raise RecordError, which names all files of a session that are missing."""
-    given = [] if options.static is None else [options.static]
-    given += [path for name in FILES for path in getattr(options, name)]
-    missing = [str(path) for path in dict.fromkeys(given) if not path.exists()]
-    if missing:
-        raise RecordError(
-            f"{', '.join(missing)}: no such file{'s' if len(missing) > 1 else ''}. Check the "
-            f"{'paths' if len(missing) > 1 else 'path'}."
-        )
 
 
 def _import(

@@ -4,12 +4,12 @@ What the user says wins; a file that says otherwise is reported. What no one say
 if it is needed.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from gaitval.datasets.plausible import age_problems, mass_and_height_problems
-from gaitval.errors import SubjectError
+from gaitval.errors import RecordError, SubjectError
 from gaitval.mocap.c3d_person import PersonFacts, read_person
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width
@@ -56,6 +56,16 @@ def check_said(mass: float | None, height: float | None, sex: str, age: float | 
     return "F" if sex == "F" else "M"
 
 
+def check_there(files: Iterable[Path]) -> None:
+    """Raise RecordError, which names all of the `files` that are missing."""
+    missing = [str(path) for path in dict.fromkeys(files) if not path.exists()]
+    if missing:
+        raise RecordError(
+            f"{', '.join(missing)}: no such file{'s' if len(missing) > 1 else ''}. Check the "
+            f"{'paths' if len(missing) > 1 else 'path'}."
+        )
+
+
 def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
     """The person, from what the user says (`options`) and from the files, the standing trial first;
     `tell` is called with what the files say.
@@ -80,6 +90,7 @@ def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
         if value is None
     ]
     if mass is None or height is None:
+        check_there(files)
         raise SubjectError(
             f"no {' and no '.join(missing)}, and no file of the session says it "
             "(PROCESSING:Bodymass, SUBJECTS:A_Height_mm or the like in C3D). The body is scaled "

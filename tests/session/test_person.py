@@ -6,7 +6,7 @@ import ezc3d
 import numpy as np
 import pytest
 
-from gaitval.errors import SubjectError
+from gaitval.errors import RecordError, SubjectError
 from gaitval.mocap.c3d_person import read_person
 from gaitval.session.person import person_of_session
 from gaitval.session.request import ImportOptions
@@ -159,7 +159,13 @@ def test_what_nobody_says_is_asked_for(tmp_path):
     path = c3d(tmp_path / "a.c3d", {"Bodymass": 70.0})
     with pytest.raises(SubjectError, match=r"no --height \(m\), and no file of the session"):
         found([path])
+    (tmp_path / "a.trc").touch()
     with pytest.raises(SubjectError, match=r"--mass \(kg\) and no --height \(m\)"):
+        found([tmp_path / "a.trc"])
+
+
+def test_a_file_that_is_not_there_is_no_question_about_the_person():
+    with pytest.raises(RecordError, match=r"none\.trc: no such file"):
         found([])
 
 
