@@ -151,7 +151,7 @@ MEASURES = {
             "gaitval/session/subject.py:total_force",
             "gaitval/metrics/reference_curves.py",
             "extras/gaitval_estimate/*.py",
-            "evidence/fit.py:seen,_wider,_without_plates,_imported,_without_markers_say,lower_end,SKILLS",
+            "evidence/fit.py:seen,_wider,_without_plates,_subject_of,_without_markers_say,lower_end,SKILLS",
         ),
         "data": ("extras/gaitval_estimate/fits.json",),
         "allowed": 30,
@@ -430,9 +430,9 @@ def _without_plates(clones: Path) -> Iterator[tuple[str, Subject, Array]]:
     for recording in _recordings():
         if recording is SAMPLE or "WBDS" in recording["laboratory"]:
             continue  # nobody, and the laboratory of the built-in people
-        full = _imported(recording, clones)
+        full = _subject_of(recording, clones)
         try:
-            known = _imported(recording | {"kinematics_only": True, "forces": None}, clones)
+            known = _subject_of(recording | {"kinematics_only": True, "forces": None}, clones)
         except RecordError as error:
             print(f"{recording['name']}: no subject without its plates ({error})", flush=True)
             continue
@@ -445,14 +445,12 @@ def _without_plates(clones: Path) -> Iterator[tuple[str, Subject, Array]]:
             )
 
 
-def _imported(recording: dict[str, Any], clones: Path) -> Subject:
-    from evidence.measurement.faults import _read
-    from gaitval.session.session import work_out
+def _subject_of(recording: dict[str, Any], clones: Path) -> Subject:
+    from evidence.measurement.faults import _imported, _read
     from gaitval.session.subject import subject_of
 
     with tempfile.TemporaryDirectory() as folder:
-        request, _ = _read(recording, clones, Path(folder))
-        return subject_of(work_out(request, load_configuration().processing))
+        return subject_of(_imported(*_read(recording, clones, Path(folder))))
 
 
 def _without_markers_say(subject: Subject) -> Subject:

@@ -33,6 +33,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.population import with_others_kinetics
 from gaitval_estimate.deviations import stored_fits
+from gaitval_estimate.seen import contacts, shared
 
 PAGE: Final = Path(__file__).resolve().parent.parent / "docs" / "held-out.md"
 PHASES: Final = np.arange(400) / 400.0
@@ -81,20 +82,11 @@ def _within(begin: float, end: float) -> Flags:
 def stretched(expected: GaitRecord, record: GaitRecord) -> Array:
     """(2, 400, 3) forces of the `expected` record at the contacts of both feet of `record`."""
     found = []
-    for index, side in enumerate(SIDES):
-        here, there = (_contacts(each, index) for each in (record, expected))
+    for side in SIDES:
+        here, there = (contacts(each, side) for each in (record, expected))
         own = (PHASES - (record.left_phase if side == "left" else 0.0)) % 1.0
         found.append(expected.ground_reaction(side, np.interp(own, here, there)))
     return np.array(found)
-
-
-def _contacts(record: GaitRecord, foot: int) -> list[float]:
-    """Phases of a foot's own cycle: it lands, the other leaves, the other lands, it leaves, end."""
-    first, second = transfers(record)
-    if foot == 0:
-        return [0.0, first.end, second.begin, second.end, 1.0]
-    behind = second.begin
-    return [0.0, second.end - behind, 1.0 - behind, first.end + 1.0 - behind, 1.0]
 
 
 def smooth(share: Array) -> Array:
@@ -132,12 +124,6 @@ def divided(record: GaitRecord, total: Callable[[Array], Array], law: Law) -> Ar
         found[behind, on] = law((PHASES[on] - begin) / (end - begin)) * total(np.array([begin]))
         found[1 - behind, on] = both[on] - found[behind, on]
     return found
-
-
-def shared(expected: Array, total: Array) -> Array:
-    """Expected forces (2, n, 3) with what they lack of the `total` (n, 3), by vertical share."""
-    share = expected[..., 2:] / np.sum(expected[..., 2:], axis=0)
-    return np.asarray(expected + share * (total - expected.sum(axis=0)))
 
 
 def fitted(subject: Subject, expected: GaitRecord) -> GaitRecord:
@@ -180,7 +166,7 @@ def compared() -> dict[str, Array]:
 
             forces[f"{whose} total, smooth transition"] = divided(record, total, smooth)
             forces[f"{whose} total, learned"] = divided(record, total, learned(others))
-        forces["own total, expected share"] = shared(usual, forces_of(record).sum(axis=0))
+        forces["own total, expected share"] = shared(usual, (forces_of(record) - usual).sum(axis=0))
         for name, each in forces.items():
             found.setdefault(name, []).append(errors(each, record))
     return {name: np.array(each) for name, each in found.items()}

@@ -69,14 +69,14 @@ def at_own_contacts(record: GaitRecord, subject: Subject) -> GaitRecord:
     even = replace(record, left_phase=0.5)  # what is expected is symmetric
     moments, forces = {}, {}
     for side in SIDES:
-        at = np.interp(_PHASES, _contacts(own, side), _contacts(even, side))
+        at = np.interp(_PHASES, contacts(own, side), contacts(even, side))
         for name in (each for each in record.moments if each.endswith(f"_{side[0]}")):
             moments[name] = periodic_through(record.moments[name](at), HARMONICS_CAP)
         forces[side] = _fitted(record.ground_reaction(side, at), own.stance_fraction[side])
     return replace(own, moments=moments, forces=forces)
 
 
-def _contacts(record: GaitRecord, side: Side) -> list[float]:
+def contacts(record: GaitRecord, side: Side) -> list[float]:
     """Phases of the cycle of a `side`: its foot lands, the other one leaves, the other one lands,
     it leaves, and lands again.
     """
@@ -105,11 +105,8 @@ def with_total(record: GaitRecord, subject: Subject) -> GaitRecord:
     needed = np.stack([each.periodic()(_PHASES) for each in (total.forward, total.left, total.up)])
     lacks = needed.T - forces.sum(axis=0)
     lacks = DIRECTIONS * _slow(lacks, record.stride_time)
-    weight = np.maximum(forces[..., 2:], 0.0)
-    # Where nobody is expected to carry, nothing is shared out.
-    forces += lacks * weight / np.maximum(weight.sum(axis=0), 0.01)
     moved = {}
-    for side, force in zip(SIDES, forces, strict=True):
+    for side, force in zip(SIDES, shared(forces, lacks), strict=True):
         later = record.left_phase if side == "left" else 0.0
         x = np.append(_PHASES, 1.0)
         rows = np.stack(
@@ -117,6 +114,13 @@ def with_total(record: GaitRecord, subject: Subject) -> GaitRecord:
         )
         moved[side] = _fitted(rows, record.stance_fraction[side])
     return replace(record, forces=moved)
+
+
+def shared(forces: Array, lacks: Array) -> Array:
+    """Forces of both feet (2, n, 3) with what both together lack (n, 3), by vertical share."""
+    weight = np.maximum(forces[..., 2:], 0.0)
+    # Where nobody is expected to carry, nothing is shared out.
+    return np.asarray(forces + lacks * weight / np.maximum(weight.sum(axis=0), 0.01))
 
 
 def _slow(values: Array, stride_time: float) -> Array:

@@ -46,12 +46,7 @@ class Finding:
 
 
 def finding(
-    recording: Recording,
-    kind: FindingKind,
-    names: Iterable[str],
-    begin: int,
-    end: int,
-    action: str,
+    recording: Recording, kind: FindingKind, names: Iterable[str], begin: int, end: int, action: str
 ) -> Finding:
     """A finding in frames of the markers, or in samples of the forces (`OF_FORCES`).
 

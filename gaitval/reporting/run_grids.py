@@ -158,12 +158,12 @@ def _recorded(metrics: Metrics, subject: Subject, kind: str, key: str) -> Array 
     for each in KINDS:
         if each == kind and key in metrics.record.curves.of(each):
             return array(metrics.record.curves.of(each)[key])
-    percent, angles = np.linspace(0.0, 1.0, 101), subject.gait.angles_of_both()
-    if kind == "angles" and key in angles:
-        return np.degrees(angles[key](percent))
-    if kind == "moments" and subject.has_kinetics and key in subject.record().moments:
-        return np.asarray(subject.record().moments[key](percent))
-    return None
+    percent = np.linspace(0.0, 1.0, 101)
+    if kind == "angles":
+        angle = subject.gait.angles_of_both().get(key)
+        return None if angle is None else np.degrees(angle(percent))
+    moment = subject.record().moments.get(key) if subject.has_kinetics else None
+    return None if kind != "moments" or moment is None else np.asarray(moment(percent))
 
 
 def _walked(

@@ -100,9 +100,9 @@ def start_policy(run: Run, folder: Path) -> "Policy":
     )
 
 
-def asked(run: Run, model: "BodyModel") -> "Told":
-    """What the walk of `run` is to be, of the person with the scaled `model`: what it knew, and for
-    kinetics that it did not know those of the estimate.
+def asked(run: Run, model: "BodyModel | None" = None) -> "Told":
+    """What the walk of `run` is to be: what it knew, and for kinetics that it did not know those of
+    the estimate, of the scaled `model` or that of its folder.
     """
     if not run.knew_no_kinetics:
         return run.told()

@@ -120,7 +120,7 @@ def _reference_of(run: Run, body: "BodyModel") -> "ReferenceMotion":
     """The motion of `body` to walk."""
     from gaitval.reference.dynamic_fit import consistent_reference
 
-    record, accuracy = asked(run, read_urdf(run.folder / "model.urdf"))
+    record, accuracy = asked(run)
     return consistent_reference(record, body, run.configuration.contact, accuracy)
 
 

@@ -29,6 +29,8 @@ from gaitval.study.stage import Run
 if TYPE_CHECKING:
     import pandas as pd
 
+    from gaitval.prediction.known import Told
+
 
 @dataclass(frozen=True, repr=False)
 class StoredPolicy(Displayed):
@@ -67,11 +69,15 @@ class StoredPolicy(Displayed):
         """What it was trained for. The reference motion takes seconds, once."""
         return self._task(self.model)
 
+    @cached_property
+    def _asked(self) -> "Told":
+        return asked(Run(self.folder, self.subject, self.configuration), self.model)
+
     def _task(self, model: BodyModel, mu: Array | None = None) -> WalkingTask:
-        run = Run(self.folder, self.subject, self.configuration)
-        record, accuracy = asked(run, self.model)
+        record, accuracy = self._asked
         task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu)
-        return replace(task, record=run.told().record)
+        known = Run(self.folder, self.subject, self.configuration).told().record
+        return replace(task, record=known)
 
     @cached_property
     def corrected_task(self) -> WalkingTask:

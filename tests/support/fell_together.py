@@ -20,19 +20,8 @@ def fell_together(
     starts: Sequence[dict[str, Any]],
     seconds: Sequence[float],
 ) -> NDArray[np.bool_]:
-    """Whether each of at most eight walks, which are simulated side by side, ends in a fall.
-
-    Parameters
-    ----------
-    group : of eight environments.
-    policy : used without noise.
-    mu : (14,) body parameters of all.
-    starts : options of `WalkingEnvironment.reset` of each.
-    seconds : how long each one is followed.
-
-    Returns
-    -------
-    (walks,).
+    """Whether each of at most eight walks, followed for its `seconds`, ends in a fall (walks,); the
+    other arguments as of `walks_together`.
     """
     action_seconds = group.environments[0].walker.action_seconds
     left = np.array([round(each / action_seconds) for each in seconds])
