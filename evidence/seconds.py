@@ -86,7 +86,10 @@ MEASURES = {
     },
     "physics, *": {"code": ("@physics", "evidence/seconds.py:physics")},
     "strangers, adults of ANSUR II * and, one in*": {
-        "code": ("@walk", "evidence/seconds.py:strangers,_stranger,_child,_fell"),
+        "code": (
+            "@walk",
+            "evidence/seconds.py:strangers,adults,drawn_stranger,_stranger,_child,_fell",
+        ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/general/strangers.json",),
         "allowed": 100,
@@ -314,26 +317,13 @@ def strangers(arguments: Namespace) -> evidence.Row:
     the ten, walked at some speed without own training: how many walk from every start. Who has
     walked is kept in `STRANGERS`, so that the same command goes on.
     """
-    import numpy as np
-
     from gaitval.artefacts import read_json, write_json
 
-    table = []
-    for sex, name in TABLES.items():
-        path = arguments.data / "anthropometry" / name
-        with path.open(encoding="latin-1", newline="") as file:
-            table += [{**row, "sex": sex} for row in csv.DictReader(file)]
-    leg = statistics.mean(float(row["trochanterionheight"]) for row in table) / 1000.0
+    table = adults(arguments.data)
     stored = read_json(STRANGERS) if STRANGERS.is_file() else {}
     known = stored["people"] if stored.get("seed") == arguments.seed else []
     for number in range(len(known), arguments.people):
-        random = np.random.default_rng((arguments.seed, number))
-        row, gait = table[random.integers(len(table))], PEOPLE[random.integers(len(PEOPLE))]
-        speed = float(random.uniform(SLOWEST, FASTEST))
-        person = _stranger(row, gait)
-        if number % CHILDREN == CHILDREN - 1:
-            person = _child(person, random)
-            speed *= (person.leg_length_m / leg) ** 0.5
+        person, gait, speed = drawn_stranger(table, arguments.seed, number, (SLOWEST, FASTEST))
         about = {
             "laboratory": person.laboratory,
             "sex": person.sex,
@@ -354,6 +344,35 @@ def strangers(arguments: Namespace) -> evidence.Row:
         100.0 * walk / len(known),
         *("%", ">=", 99, 95, len(known)),
     )
+
+
+def adults(data: Path) -> list[dict[str, str]]:
+    """The rows of ANSUR II, women first, each with a `sex`."""
+    table = []
+    for sex, name in TABLES.items():
+        path = data / "anthropometry" / name
+        with path.open(encoding="latin-1", newline="") as file:
+            table += [{**row, "sex": sex} for row in csv.DictReader(file)]
+    return table
+
+
+def drawn_stranger(
+    table: list[dict[str, str]], seed: int, number: int, speeds: tuple[float, float]
+) -> tuple["Subject", str, float]:
+    """A person of a `seed`, the name of whose gait it is, and a speed, m/s: between those two for
+    an adult of mean leg length.
+    """
+    import numpy as np
+
+    leg = statistics.mean(float(row["trochanterionheight"]) for row in table) / 1000.0
+    random = np.random.default_rng((seed, number))
+    row, gait = table[random.integers(len(table))], PEOPLE[random.integers(len(PEOPLE))]
+    speed = float(random.uniform(*speeds))
+    person = _stranger(row, gait)
+    if number % CHILDREN == CHILDREN - 1:
+        person = _child(person, random)
+        speed *= (person.leg_length_m / leg) ** 0.5
+    return person, gait, speed
 
 
 def _child(person: "Subject", random: "Generator") -> "Subject":

@@ -446,11 +446,10 @@ class NoiseSettings(Section):
 class CorrectionSettings(Section):
     """Change of the motion given to the policy that makes its walk most like the reference."""
 
-    rounds: int = Field(1, ge=0, le=1000)
-    """How often the effect of each change is measured; 0: no correction."""
-    range_rounds: int = Field(2, ge=0, le=1000)
-    """For a policy of several speeds (`gaitval predict`), whose walks are further from theirs."""
-    harmonics: int = Field(12, ge=0, le=16)
+    steps: int = Field(10, ge=0, le=1000)
+    """Largest number of steps towards it, of eight walks each; 0: no correction. Fewer are taken if
+    one gains less than 2 %."""
+    harmonics: int = Field(12, ge=0, le=12)
     """Harmonics of the gait cycle in the change of each angle. A prior holds them near zero. With 6
     of them forces near 10 Hz could not be answered."""
     largest: Positive = 0.052

@@ -78,10 +78,10 @@ class Live(Observer):
 
         Parameters
         ----------
-        values : `total` and one of `samples`, `generation`, `rounds`, `pushes` or `walks` count;
+        values : `total` and one of `samples`, `generation`, `steps`, `pushes` or `walks` count;
             all others (`reward`, `cycles`, ...) are shown beside it.
         """
-        units = ("samples", "generation", "rounds", "pushes", "walks")
+        units = ("samples", "generation", "steps", "pushes", "walks")
         unit = next(name for name in units if name in values)
         done, total = values[unit], values["total"]
         rest = "  ".join(

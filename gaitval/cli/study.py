@@ -171,7 +171,7 @@ def identify(
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 
 
-@command("gaitval correct 5", "gaitval correct 5 --set correction.rounds=0")
+@command("gaitval correct 5", "gaitval correct 5 --set correction.steps=0")
 def correct(
     subject: SubjectArgument,
     out: OutOption = None,

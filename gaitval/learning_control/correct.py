@@ -6,8 +6,8 @@ mm. Such errors respond smoothly to small changes of the motion that the walker 
 are removed by iterative learning control (Bristow, Tharayil, Alleyne 2006, IEEE Control Systems
 26(3):96-114): walk, compare the mean curves with the reference, change the motion, walk again. The
 changes are of the height of the pelvis and the lowest harmonics of hip, knee, ankle and trunk
-angles; finite differences give the effect of each change on every curve, and the steps are
-Gauss-Newton's, with Broyden's update of the slopes after each.
+angles. How the curves answer to them is known from other people's walks and learned from every
+walk of the search (`slopes`); the steps are Gauss-Newton's.
 
 The target is the reference, not the record: data held out from the run stay held out, and errors of
 the reference remain. A Gaussian prior holds every change near zero, so only changes that affect the
@@ -25,8 +25,10 @@ from itertools import chain
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.gait.sampling import SAMPLES
 from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
+from gaitval.learning_control.slopes import Slopes
 from gaitval.learning_control.walked import Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import curves_of, rms
 from gaitval.metrics.cycles import find_cycles
@@ -35,6 +37,7 @@ from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import CorrectedCurve, CorrectionResult
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.observation import targets_of
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -160,11 +163,13 @@ class Case:
 
 def _walks(pool: RolloutPool, cases: Sequence[Case]) -> Iterator[Walked | None]:
     """`beside_reference` of any number of cases."""
-    return chain.from_iterable(pool.each(beside_reference, in_groups(cases)))
+    # What goes before and after a walk takes as long as it, and is not shared by the eight of a
+    # group. So workers share one group rather than wait for who walks it.
+    return chain.from_iterable(pool.each(beside_reference, in_groups(cases, pool.workers)))
 
 
-def _correction(point: Array) -> Adjustment:
-    """The change at a point, (13 + 26 H + 1,) in units of the prior's SD."""
+def correction_at(point: Array) -> Adjustment:
+    """The change at a `point`, (13 + 26 H + 1,) in units of the prior's SD."""
     harmonics = _ANGLE * point[:-1].reshape(len(JOINTS), -1)
     return Adjustment(harmonics, float(_HEIGHT * point[-1]))
 
@@ -174,7 +179,7 @@ def correct(
     policy: Policy,
     mu: Array,
     *,
-    rounds: int | None = None,
+    slopes: Slopes | None = None,
     journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Corrected:
@@ -193,21 +198,20 @@ def correct(
     task : body, reference and constants.
     policy : the trained policy; it is not changed.
     mu : (14,) body parameters.
-    rounds : how often slopes are measured, instead of `correction.rounds`.
+    slopes : what is known of them beforehand; by default, what other people's walks say.
     journal : keeps every walk; an interrupted call is continued from it, with the same result.
-    on_progress : called after each round with `rounds`, `total` and `error`.
+    on_progress : called after each step with `steps`, `total` and `error`.
     """
     settings = task.configuration.correction
-    wanted = settings.rounds if rounds is None else rounds
     start = task.configuration.validation.start_phases[0]
     unknowns = len(JOINTS) * (1 + 2 * settings.harmonics) + 1
 
     def progress(number: int, found: float) -> None:
         if on_progress is not None:
-            on_progress({"rounds": number, "total": wanted, "error": found})
+            on_progress({"steps": number, "total": settings.steps, "error": found})
 
     def allowed(point: Array) -> bool:
-        return _correction(point).largest() <= settings.largest
+        return correction_at(point).largest() <= settings.largest
 
     journal = journal or Journal()
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
@@ -217,7 +221,7 @@ def correct(
             return journal.results(
                 partial(_walks, pool),
                 [
-                    Case(policy, mu, _correction(point), phase)
+                    Case(policy, mu, correction_at(point), phase)
                     for phase in phases
                     for point in points
                 ],
@@ -226,18 +230,20 @@ def correct(
             )
 
         none = np.zeros(unknowns)
-        if wanted == 0:  # nothing is looked for: the walk as it is
+        if settings.steps == 0:  # nothing is looked for: the walk as it is
             (before,) = walk([none], start)
             errors = () if before is None else (before.error(),)
-            return Corrected(_correction(none), errors, 1.0, 0.0, None, before, before)
+            return Corrected(correction_at(none), errors, 1.0, 0.0, None, before, before)
         from gaitval.learning_control.search import harm, search
+        from gaitval.learning_control.slopes import shared_slopes
 
+        speed = targets_of(task.reference, task.model).speed
         found = search(
             lambda points: walk(points, start),
-            unknowns,
-            rounds=wanted,
+            slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES),
+            steps=settings.steps,
             allowed=allowed,
-            on_round=progress,
+            on_step=progress,
         )
         # Without it and with each share of it, from the start phase and from half a cycle later:
         # eight walks, which take no longer than one.
@@ -253,4 +259,4 @@ def correct(
     else:
         share, point, after = 0.0, none, before
     number = found.effective_number
-    return Corrected(_correction(point), found.errors, share, number, refused, before, after)
+    return Corrected(correction_at(point), found.errors, share, number, refused, before, after)

@@ -8,20 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.learning_control.slopes import Slopes
 from gaitval.learning_control.walked import Walked
 
-_PROBE = 0.75
-"""Change of an unknown by which its effect is measured, in prior SDs: the effect is then several
-times the scatter of mean curves between walks."""
-_STEPS = 6
-"""Largest number of steps with the same slopes, which cost ten times as many walks as a step."""
 _SMALLEST_GAIN = 0.02
 """Relative decrease of the objective at which the steps end."""
-_DAMPINGS = (0.0, 1.0, 10.0, 100.0, 1000.0)
+_DAMPINGS = (0.0, 3.0, 30.0, 300.0)
 """Damping of a step, in units of the prior's weight. All of them are tried: a walk does not respond
 linearly, so no rule gives the best one beforehand."""
-_LENGTHS = (1.0, 0.5, 0.25)
-"""Fractions of each step that are tried."""
+_LENGTHS = (1.0, 0.5)
+"""Fractions of each step that are tried: with the dampings eight walks, which take no longer than
+one."""
 
 Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
 """Walks at each of several points, (n,) in units of the prior's SD; None for one that fell."""
@@ -40,72 +37,52 @@ class Optimum:
 
 def search(
     walk: Walk,
-    unknowns: int,
+    slopes: Slopes,
     *,
-    rounds: int,
+    steps: int,
     allowed: Callable[[Array], bool],
-    on_round: Callable[[int, float], None] | None = None,
+    on_step: Callable[[int, float], None] | None = None,
 ) -> Optimum:
     """Minimise the deviations' sum of squares plus the prior's, starting from zero.
 
     Parameters
     ----------
     walk : walks at several points at once.
-    unknowns : n.
-    rounds : how often the slopes are measured.
+    slopes : what is known of them beforehand; all walks add to it.
+    steps : at most.
     allowed : whether a point may be tried.
-    on_round : called with the finished round and the error.
+    on_step : called with the number of the step and the error.
     """
-    point = np.zeros(unknowns)
-
-    def probing() -> list[Array]:
-        return [point + _PROBE * each for each in np.eye(unknowns)]
-
-    # In one call, so that all of these walks share the workers.
-    found, *probes = walk([point, *(probing() if rounds else [])])
+    point = np.zeros(len(slopes.covariance))
+    (found,) = walk([point])
     if found is None:
         return Optimum(point, (), 0.0)
-    errors, free = [found.error()], 0.0
-    for number in range(rounds):
-        if number > 0:
-            probes = list(walk(probing()))
-        # A walk that falls gives no slope. With a slope of zero the unknown is left where it is.
-        answers = [
-            0.0 * found.deviations
-            if each is None
-            else (each.deviations - found.deviations) / _PROBE
-            for each in probes
+    errors = [found.error()]
+    for number in range(1, steps + 1):
+        tried = [each for each in _steps(slopes.mean, found, point) if allowed(point + each)]
+        walked = [
+            (step, each)
+            for step, each in zip(tried, walk([point + step for step in tried]), strict=True)
+            if each is not None
         ]
-        # (m, n): a column for each unknown, in prior SDs.
-        slopes = np.column_stack(answers)
-        free = effective_number(slopes)
-        for _ in range(_STEPS):
-            steps = [each for each in _steps(slopes, found, point) if allowed(point + each)]
-            walked = [
-                (_objective(each, point + step), index, step, each)
-                for index, (step, each) in enumerate(
-                    zip(steps, walk([point + step for step in steps]), strict=True)
-                )
-                if each is not None
-            ]
-            least = _objective(found, point)
-            # By objective, then by index: of equal steps the first is taken, and arrays are never
-            # compared.
-            best = min(walked, default=None, key=lambda each: each[:2])
-            if best is None or best[0] >= least:
-                break
-            _, _, step, after = best
-            change = after.deviations - found.deviations
-            # Broyden's update: the smallest change of the slopes with which they would have
-            # predicted what this step did. It saves measuring them again, n walks.
-            slopes = slopes + np.outer(change - slopes @ step, step) / float(step @ step)
-            point, found = point + step, after
+        if not walked:
+            break
+        slopes = slopes.learned(
+            np.array([step for step, _ in walked]),
+            np.array([each.deviations - found.deviations for _, each in walked]),
+        )
+        least = _objective(found, point)
+        # Of equal steps the first is taken.
+        step, best = min(walked, key=lambda each: _objective(each[1], point + each[0]))
+        reached = _objective(best, point + step)
+        if reached < least:
+            point, found = point + step, best
             errors.append(found.error())
-            if best[0] > (1.0 - _SMALLEST_GAIN) * least:
-                break
-        if on_round is not None:
-            on_round(number + 1, errors[-1])
-    return Optimum(point, tuple(errors), free)
+        if on_step is not None:
+            on_step(number, errors[-1])
+        if reached > (1.0 - _SMALLEST_GAIN) * least:
+            break
+    return Optimum(point, tuple(errors), effective_number(slopes.mean))
 
 
 def _objective(found: Walked, point: Array) -> float:

@@ -62,7 +62,8 @@ def simulated_curves(
     `low_pass_of`) before they are cut, and divided by `mass` (kg, of the model) and mass x
     `GRAVITY`. Moments of the hips are about the record's hip centres, as the record's are.
     """
-    moments, forces = filtered(rollout, filters)
+    columns = [ACTUATED.index(f"{name}_{side[0]}") for side in SIDES for name in JOINT_MOMENTS]
+    moments, forces = filtered(rollout, filters, columns)
     pelvis = pelvis_angles(Rotation.from_rotvec(rollout.positions[:, :3]).as_matrix())
     curves = Curves({}, {}, {})
     for column, side in enumerate(SIDES):
@@ -76,7 +77,7 @@ def simulated_curves(
             sign = 1.0 if name == "pelvis_tilt" else mirror
             curves.angles[f"{name}_{suffix}"] = cut(sign * pelvis[:, index], starts, ends)
         for name in JOINT_MOMENTS:
-            moment = moments[:, ACTUATED.index(f"{name}_{suffix}")]
+            moment = moments[:, columns.index(ACTUATED.index(f"{name}_{suffix}"))]
             vertical = forces[:, column, 2]
             moment = about_record(moment, name, rollout.hip_centre[column], vertical) / mass
             curves.moments[f"{name}_{suffix}"] = cut(moment, starts, ends)

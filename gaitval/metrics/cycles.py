@@ -1,6 +1,6 @@
 """Gait events, gait cycles and spatiotemporal parameters of a rollout."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -130,11 +130,16 @@ def cut(values: Array, starts: Index, ends: Index) -> Array:
     return interpolated(values, samples)
 
 
-def filtered(rollout: Rollout, filters: LowPass) -> tuple[Array, Array]:
-    """Joint moments (T, 25) Nm and ground reaction (T, 2, 3) N of `rollout`, after `filters`."""
+def filtered(
+    rollout: Rollout, filters: LowPass, columns: Sequence[int] | None = None
+) -> tuple[Array, Array]:
+    """Joint moments (T, 25) Nm, or `columns` of them, and ground reaction (T, 2, 3) N of `rollout`,
+    after `filters`.
+    """
+    moments = rollout.moments if columns is None else rollout.moments[:, columns]
     step = step_of(rollout)
     return (
-        low_pass_simulated(rollout.moments, step=step, frequency=filters.moments_hz),
+        low_pass_simulated(moments, step=step, frequency=filters.moments_hz),
         low_pass_simulated(rollout.ground_reaction, step=step, frequency=filters.forces_hz),
     )
 

@@ -48,10 +48,12 @@ class RolloutScore:
     fell: bool
 
 
-def in_groups(items: Sequence[Item]) -> list[Sequence[Item]]:
-    """`items` in order, in as few groups of at most eight as hold them, of nearly the same size."""
+def in_groups(items: Sequence[Item], at_least: int = 1) -> list[Sequence[Item]]:
+    """`items` in order, in as few groups of at most eight as hold them, of nearly the same size;
+    `at_least` so many, if there are enough items.
+    """
     # Minus the floor of minus the quotient is the quotient rounded up.
-    count = -(-len(items) // WIDTH)
+    count = max(-(-len(items) // WIDTH), min(at_least, len(items)))
     ends = [len(items) * number // count for number in range(1, count + 1)]
     return [items[first:end] for first, end in itertools.pairwise([0, *ends])]
 
@@ -328,9 +330,14 @@ class RolloutPool:
     task : of all environments.
     workers : number of processes; with 1 everything runs in this one.
     engine : physics engine of the environments, where a call does not name one.
+
+    Attributes
+    ----------
+    workers : as given.
     """
 
     def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:
+        self.workers = workers
         self._engine = engine
         self._alone = _Environments(task) if workers == 1 else None
         kept = kept_workers() if workers > 1 else None

@@ -125,7 +125,7 @@ def run_range(run: Run, *, force: bool = False) -> None:
     """Make the policy of the range of the person of `run`; with `force`, every stage runs again."""
     stages = (reference_stage(run), train_range_stage(run), predicted_correction_stage(run))
     walks = (predicted_walk_stage(run), compare_stage(run))
-    say_unread(run, (*stages, *walks), "general", ("correction.rounds",))
+    say_unread(run, (*stages, *walks), "general")
     run_stage(scale_stage(run), run.folder, force=force, observer=run.observer)
     run_stage(range_stage(run), run.folder, force=force, observer=run.observer)
     # the stage is made again below, because its inputs depend on whether there is a start
@@ -170,12 +170,10 @@ def predicted_correction_stage(run: Run) -> Stage:
         share = centred(task, policy, mu)
         run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
         task = task.with_environment(centring=share)
-        rounds = run.configuration.correction.range_rounds
         result = correct(
             task,
             policy,
             mu,
-            rounds=rounds,
             journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )

@@ -14,6 +14,7 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -146,7 +147,7 @@ def run_subject(
         return run_stage(stage, run.folder, force=force, observer=run.observer)
 
     beginning: Start = "scratch" if scratch else "general"
-    say_unread(run, plan(run, 1), beginning, ("correction.range_rounds",))
+    say_unread(run, plan(run, 1), beginning)
     if run.configuration.training.workers > 1:
         from gaitval.policy.workers import ready_to_start
 
@@ -219,7 +220,15 @@ def _train_and_identify(
         state = run.folder / f"rounds/{round_number}/identification" / STATE
         shown = generations_shown(run.observer, state, run.configuration.identification.generations)
     identify = identify_stage(_silent(run), round_number, begun)
-    _together(run, training, identify, shown, force=force)
+    _together(run, training, identify, shown, force=force, meanwhile=partial(_look_ahead, run))
+
+
+def _look_ahead(run: Run) -> None:
+    """Load what later stages of `run` need, and read their code: two seconds."""
+    import gaitval.metrics.validation  # noqa: F401
+
+    for stage in plan(run, 1):
+        stage.code()
 
 
 def _silent(run: Run) -> Run:
@@ -234,9 +243,11 @@ def _together(
     shown: "AbstractContextManager[None] | None" = None,
     *,
     force: bool,
+    meanwhile: "Callable[[], object] | None" = None,
 ) -> None:
     """Run `stages` one after another, and beside them an `other` one that needs none of their
-    files, if the run may have several processes; `shown` while only that one still runs.
+    files, if the run may have several processes; `shown`, and then `meanwhile`, while only that one
+    still runs.
     """
     both = force or (
         why_run(other, run.folder) and any(why_run(each, run.folder) for each in stages)
@@ -247,7 +258,7 @@ def _together(
         return
     from gaitval.study.watching import run_beside
 
-    run_beside(run, stages, other, shown, force=force)
+    run_beside(run, stages, other, shown, force=force, meanwhile=meanwhile)
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:

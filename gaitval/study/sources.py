@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
+    "gaitval.learning_control.slopes": ("learning_control/*.safetensors",),
     "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),

@@ -41,12 +41,9 @@ def _of_other_laws(law: str) -> set[str]:
     return others - set(LAWS[law]().settings)
 
 
-def unread(
-    configuration: Configuration, stages: Sequence[Stage], start: Start, besides: Sequence[str] = ()
-) -> Iterator[str]:
+def unread(configuration: Configuration, stages: Sequence[Stage], start: Start) -> Iterator[str]:
     """A message, with the reason, for each setting given in `configuration` that none of `stages`
-    reads. `start` is what the training starts from; `besides` are names, as `section.key`, that the
-    stages depend on but do not read.
+    reads. `start` is what the training starts from.
     """
     read: dict[str, set[str]] = {BY_THE_REPORT: set(type(configuration.report).model_fields)}
     for stage in stages:
@@ -56,7 +53,6 @@ def unread(
                 section = PARTS.get(name, name)
                 read.setdefault(section, set()).update(values, BY_THE_RUN.get(section, ()))
     for section, key in given(configuration):
-        name = f"{section}.{key}"
         value: Any = getattr(getattr(configuration, section), key)
         if section == "training" and key in FROM_NOTHING and start != "scratch":
             why = "only a training from nothing does (--scratch)"
@@ -64,16 +60,14 @@ def unread(
             why = "only a training that starts from a policy does"
         elif section == "contact" and key in _of_other_laws(configuration.contact.law):
             why = "it is of another contact law"
-        elif name in besides or key not in read.get(section, ()):
+        elif key not in read.get(section, ()):
             why = "it is for other commands"
         else:
             continue
-        yield f"{name} = {value} has no effect: nothing in this run reads it, {why}."
+        yield f"{section}.{key} = {value} has no effect: nothing in this run reads it, {why}."
 
 
-def say_unread(
-    run: Run, stages: Sequence[Stage], start: Start, besides: Sequence[str] = ()
-) -> None:
-    """Report settings of `run` that `stages` do not read; `start`, `besides`: see `unread`."""
-    for line in unread(run.configuration, stages, start, besides):
+def say_unread(run: Run, stages: Sequence[Stage], start: Start) -> None:
+    """Report settings of `run` that `stages` do not read; `start`: see `unread`."""
+    for line in unread(run.configuration, stages, start):
         run.observer.say(line)

@@ -12,13 +12,15 @@ from scipy.optimize import minimize
 from simulation_fixtures import changed
 
 from gaitval.artefacts import read_json, write_json
+from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
-from gaitval.gait.cycle_curves import PELVIS_ANGLES
+from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES
 from gaitval.journal import Journal
 from gaitval.learning_control.correct import Case, _walks, beside_reference, correct
 from gaitval.learning_control.search import effective_number, harm, search
-from gaitval.learning_control.walked import Walked, accuracy_of, fitted
+from gaitval.learning_control.slopes import NOISE, Slopes, places, shared_slopes
+from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.reference_curves import reference_curves
@@ -30,6 +32,7 @@ from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.study.stage import Observer
+from gaitval.study.stored_policy import general_walker
 from gaitval_gate.baseline import walk_again
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
@@ -213,6 +216,20 @@ def _tenth(correction: Adjustment) -> Adjustment:
 # ---- The search. ----
 
 
+def unknown(unknowns: int = 5, curves: int = 40) -> Slopes:
+    """Nothing is known of the slopes but their size."""
+    return Slopes(np.zeros((curves, unknowns)), 1e4 * np.eye(unknowns))
+
+
+def searched(one, *, known: Slopes | None = None, steps: int = 30, allowed=lambda _: True):
+    return search(
+        lambda points: [one(each) for each in points],
+        known or unknown(),
+        steps=steps,
+        allowed=allowed,
+    )
+
+
 def linear(unknowns: int = 5, seed: int = 0):
     """Deviations that answer linearly; the least objective under the prior, and where it is."""
     random = np.random.default_rng(seed)
@@ -224,8 +241,9 @@ def linear(unknowns: int = 5, seed: int = 0):
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_search_finds_the_least_error_under_the_prior(seed):
+    """In a step where the slopes are known."""
     one, best, slopes = linear(seed=seed)
-    found = search(lambda points: [one(each) for each in points], 5, rounds=1, allowed=lambda _: 1)
+    found = searched(one, known=Slopes(slopes, 1e-12 * np.eye(5)), steps=1)
     np.testing.assert_allclose(found.point, best, atol=1e-6)
     assert found.errors[-1] == pytest.approx(one(best).error())
     hat = slopes @ np.linalg.solve(slopes.T @ slopes + np.eye(5), slopes.T)
@@ -238,14 +256,48 @@ def test_numbers_that_the_walk_does_not_answer_to_are_not_free():
     assert effective_number(slopes) == pytest.approx(1.5, abs=1e-3)
 
 
+def test_slopes_that_are_not_known_are_learned_from_the_walks():
+    """Beginning with those of somebody who answers otherwise."""
+    one, best, slopes = linear()
+    other = slopes + np.random.default_rng(1).normal(0, 0.2, slopes.shape)
+    objective = lambda x: one(x).deviations @ one(x).deviations + x @ x  # noqa: E731
+    known = Slopes(other, 40 * 0.2**2 * np.eye(5))
+    first = searched(one, known=known, steps=1)
+    found = searched(one, known=known)
+    assert objective(found.point) < 1.02 * objective(best) < objective(first.point)
+
+
+def test_a_walk_teaches_the_slopes_along_its_step_alone():
+    """With little noise the step would have been predicted; at a right angle nothing is known."""
+    known = Slopes(np.zeros((3, 4)), 1e6 * np.eye(4))
+    learned = known.learned(np.array([[0.0, 2.0, 0.0, 0.0]]), np.array([[2.0, -4.0, 6.0]]))
+    np.testing.assert_allclose(learned.mean[:, 1], [1.0, -2.0, 3.0], rtol=1e-3)
+    assert not learned.mean[:, [0, 2, 3]].any()
+    assert learned.covariance[1, 1] == pytest.approx(NOISE / 4.0, rel=1e-3)
+    np.testing.assert_allclose(np.diag(learned.covariance)[[0, 2, 3]], 1e6)
+
+
+def test_walks_at_once_teach_what_they_teach_one_after_another():
+    random = np.random.default_rng(2)
+    root = random.standard_normal((4, 4))
+    known = Slopes(random.standard_normal((3, 4)), 100.0 * root @ root.T)
+    steps, changes = random.standard_normal((5, 4)), random.standard_normal((5, 3))
+    one = known
+    for step, change in zip(steps, changes, strict=True):
+        one = one.learned(step[None], change[None])
+    together = known.learned(steps, changes)
+    np.testing.assert_allclose(together.mean, one.mean, atol=1e-10)
+    np.testing.assert_allclose(together.covariance, one.covariance, atol=1e-8)
+
+
 def test_an_answer_that_bends_is_followed():
-    """Broyden's update of the slopes: the walk answers less and less, as a walk does."""
-    one, _, _ = linear()
+    """The walk answers less and less, as a walk does."""
+    one, _, slopes = linear()
 
     def bent(point):
         return one(np.tanh(1.5 * point) / 1.5)
 
-    found = search(lambda points: [bent(each) for each in points], 5, rounds=1, allowed=lambda _: 1)
+    found = searched(bent, known=Slopes(slopes, 40.0 * np.eye(5)))
     objective = lambda x: bent(x).deviations @ bent(x).deviations + x @ x  # noqa: E731
     best = minimize(objective, np.zeros(5), tol=1e-12)
     assert objective(found.point) < 1.05 * best.fun
@@ -253,34 +305,43 @@ def test_an_answer_that_bends_is_followed():
 
 
 def test_points_that_are_not_allowed_are_never_walked_at():
-    one, best, _ = linear()
+    one, best, slopes = linear()
     limit = 0.5 * np.abs(best).max()
     tried = []
 
-    def walk(points):
-        tried.extend(points)
-        return [one(each) for each in points]
+    def walk(point):
+        tried.append(point)
+        return one(point)
 
-    found = search(walk, 5, rounds=2, allowed=lambda each: np.abs(each).max() <= limit)
+    known = Slopes(slopes, np.eye(5))
+    found = searched(walk, known=known, allowed=lambda each: np.abs(each).max() <= limit)
     assert 0.0 < np.abs(found.point).max() <= limit
-    assert max(np.abs(each).max() for each in tried) <= 0.75 + limit + 1e-12
+    assert max(np.abs(each).max() for each in tried) <= limit
 
 
 def test_walks_that_fall_are_left_out():
-    """Two unknowns cannot be probed, and long steps fall: the rest is still made better."""
-    one, _, _ = linear()
-
-    def walk(points):
-        fallen = [abs(each[1]) > 0.3 or abs(each[3]) > 0.3 for each in points]
-        return [None if down else one(each) for each, down in zip(points, fallen, strict=True)]
-
-    found = search(walk, 5, rounds=1, allowed=lambda _: True)
+    """Long steps fall: the short ones still make it better."""
+    one, best, slopes = linear()
+    far = 0.6 * np.linalg.norm(best)
+    found = searched(
+        lambda point: None if np.linalg.norm(point) > far else one(point),
+        known=Slopes(slopes, np.eye(5)),
+    )
     assert found.errors[-1] < 0.98 * found.errors[0]
-    assert not found.point[[1, 3]].any()
+    assert 0.0 < np.linalg.norm(found.point) <= far
+
+
+def test_a_search_ends_where_every_step_falls():
+    one, _, slopes = linear()
+    found = searched(
+        lambda point: None if point.any() else one(point), known=Slopes(slopes, np.eye(5))
+    )
+    assert not found.point.any()
+    assert len(found.errors) == 1
 
 
 def test_a_walker_that_falls_is_not_corrected():
-    found = search(lambda points: [None] * len(points), 5, rounds=1, allowed=lambda _: True)
+    found = searched(lambda _: None)
     assert not found.point.any()
     assert found.errors == ()
 
@@ -289,13 +350,63 @@ def test_it_ends_when_nothing_helps():
     told = []
     found = search(
         lambda points: [walked([1.0]) for _ in points],
-        5,
-        rounds=2,
+        unknown(curves=1),
+        steps=9,
         allowed=lambda _: True,
-        on_round=lambda number, error: told.append((number, error)),
+        on_step=lambda number, error: told.append((number, error)),
     )
     assert not found.point.any()
-    assert told == [(1, 1.0), (2, 1.0)]
+    assert told == [(1, 1.0)]
+
+
+# ---- What other people's walks say of the slopes. ----
+
+
+def test_fewer_harmonics_are_the_first_of_those_that_are_stored():
+    """Of each joint mean, cosines, sines; the last is the height."""
+    found = places(2, 13)
+    assert found[:5].tolist() == [0, 1, 2, 13, 14]
+    assert found[5:7].tolist() == [25, 26]
+    assert found[-1] == 13 * 25
+    assert len(found) == 13 * 5 + 1
+    few, all_ = shared_slopes(0.4, 2, 13, 101), shared_slopes(0.4, 12, 13, 101)
+    np.testing.assert_array_equal(few.mean, all_.mean[:, found])
+    np.testing.assert_array_equal(few.covariance, all_.covariance[np.ix_(found, found)])
+
+
+@pytest.mark.parametrize("side", ["r", "l"])
+def test_an_angle_follows_its_own_change(side):
+    """Signs, units and order of the stored slopes, on both sides: the mean of the knee's angle
+    follows that of its reference, and the other knee's less.
+    """
+    slopes = shared_slopes(0.4, 12, 13, 101).mean.reshape(26, 101, -1)
+    curves = [*RECORDED_ORDER]
+    unknown = 25 * JOINTS.index(f"knee_angle_{side}")
+    other = "l" if side == "r" else "r"
+    weight = np.sqrt(12 / 101) / accuracy_of("angles", f"knee_angle_{side}")
+    own, its = (
+        slopes[curves.index(f"knee_angle_{each}"), :, unknown].mean() / weight
+        for each in (side, other)
+    )
+    assert 0.2 < own < 0.4  # of 0.4 degrees
+    assert abs(its) < 0.3 * own
+
+
+def test_the_stored_covariance_is_one():
+    covariance = shared_slopes(0.4, 12, 13, 101).covariance
+    np.testing.assert_array_equal(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
+
+
+def test_the_stored_slopes_are_of_the_policy_that_ships_and_of_todays_weights():
+    about = read_json(BASELINE.parents[1] / "general" / "shared_slopes.json")
+    policy = general_walker(load_configuration().environment)
+    assert about["policy"] == policy.key
+    assert about["accuracy"] == {kind: dict(values) for kind, values in ACCURACY.items()}
+    assert about["curves"][:12] == [f"angles/{name}" for name in RECORDED_ORDER]
+
+
+RECORDED_ORDER = [f"{name}_{side}" for side in "rl" for name in JOINT_ANGLES]
 
 
 # ---- Whether it is used. ----
@@ -321,16 +432,26 @@ def test_it_is_refused_where_it_does_harm(after, other, reason):
 # ---- Going on after a kill. ----
 
 
+ANSWER = np.random.default_rng(3).standard_normal((20, 14))
+"""Of 20 deviations to 13 angles and the height, in 1/30 rad and 1/30 m."""
+SIZE = np.array([*13 * [np.deg2rad(0.4)], 0.003])
+"""The prior's SD of each."""
+KNOWN = Slopes(
+    30.0 * SIZE * (ANSWER + 0.5 * np.random.default_rng(4).standard_normal((20, 14))),
+    np.diag(20 * (30.0 * SIZE * 0.5) ** 2),
+)
+"""Those of somebody who answers otherwise."""
+
+
 class LinearPool:
     """In the place of a walker: deviations that follow from the changes, and nothing else."""
 
     walked = 0
     stop = None
+    workers = 1
 
     def __init__(self, *_, **__):
-        random = np.random.default_rng(3)
-        self.answer = random.standard_normal((20, 14))
-        self.offset = random.standard_normal(20)
+        self.offset = np.random.default_rng(5).standard_normal(20)
 
     def __enter__(self):
         return self
@@ -344,19 +465,19 @@ class LinearPool:
                 raise KeyboardInterrupt
             LinearPool.walked += 1
             change = np.array([*case.correction.harmonics.ravel(), case.correction.height])
-            off = self.offset + 30.0 * self.answer @ change + 0.01 * case.start_phase
+            off = self.offset + 30.0 * ANSWER @ change + 0.01 * case.start_phase
             errors = {("angles", "knee_angle_r"): rms(off), ("angles", "pelvis_tilt_r"): 0.5}
             yield [Walked(off, errors, 0.05) if abs(off[0]) < 5.0 else None]
 
 
-@pytest.mark.parametrize("stop", [0, 1, 7, 15, 22, 33])
+@pytest.mark.parametrize("stop", [0, 1, 5, 9, 14])
 def test_a_search_that_was_stopped_goes_on_to_the_same_correction(
     quick, walker, tmp_path, monkeypatch, stop
 ):
-    """Before the first walk, while the slopes are measured, in a step, and in the last walks."""
+    """Before the first walk, in the first step, after it, in a later one, and in the last walks."""
     monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", LinearPool)
     monkeypatch.setattr(LinearPool, "walked", 0)
-    whole = correct(quick, *walker)
+    whole = correct(quick, *walker, slopes=KNOWN)
     needed = LinearPool.walked
     assert needed > stop
     assert whole.correction.harmonics.any()
@@ -364,9 +485,9 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_correction(
     monkeypatch.setattr(LinearPool, "walked", 0)
     monkeypatch.setattr(LinearPool, "stop", stop)
     with pytest.raises(KeyboardInterrupt):
-        correct(quick, *walker, journal=Journal(path))
+        correct(quick, *walker, slopes=KNOWN, journal=Journal(path))
     monkeypatch.setattr(LinearPool, "stop", None)
-    again = correct(quick, *walker, journal=Journal(path))
+    again = correct(quick, *walker, slopes=KNOWN, journal=Journal(path))
     assert LinearPool.walked == needed  # none twice
     assert again.result() == whole.result()
 
@@ -387,17 +508,17 @@ class HarmfulPool(LinearPool):
 def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walker, monkeypatch):
     """Harm that the whole change does and 70 % of it does not; and harm that any share does."""
     monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", HarmfulPool)
-    whole = correct(quick, *walker)
+    whole = correct(quick, *walker, slopes=KNOWN)
     assert whole.share == 1.0
     assert whole.correction.harmonics.any()
     moved = rms(whole.after.deviations - whole.before.deviations)
     monkeypatch.setattr(HarmfulPool, "worse", 0.05 / (0.85 * moved))
-    part = correct(quick, *walker)
+    part = correct(quick, *walker, slopes=KNOWN)
     assert (part.share, part.refused) == (0.7, None)
     np.testing.assert_allclose(part.correction.harmonics, 0.7 * whole.correction.harmonics)
     assert part.after.error() < part.before.error()
     monkeypatch.setattr(HarmfulPool, "worse", 1.0)
-    none = correct(quick, *walker)
+    none = correct(quick, *walker, slopes=KNOWN)
     assert none.share == 0.0
     assert "pelvis" in none.refused
     assert not none.correction.harmonics.any()
@@ -410,7 +531,7 @@ def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walk
 @pytest.fixture(scope="module")
 def quick(task):
     return changed(
-        task, correction={"rounds": 1, "harmonics": 0, "largest": 0.05}, training={"workers": 2}
+        task, correction={"steps": 3, "harmonics": 0, "largest": 0.05}, training={"workers": 2}
     )
 
 
@@ -422,7 +543,7 @@ def walker():
 
 @pytest.mark.slow  # a whole correction
 def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quick, walker):
-    """One round with 14 unknowns; the same with one worker, and without a record's kinetics."""
+    """Three steps with 14 unknowns; the same with one worker, and without a record's kinetics."""
     told = []
     result = correct(quick, *walker, on_progress=told.append)
     assert result.refused is None
@@ -432,7 +553,7 @@ def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quic
     assert result.after.error() == result.errors[-1]
     assert 0.0 < result.correction.largest() <= quick.configuration.correction.largest
     assert 3.0 < result.effective_number < 14.0
-    assert told == [{"rounds": 1, "total": 1, "error": result.errors[-1]}]
+    assert told[-1] == {"steps": len(told), "total": 3, "error": result.errors[-1]}
     stored = result.result().as_dict()
     assert stored["numbers"] == 14
     knee = next(row for row in stored["curves"] if row["curve"] == "knee_angle_l")
@@ -448,8 +569,8 @@ def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quic
     assert alone.errors == result.errors
 
 
-def test_no_rounds_leave_the_reference(quick, walker):
-    result = correct(changed(quick, correction={"rounds": 0}), *walker)
+def test_no_steps_leave_the_reference(quick, walker):
+    result = correct(changed(quick, correction={"steps": 0}), *walker)
     assert not result.correction.harmonics.any()
     assert result.correction.height == 0.0
     assert result.after.error() == result.before.error() == result.errors[0]

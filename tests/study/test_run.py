@@ -507,7 +507,7 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
     ("setting", "first"),
     [
         ("validation.filter_frequency=12", "need-1"),
-        ("correction.rounds=2", "correct"),
+        ("correction.steps=2", "correct"),
         ("validation.cycles=30", "need-1"),
         ("validation.consecutive_cycles=30", "simulate"),
         ("pushes.force=200", "need-1"),

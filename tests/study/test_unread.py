@@ -18,7 +18,7 @@ def run_with(tmp_path: Path, *settings: str) -> Run:
 
 def said(tmp_path: Path, *settings: str, start: str = "general") -> list[str]:
     run = run_with(tmp_path, *settings)
-    return list(unread(run.configuration, plan(run, 1), start, ("correction.range_rounds",)))
+    return list(unread(run.configuration, plan(run, 1), start))
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ def said(tmp_path: Path, *settings: str, start: str = "general") -> list[str]:
         "noise.angle=0.02",
         "record.use=kinematics",
         "report.language=de",
-        "correction.rounds=0",
+        "correction.steps=0",
         "servo.feed_forward=0",
     ],
 )
@@ -49,7 +49,6 @@ def test_what_the_main_job_reads_is_not_named(tmp_path: Path, setting: str) -> N
         ("training.initial_log_std=-2", "policy", "only a training from nothing"),
         ("training.warm_learning_rate_factor=0.5", "scratch", "starts from a policy"),
         ("processing.marker_cutoff_hz=6", "general", "other commands"),
-        ("correction.range_rounds=1", "general", "other commands"),
     ],
 )
 def test_what_it_does_not_read_is_named_with_the_reason(

@@ -3,7 +3,7 @@
 QUICK = (
     *("training.samples=1024", "training.environments=8", "training.rollout_steps=64"),
     *("training.workers=1", "identification.rounds=1", "identification.method=none"),
-    *("correction.rounds=0", "correction.range_rounds=0", "validation.start_phases=[0.0]"),
+    *("correction.steps=0", "validation.start_phases=[0.0]"),
     *("validation.cycles=2", "validation.settling_cycles=1", "validation.consecutive_cycles=3"),
     *(
         "pushes.phases=[0.0]",

@@ -34,7 +34,7 @@ from gaitval.study.stages import (
 NAN = float("nan")
 SETTINGS = (
     *QUICK,
-    "correction.rounds=1",
+    "correction.steps=2",
     "correction.harmonics=0",
     "identification.method=shared",
 )

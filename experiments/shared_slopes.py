@@ -1,0 +1,255 @@
+"""Shipped: how walks of the general policy answer to changes of their reference.
+
+The correction of a reference begins with it (`gaitval/learning_control/slopes.py`). It is measured
+on adults of ANSUR II and children of the WHO's growth reference, drawn as those of `python -m
+evidence seconds strangers` are, but with another seed: nobody of them is in a table of the project.
+Each of them walks every change of the reference once.
+
+    python -m experiments.shared_slopes measure --work FOLDER    # 50 people, 9 min; goes on
+    python -m experiments.shared_slopes write --work FOLDER      # the file, and of whom it is
+    python -m experiments.shared_slopes compare --work FOLDER    # 12 min; the table
+
+`compare` corrects the reference of some of them: with the slopes of the others, for several amounts
+of noise, and with their own, measured ones and nothing else.
+"""
+
+import argparse
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from safetensors.numpy import save_file
+
+from evidence import DATA, ROOT
+from evidence.marked_table import with_table
+from evidence.seconds import adults, drawn_stranger
+from gaitval.arrays import Array
+from gaitval.artefacts import (
+    read_json,
+    replacing,
+    versions,
+    write_arrays,
+    write_json,
+    write_text,
+)
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.sampling import SAMPLES
+from gaitval.learning_control import slopes as rules
+from gaitval.learning_control.correct import Case, beside_reference, correction_at
+from gaitval.learning_control.search import search
+from gaitval.learning_control.slopes import EVERY, HARMONICS, SPEED, STORED, Slopes
+from gaitval.learning_control.walked import ACCURACY, Walked, fitted
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import in_groups
+from gaitval.prediction.known import told
+from gaitval.reference.adjustment import JOINTS
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.stored_policy import general_walker
+
+TARGET: Final = ROOT / "gaitval" / "learning_control" / STORED
+ABOUT: Final = ROOT / "reports" / "general" / "shared_slopes.json"
+PAGE: Final = ROOT / "docs" / "learning.md"
+SEED: Final = 20261126
+SPEEDS: Final = (0.3, 1.8)
+"""m/s, of an adult of mean leg length."""
+PROBE: Final = 0.75
+"""Change of an unknown by which its effect is measured, in prior SDs: the effect is then several
+times the scatter of mean curves between walks."""
+UNKNOWNS: Final = len(JOINTS) * (1 + 2 * HARMONICS) + 1
+COMPARED: Final = 12
+"""People whose corrections are compared."""
+NOISES: Final = (30.0, 100.0, 300.0)
+LEAST: Final = 1e-3
+"""Of a variance, so that slopes that are measured count as known."""
+
+
+class Stranger:
+    """Somebody with the general policy, who can walk changes of the reference."""
+
+    def __init__(self, data: Path, number: int) -> None:
+        person, self.gait, self.speed = drawn_stranger(adults(data), SEED, number, SPEEDS)
+        configuration = Configuration()
+        known = told(
+            person, configuration.record, builtin_subjects(), speed=self.speed, forced=True
+        )
+        body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
+        self.task = WalkingTask.of(body, known.record, configuration, known.accuracy)
+        self.policy = general_walker(configuration.environment)
+        self.environment = WalkingEnvironment(self.task)
+        self.dimensionless = float(self.environment.yardstick.targets.speed)
+        self.groups = 0
+
+    def walk(self, points: Sequence[Array]) -> list[Walked | None]:
+        """At each of the `points`, (326,) in prior SDs."""
+        start = self.task.configuration.validation.start_phases[0]
+        cases = [
+            Case(self.policy, nominal_parameters(), correction_at(each), start) for each in points
+        ]
+        groups = in_groups(cases)
+        self.groups += len(groups)
+        return [each for group in groups for each in beside_reference(self.environment, group)]
+
+    def allowed(self, point: Array) -> bool:
+        """Whether the correction may try a point."""
+        return correction_at(point).largest() <= self.task.configuration.correction.largest
+
+
+def _measure(data: Path, folder: Path, number: int) -> str:
+    """One person's slopes into the `folder`, unless they are there; what to say of them."""
+    path = folder / f"{number:03}.npz"
+    if path.is_file():
+        return f"{number}: there"
+    person = Stranger(data, number)
+    none, *walks = person.walk([np.zeros(UNKNOWNS), *(PROBE * np.eye(UNKNOWNS))])
+    if none is None:
+        return f"{number}: falls"
+    slopes = [
+        np.zeros_like(none.deviations) if each is None else (each.deviations - none.deviations)
+        for each in walks
+    ]
+    about = {
+        "gait": person.gait,
+        "speed": round(person.speed, 3),
+        "dimensionless": person.dimensionless,
+        "curves": [f"{kind}/{name}" for kind, name in none.rmse if fitted(kind, name)],
+    }
+    write_json(folder / f"{number:03}.json", about)
+    write_arrays(path, {"slopes": np.column_stack(slopes) / PROBE})
+    return f"{number}: {about}"
+
+
+class Measured(NamedTuple):
+    """A person's slopes (m, 326), at a dimensionless speed."""
+
+    speed: float
+    slopes: Array
+
+
+def _read(folder: Path) -> dict[int, Measured]:
+    """What was measured, by the number of the person."""
+    found = {}
+    for path in sorted(folder.glob("*.npz")):
+        with np.load(path) as arrays:
+            speed = read_json(path.with_suffix(".json"))["dimensionless"]
+            found[int(path.stem)] = Measured(speed, arrays["slopes"])
+    return found
+
+
+def shared(people: Sequence[Measured]) -> tuple[Array, Array, Array]:
+    """Of people's slopes the straight line on speed, its value at `SPEED` and its slope (m, 326),
+    and the covariance about it (326, 326).
+    """
+    line = np.array([[1.0, each.speed - SPEED] for each in people])
+    slopes = np.array([each.slopes for each in people])
+    mean, by_speed = np.einsum("kp,pmn->kmn", np.linalg.pinv(line), slopes)
+    covariance = np.zeros((UNKNOWNS, UNKNOWNS))
+    for (_, away), each in zip(line, slopes, strict=True):
+        off = each - mean - away * by_speed
+        covariance += off.T @ off
+    return mean, by_speed, covariance / (len(people) - 2)
+
+
+def _write(folder: Path) -> None:
+    """The file that ships, and what it is of."""
+    people = _read(folder)
+    mean, by_speed, covariance = shared(list(people.values()))
+
+    def kept(values: Array) -> Array:
+        return values.reshape(-1, SAMPLES, UNKNOWNS)[:, ::EVERY].astype(np.float16)
+
+    with replacing(TARGET) as temporary:
+        save_file(
+            {
+                "mean": kept(mean),
+                "by_speed": kept(by_speed),
+                "covariance": covariance.astype(np.float32),
+            },
+            temporary,
+        )
+    about = read_json(ABOUT) if ABOUT.is_file() else {}
+    told = {f"{number}": read_json(folder / f"{number:03}.json") for number in sorted(people)}
+    (curves,) = {tuple(each.pop("curves")) for each in told.values()}
+    write_json(
+        ABOUT,
+        about
+        | {
+            "people": told,
+            "seed": SEED,
+            "curves": curves,
+            "accuracy": {kind: dict(values) for kind, values in ACCURACY.items()},
+            "policy": general_walker(Configuration().environment).key,
+            "versions": versions(),
+        },
+    )
+
+
+def _compare(data: Path, folder: Path, number: int) -> dict[str, list[float]]:
+    """Of a person: error after the correction and groups of eight walks, by kind of slopes."""
+    person, people = Stranger(data, number), _read(folder)
+    own = people.pop(number)
+    mean, by_speed, covariance = shared(list(people.values()))
+    others = Slopes(mean + (own.speed - SPEED) * by_speed, covariance)
+    kinds = {f"of others, noise {noise:g}": (others, noise) for noise in NOISES}
+    known = Slopes(own.slopes, LEAST * np.eye(UNKNOWNS))
+    found = {}
+    for kind, (slopes, noise) in {**kinds, "own, measured": (known, NOISES[1])}.items():
+        person.groups = 0
+        rules.NOISE = noise
+        result = search(
+            person.walk,
+            slopes,
+            steps=person.task.configuration.correction.steps,
+            allowed=person.allowed,
+        )
+        found[kind] = [*result.errors[:: len(result.errors) - 1], person.groups]
+    found["own, measured"][-1] += len(in_groups(range(UNKNOWNS)))
+    print(number, found, flush=True)
+    return found
+
+
+def table(found: Sequence[dict[str, list[float]]]) -> str:
+    """Means over the people, by kind of slopes."""
+    lines = ["| slopes | error of the walk / accuracy | groups of eight walks |", "|---|---|---|"]
+    before = np.mean([each["own, measured"][0] for each in found])
+    lines.append(f"| no correction | {before:.2f} | |")
+    for kind in found[0]:
+        after = np.array([each[kind][1:] for each in found])
+        error, groups = after.mean(axis=0)
+        lines.append(f"| {kind} | {error:.3f} ± {after[:, 0].std(ddof=1):.3f} | {groups:.0f} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=("measure", "write", "compare"))
+    parser.add_argument("--work", type=Path, required=True, help="folder of the slopes")
+    parser.add_argument("--people", type=int, default=50, help="default: %(default)s")
+    parser.add_argument(DATA.name, **DATA.settings)
+    arguments = parser.parse_args()
+    arguments.work.mkdir(parents=True, exist_ok=True)
+    if arguments.what == "write":
+        _write(arguments.work)
+        return
+    with ProcessPoolExecutor(2) as pool:
+        if arguments.what == "measure":
+            work = partial(_measure, arguments.data, arguments.work)
+            for said in pool.map(work, range(arguments.people)):
+                print(said, flush=True)
+            return
+        chosen = sorted(_read(arguments.work))[:COMPARED]
+        found = list(pool.map(partial(_compare, arguments.data, arguments.work), chosen))
+    about: dict[str, Any] = read_json(ABOUT)
+    write_json(ABOUT, about | {"compared": dict(zip(map(str, chosen), found, strict=True))})
+    text = PAGE.read_text(encoding="utf-8")
+    write_text(PAGE, with_table(text, "shared-slopes", table(found)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""What is known of how the deviations of a walk answer to changes of its reference.
+
+To measure it takes a walk for each change, and slopes so measured have the scatter of two walks in
+them. But walkers answer much alike. So a search begins with the slopes of other people at the speed
+and how they differ between them, and every walk that it makes teaches it more: Bayesian linear
+regression, as a Kalman filter whose state does not move (Bishop 2006, Pattern Recognition and
+Machine Learning, 3.3). With one walk, and a prior in which the slopes of all changes are as
+uncertain as each other, it would be Broyden's update.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Final
+
+import numpy as np
+from safetensors.numpy import load
+from scipy.interpolate import CubicSpline
+
+from gaitval.arrays import Array, Index
+
+STORED: Final = "shared_slopes.safetensors"
+"""Slopes of people whom no table of the project contains; experiments/shared_slopes.py makes it."""
+HARMONICS: Final = 12
+"""Harmonics of the gait cycle in each change whose slopes are stored."""
+EVERY: Final = 2
+"""Of so many samples of a curve one is stored: curves have nothing above 10 Hz."""
+SPEED: Final = 0.35
+"""Dimensionless speed at which the stored slopes stand; they change with it by a straight line."""
+NOISE: Final = 100.0
+"""Sum of squares that a linear answer leaves of a walk's deviations: walks scatter, and answers
+bend. Of 30 to 300 it matters little (docs/learning.md)."""
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Derivatives of the deviations by the unknowns, as far as they are known.
+
+    Attributes
+    ----------
+    mean : (m, n).
+    covariance : (n, n) of a row, summed over the rows.
+    """
+
+    mean: Array
+    covariance: Array
+
+    def learned(self, steps: Array, changes: Array) -> "Slopes":
+        """The same after walks: by `steps` (k, n) from a point the deviations changed by `changes`
+        (k, m).
+        """
+        crossed = steps @ self.covariance
+        scatter = crossed @ steps.T + NOISE * np.eye(len(steps))
+        gain = np.linalg.solve(scatter, crossed)
+        covariance = self.covariance - crossed.T @ gain
+        return Slopes(
+            self.mean + (changes - steps @ self.mean.T).T @ gain,
+            # It is symmetric but for rounding, which would grow.
+            0.5 * (covariance + covariance.T),
+        )
+
+
+def places(harmonics: int, joints: int) -> Index:
+    """Which of the stored unknowns are those of a search with fewer `harmonics`: of each of some
+    `joints` its mean, cosines and sines, and last the height.
+    """
+    of_joint = np.concatenate(
+        [[0], np.arange(1, 1 + harmonics), HARMONICS + np.arange(1, 1 + harmonics)]
+    )
+    first = (1 + 2 * HARMONICS) * np.arange(joints)
+    return np.append((first[:, None] + of_joint).ravel(), (1 + 2 * HARMONICS) * joints)
+
+
+@cache
+def _stored() -> Mapping[str, Array]:
+    content = resources.files("gaitval.learning_control").joinpath(STORED).read_bytes()
+    return {name: np.asarray(values, dtype=float) for name, values in load(content).items()}
+
+
+def shared_slopes(speed: float, harmonics: int, joints: int, samples: int) -> Slopes:
+    """What other people's walks say of the slopes at a dimensionless `speed`, for a search that
+    changes some `harmonics` of each of the `joints`; its deviations are of curves with some
+    `samples` each.
+    """
+    stored, which = _stored(), places(harmonics, joints)
+    at_speed = stored["mean"] + (speed - SPEED) * stored["by_speed"]
+    kept = np.arange(0, samples, EVERY)
+    mean = CubicSpline(kept, at_speed[..., which], axis=1)(np.arange(samples))
+    return Slopes(mean.reshape(-1, len(which)), stored["covariance"][np.ix_(which, which)])
