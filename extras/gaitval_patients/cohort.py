@@ -17,11 +17,6 @@ from gaitval_patients.people import Person, read_people
 from gaitval_patients.records import Patient, patient
 from gaitval_patients.strides import read_strides
 
-HARMONICS = 6
-"""Of the correction, half of the main job's: the others are for forces near 10 Hz, which nobody
-recorded here."""
-
-
 def found_patients(
     strides: Path,
     people: Sequence[Path],
@@ -99,7 +94,7 @@ def walked(
     from gaitval.study.stored_policy import general_walker
     from gaitval_patients.walk import walk, walk_all
 
-    configuration = load_configuration(settings=[f"correction.harmonics={HARMONICS}"])
+    configuration = load_configuration()
     return walk_all(
         {each.subject.identifier: each for each in found},
         out / "walks",
