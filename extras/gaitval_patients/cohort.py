@@ -17,6 +17,7 @@ from gaitval_patients.people import Person, read_people
 from gaitval_patients.records import Patient, patient
 from gaitval_patients.strides import read_strides
 
+
 def found_patients(
     strides: Path,
     people: Sequence[Path],
