@@ -13,10 +13,11 @@ from typing import Any
 
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
+    SCHEMA_VERSION,
     IdentificationResult,
     Metrics,
 )
-from gaitval.metrics.typed import SCHEMA_VERSION, schema
+from gaitval.metrics.typed import schema
 from gaitval.session.results import IMPORT_VERSION, ImportResult
 from gaitval_judge.results import JUDGE_VERSION, JudgeResult
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from gaitval import file_gate
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
+from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ def stage(run: Run, begun: "Callable[[], Begun] | None" = None) -> Stage:
         values={
             **run.sections("contact", "record", "noise"),
             "method": run.configuration.identification.method,
+            "code": code_of(write, PACKAGE, Path(__file__).parent),
         },
-        wing=Path(__file__).parent,
     )
 
 

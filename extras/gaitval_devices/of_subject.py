@@ -78,8 +78,8 @@ def stage(run: Run) -> Stage:
         values={
             **run.sections("environment", "contact", "record"),
             "devices": tables_of(worn),
+            "code": code(),
         },
-        wing=Path(__file__).parent,
         workspace=f"{name}/searches",
     )
 

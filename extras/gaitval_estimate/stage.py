@@ -33,6 +33,7 @@ from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.page import write_html
+from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 from gaitval_estimate.deviations import (
     KINETICS,
@@ -82,8 +83,10 @@ def stage(run: Run) -> Stage:
         lambda: write(run),
         inputs=("subject.toml", "model.urdf", "metrics.json"),
         outputs=(TABLE, PAGE),
-        values=run.sections("contact", "record"),
-        wing=Path(__file__).parent,
+        values={
+            **run.sections("contact", "record"),
+            "code": code_of(write, PACKAGE, Path(__file__).parent),
+        },
     )
 
 

@@ -32,7 +32,6 @@ from gaitval.metrics.round_errors import Epsilon
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, Verdict
 from gaitval.metrics.typed import (
-    SCHEMA_VERSION,
     Count,
     Flag,
     Number,
@@ -57,6 +56,8 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.known import QUANTITIES, Quantity
 
 METRICS: Final = "metrics.json"
+SCHEMA_VERSION: Final = 11
+"""Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
 

@@ -15,9 +15,6 @@ from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.errors import ArtefactError
 
-SCHEMA_VERSION: Final = 11
-"""Of `metrics.json`. It is here because a run asks for it before it does anything, and the models
-of `metrics.results` take a second to load."""
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]

@@ -46,6 +46,7 @@ from gaitval.metrics.record_results import (
 from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves, recorded_part
 from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import (
+    SCHEMA_VERSION,
     CorrectionResult,
     CurveErrors,
     CurveUnits,
@@ -67,7 +68,7 @@ from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, measured
-from gaitval.metrics.typed import SCHEMA_VERSION, number, numbers, rounded
+from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
 from gaitval.metrics.walk_results import (

@@ -390,18 +390,13 @@ def segment_frames(model: BodyModel, positions: Array) -> Array:
     """Poses of all segments of `model` over a motion, `positions` (T, 31) in the order of
     `coordinates.COORDINATES`: (T, 14, 4, 4) homogeneous transforms, segment to world.
     """
-    positions = np.ascontiguousarray(positions, dtype=float)
-    return np.asarray(_frames(tree_arrays(model).joint_position, positions))
-
-
-@njit
-def _frames(joint_position: Array, positions: Array) -> Array:
-    frames = np.zeros((len(positions), SEGMENT_COUNT, 4, 4))
-    rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
+    tree = tree_arrays(model)
+    frames = np.zeros((len(positions), len(SEGMENTS), 4, 4))
+    frames[..., 3, 3] = 1.0
+    rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
     axes = np.zeros((COORDINATE_COUNT, 3))
-    for t in range(len(positions)):
-        forward(joint_position, positions[t], rotation, origin, axes, SEGMENT_COUNT)
+    for t, q in enumerate(np.asarray(positions, dtype=float)):
+        forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
         frames[t, :, :3, :3] = rotation
         frames[t, :, :3, 3] = origin
-        frames[t, :, 3, 3] = 1.0
     return frames

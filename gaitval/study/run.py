@@ -14,7 +14,6 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -220,15 +219,7 @@ def _train_and_identify(
         state = run.folder / f"rounds/{round_number}/identification" / STATE
         shown = generations_shown(run.observer, state, run.configuration.identification.generations)
     identify = identify_stage(_silent(run), round_number, begun)
-    _together(run, training, identify, shown, force=force, meanwhile=partial(_look_ahead, run))
-
-
-def _look_ahead(run: Run) -> None:
-    """Load what later stages of `run` need, and read their code: two seconds."""
-    import gaitval.metrics.validation  # noqa: F401
-
-    for stage in plan(run, 1):
-        stage.code()
+    _together(run, training, identify, shown, force=force)
 
 
 def _silent(run: Run) -> Run:
@@ -243,11 +234,9 @@ def _together(
     shown: "AbstractContextManager[None] | None" = None,
     *,
     force: bool,
-    meanwhile: "Callable[[], object] | None" = None,
 ) -> None:
     """Run `stages` one after another, and beside them an `other` one that needs none of their
-    files, if the run may have several processes; `shown`, and then `meanwhile`, while only that one
-    still runs.
+    files, if the run may have several processes; `shown` while only that one still runs.
     """
     both = force or (
         why_run(other, run.folder) and any(why_run(each, run.folder) for each in stages)
@@ -258,7 +247,7 @@ def _together(
         return
     from gaitval.study.watching import run_beside
 
-    run_beside(run, stages, other, shown, force=force, meanwhile=meanwhile)
+    run_beside(run, stages, other, shown, force=force)
 
 
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:

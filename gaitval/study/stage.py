@@ -17,7 +17,7 @@ from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.memory import give_back_now
-from gaitval.study.sources import PACKAGE, code_of
+from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -73,7 +73,6 @@ class Stage:
     workspace : a folder with what an unfinished run resumes from; emptied before a run with other
         inputs or other code, which must not resume from it.
     emptied : the workspace is of no use once the stage is finished, and is removed then.
-    wing : folder of the package that the stage is of, if it is not this one.
     """
 
     name: str
@@ -83,11 +82,6 @@ class Stage:
     values: Mapping[str, Any] = field(default_factory=dict)
     workspace: str | None = None
     emptied: bool = False
-    wing: Path | None = None
-
-    def code(self) -> dict[str, str]:
-        """Hash of every source that it uses. Found when asked for: it takes half a second."""
-        return code_of(self.run, *(PACKAGE, self.wing) if self.wing else ())
 
     def command(self, subject: str) -> str:
         """The command line that runs this stage for `subject`."""
@@ -172,7 +166,7 @@ def why_run(stage: Stage, folder: Path) -> str | None:
         return f"{', '.join(changed)} changed"
     if "code" not in record:
         return f"it was run by an earlier gaitval, which did not record the code of {stage.name}"
-    changed = _differences(record["code"], stage.code())
+    changed = _differences(record["code"], code_of(stage.run))
     if changed:
         return f"the code of {stage.name} has changed: {', '.join(changed)}"
     if record["outputs"] is None:
@@ -216,7 +210,7 @@ def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> Begun | N
     if reason is None:
         return None
     records = _records(folder)
-    inputs, code = fingerprint(stage, folder), stage.code()
+    inputs, code = fingerprint(stage, folder), code_of(stage.run)
     before = records.get(stage.name, {})
     same = before.get("inputs") == inputs and before.get("code") == code
     if stage.workspace and (force or not same):

@@ -831,7 +831,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
 
 def validate_stage(run: Run) -> Stage:
     """Rollouts and pushes of `run`, compared with the record and the tolerances → metrics.json."""
-    from gaitval.metrics.typed import SCHEMA_VERSION
+    from gaitval.metrics.results import SCHEMA_VERSION
 
     def validate() -> None:
         pushes = stored(run, "push.json", StoredPushes)

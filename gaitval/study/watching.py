@@ -1,7 +1,7 @@
 """A stage that another process works on beside others, and its progress."""
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from time import monotonic
@@ -63,11 +63,10 @@ def run_beside(
     shown: AbstractContextManager[None] | None = None,
     *,
     force: bool,
-    meanwhile: Callable[[], object] | None = None,
 ) -> None:
     """The `stages` of `run` one after another, and beside them an `other` one that needs none of
-    their files; `shown` while only that one still runs, after what is to be done `meanwhile`. With
-    `force` also those that are up to date.
+    their files; `shown` while only that one still runs. With `force` also those that are up to
+    date.
     """
     begun = begin_stage(other, run.folder, force=force)
     assert begun is not None
@@ -78,8 +77,6 @@ def run_beside(
             run_stage(stage, run.folder, force=force, observer=run.observer)
         run.observer.started(other.name, BESIDE)
         with shown or nullcontext():
-            if meanwhile is not None:
-                meanwhile()
             seconds = ended()
     end_stage(begun, seconds)
     run.observer.finished(other.name, seconds)

@@ -16,6 +16,7 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import (
     CORRECTED_JOINTS,
+    SCHEMA_VERSION,
     ExtendedResult,
     FoundParameters,
     Generation,
@@ -26,7 +27,6 @@ from gaitval.metrics.results import (
     metrics_from,
     read_metrics,
 )
-from gaitval.metrics.typed import SCHEMA_VERSION
 from gaitval.metrics.validation import _SPATIOTEMPORAL_UNITS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.reference.adjustment import JOINTS
