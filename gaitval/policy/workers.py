@@ -4,11 +4,14 @@ that ends. Loaded where there is more than one process.
 
 import multiprocessing as mp
 import os
+import shutil
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import util
 from multiprocessing.context import ForkServerContext, SpawnContext
 
 from gaitval.memory import give_back_soon
@@ -34,11 +37,23 @@ def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
     context = mp.get_context("forkserver")
     context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
     try:
+        _place_of_sockets()
         with one_thread():
             forkserver.ensure_running()
     except OSError:  # its socket is a file, whose path may not be longer than some hundred bytes
         return mp.get_context("spawn")
     return context
+
+
+def _place_of_sockets() -> None:
+    """Make the folder of the server's socket, which is removed when this process ends. The one that
+    `multiprocessing` makes ends a process with a traceback where the disk has become read-only.
+    """
+    known = mp.current_process()._config  # type: ignore[attr-defined]
+    if known.get("tempdir") is None:
+        known["tempdir"] = folder = tempfile.mkdtemp(prefix="pymp-")
+        # After the sockets, like that of `multiprocessing`; True: without a word if it cannot be.
+        util.Finalize(None, shutil.rmtree, args=(folder, True), exitpriority=-100)
 
 
 def begin_as_worker() -> None:

@@ -128,3 +128,29 @@ def test_the_servers_socket_goes_with_its_parent_however_that_ends(tmp_path, kil
     while (left := list(temporary.glob("pymp-*"))) and time.monotonic() < end:
         time.sleep(0.1)
     assert left == []
+
+
+READ_ONLY = """
+import errno, os
+from gaitval.policy.workers import ready_to_start
+def refuse(*_, **__):
+    raise OSError(errno.EROFS, "read-only file system")
+if __name__ == "__main__":
+    process = ready_to_start().Process(target=print, args=("served",))
+    process.start()
+    process.join()
+    os.rmdir = os.unlink = refuse
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the server is Linux's way")
+def test_a_disk_that_became_read_only_ends_nothing_with_a_traceback(tmp_path, request):
+    script = tmp_path / "read_only.py"
+    temporary = Path(tempfile.mkdtemp(prefix="gaitval-test-"))
+    request.addfinalizer(lambda: shutil.rmtree(temporary))
+    script.write_text(READ_ONLY)
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    done = subprocess.run(
+        [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=True
+    )
+    assert (done.stdout, done.stderr) == ("served\n", "")
