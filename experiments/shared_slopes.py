@@ -169,6 +169,9 @@ def _write(folder: Path) -> None:
                 "mean": kept(mean),
                 "by_speed": kept(by_speed),
                 "covariance": covariance.astype(np.float32),
+                "speeds": np.array(
+                    [pick(each.speed for each in people.values()) for pick in (min, max)]
+                ),
             },
             temporary,
         )

@@ -96,7 +96,7 @@ def effective_number(slopes: Array) -> float:
     """
     # Σ d² / (d² + 1) over the singular values d: a direction that the walk determines better than
     # the prior counts almost 1, one that it does not almost 0.
-    squares = np.linalg.svd(slopes, compute_uv=False) ** 2
+    squares = np.maximum(np.linalg.eigvalsh(slopes.T @ slopes), 0.0)
     return float(np.sum(squares / (squares + 1.0)))
 
 

@@ -27,7 +27,8 @@ HARMONICS: Final = 12
 EVERY: Final = 2
 """Of so many samples of a curve one is stored: curves have nothing above 10 Hz."""
 SPEED: Final = 0.35
-"""Dimensionless speed at which the stored slopes stand; they change with it by a straight line."""
+"""Dimensionless speed at which the stored slopes stand. They change with it by a straight line,
+which is not read beyond the speeds of those people."""
 NOISE: Final = 100.0
 """Sum of squares that a linear answer leaves of a walk's deviations: walks scatter, and answers
 bend. Of 30 to 300 it matters little (docs/learning.md)."""
@@ -84,7 +85,8 @@ def shared_slopes(speed: float, harmonics: int, joints: int, samples: int) -> Sl
     `samples` each.
     """
     stored, which = _stored(), places(harmonics, joints)
-    at_speed = stored["mean"] + (speed - SPEED) * stored["by_speed"]
+    away = np.clip(speed, *stored["speeds"]) - SPEED
+    at_speed = stored["mean"] + away * stored["by_speed"]
     kept = np.arange(0, samples, EVERY)
     mean = CubicSpline(kept, at_speed[..., which], axis=1)(np.arange(samples))
     return Slopes(mean.reshape(-1, len(which)), stored["covariance"][np.ix_(which, which)])

@@ -392,6 +392,15 @@ def test_an_angle_follows_its_own_change(side):
     assert abs(its) < 0.3 * own
 
 
+def test_the_line_on_speed_is_not_read_beyond_the_speeds_of_those_people():
+    slow, slower, fast, faster = (
+        shared_slopes(speed, 1, 13, 101).mean for speed in (0.12, 0.01, 0.7, 3.0)
+    )
+    assert not np.array_equal(slow, fast)
+    np.testing.assert_array_equal(fast, faster)
+    assert np.abs(slow - slower).max() < 0.1 * np.abs(slow - fast).max()
+
+
 def test_the_stored_covariance_is_one():
     covariance = shared_slopes(0.4, 12, 13, 101).covariance
     np.testing.assert_array_equal(covariance, covariance.T)
