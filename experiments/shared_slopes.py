@@ -10,7 +10,7 @@ Each of them walks every change of the reference once.
     python -m experiments.shared_slopes compare --work FOLDER    # 12 min; the table
 
 `compare` corrects the reference of some of them: with the slopes of the others, for several amounts
-of noise, and with their own, measured ones and nothing else.
+of noise, and with their own, measured ones.
 """
 
 import argparse
@@ -39,7 +39,7 @@ from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.sampling import SAMPLES
 from gaitval.learning_control import slopes as rules
-from gaitval.learning_control.correct import Case, beside_reference, correction_at
+from gaitval.learning_control.correct import Case, beside_reference, correction_of, prior_sd
 from gaitval.learning_control.search import search
 from gaitval.learning_control.slopes import EVERY, HARMONICS, SPEED, STORED, Slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, fitted
@@ -58,15 +58,13 @@ PAGE: Final = ROOT / "docs" / "learning.md"
 SEED: Final = 20261126
 SPEEDS: Final = (0.3, 1.8)
 """m/s, of an adult of mean leg length."""
-PROBE: Final = 0.75
-"""Change of an unknown by which its effect is measured, in prior SDs: the effect is then several
-times the scatter of mean curves between walks."""
 UNKNOWNS: Final = len(JOINTS) * (1 + 2 * HARMONICS) + 1
+PROBE: Final = np.append(np.full(UNKNOWNS - 1, np.deg2rad(0.3)), 0.00225)
+"""Changes by which effects are measured, rad and m: an effect is then several times the scatter of
+mean curves between walks."""
 COMPARED: Final = 12
 """People whose corrections are compared."""
 NOISES: Final = (30.0, 100.0, 300.0)
-LEAST: Final = 1e-3
-"""Of a variance, so that slopes that are measured count as known."""
 
 
 class Stranger:
@@ -86,10 +84,10 @@ class Stranger:
         self.groups = 0
 
     def walk(self, points: Sequence[Array]) -> list[Walked | None]:
-        """At each of the `points`, (326,) in prior SDs."""
+        """At each of the `points`, (326,) rad and m."""
         start = self.task.configuration.validation.start_phases[0]
         cases = [
-            Case(self.policy, nominal_parameters(), correction_at(each), start) for each in points
+            Case(self.policy, nominal_parameters(), correction_of(each), start) for each in points
         ]
         groups = in_groups(cases)
         self.groups += len(groups)
@@ -97,7 +95,7 @@ class Stranger:
 
     def allowed(self, point: Array) -> bool:
         """Whether the correction may try a point."""
-        return correction_at(point).largest() <= self.task.configuration.correction.largest
+        return correction_of(point).largest() <= self.task.configuration.correction.largest
 
 
 def _measure(data: Path, folder: Path, number: int) -> str:
@@ -106,7 +104,7 @@ def _measure(data: Path, folder: Path, number: int) -> str:
     if path.is_file():
         return f"{number}: there"
     person = Stranger(data, number)
-    none, *walks = person.walk([np.zeros(UNKNOWNS), *(PROBE * np.eye(UNKNOWNS))])
+    none, *walks = person.walk([np.zeros(UNKNOWNS), *np.diag(PROBE)])
     if none is None:
         return f"{number}: falls"
     slopes = [
@@ -199,16 +197,18 @@ def _compare(data: Path, folder: Path, number: int) -> dict[str, list[float]]:
     mean, by_speed, covariance = shared(list(people.values()))
     others = Slopes(mean + (own.speed - SPEED) * by_speed, covariance)
     kinds = {f"of others, noise {noise:g}": (others, noise) for noise in NOISES}
-    known = Slopes(own.slopes, LEAST * np.eye(UNKNOWNS))
+    # As uncertain as the two walks leave them of which each is a difference.
+    known = Slopes(own.slopes, np.diag(NOISES[1] / PROBE**2))
     found = {}
+    sd = prior_sd(HARMONICS)
     for kind, (slopes, noise) in {**kinds, "own, measured": (known, NOISES[1])}.items():
         person.groups = 0
         rules.NOISE = noise
         result = search(
-            person.walk,
-            slopes,
+            lambda points: person.walk([sd * each for each in points]),
+            slopes.scaled(sd),
             steps=person.task.configuration.correction.steps,
-            allowed=person.allowed,
+            allowed=lambda point: person.allowed(sd * point),
         )
         found[kind] = [*result.errors[:: len(result.errors) - 1], person.groups]
     found["own, measured"][-1] += len(in_groups(range(UNKNOWNS)))

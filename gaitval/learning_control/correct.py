@@ -48,7 +48,10 @@ from gaitval.simulation.walker import WalkingTask
 INDEPENDENT = 12
 """Independent numbers in a curve over the cycle: the harmonics below the 10 Hz of the filter."""
 _ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
-"""Standard deviation of the prior, rad and m: of each harmonic, and of the height."""
+"""Standard deviation of the prior, rad and m: of a harmonic, and of the height."""
+_FLAT = 4
+"""Harmonics above this have a standard deviation that falls with the square of their number, so
+that all have the same angular acceleration: without, forces ring."""
 _SHARES = (1.0, 0.7, 0.4)
 """Shares of the change that was found. The largest one that does no harm is used."""
 _CYCLES = 8
@@ -168,10 +171,15 @@ def _walks(pool: RolloutPool, cases: Sequence[Case]) -> Iterator[Walked | None]:
     return chain.from_iterable(pool.each(beside_reference, in_groups(cases, pool.workers)))
 
 
-def correction_at(point: Array) -> Adjustment:
-    """The change at a `point`, (13 + 26 H + 1,) in units of the prior's SD."""
-    harmonics = _ANGLE * point[:-1].reshape(len(JOINTS), -1)
-    return Adjustment(harmonics, float(_HEIGHT * point[-1]))
+def correction_of(numbers: Array) -> Adjustment:
+    """The change that has these `numbers` (13 + 26 H + 1,), rad and m."""
+    return Adjustment(numbers[:-1].reshape(len(JOINTS), -1), float(numbers[-1]))
+
+
+def prior_sd(harmonics: int) -> Array:
+    """Standard deviations (13 + 26 H + 1,) of the prior of the numbers of a change, rad and m."""
+    waves = np.minimum(1.0, (_FLAT / np.arange(1.0, harmonics + 1.0)) ** 2)
+    return np.append(np.tile(_ANGLE * np.concatenate([[1.0], waves, waves]), len(JOINTS)), _HEIGHT)
 
 
 def correct(
@@ -198,20 +206,21 @@ def correct(
     task : body, reference and constants.
     policy : the trained policy; it is not changed.
     mu : (14,) body parameters.
-    slopes : what is known of them beforehand; by default, what other people's walks say.
+    slopes : what is known of them beforehand, by rad and m; by default, what other people's walks
+        say.
     journal : keeps every walk; an interrupted call is continued from it, with the same result.
     on_progress : called after each step with `steps`, `total` and `error`.
     """
     settings = task.configuration.correction
     start = task.configuration.validation.start_phases[0]
-    unknowns = len(JOINTS) * (1 + 2 * settings.harmonics) + 1
+    sd = prior_sd(settings.harmonics)
 
     def progress(number: int, found: float) -> None:
         if on_progress is not None:
             on_progress({"steps": number, "total": settings.steps, "error": found})
 
     def allowed(point: Array) -> bool:
-        return correction_at(point).largest() <= settings.largest
+        return correction_of(sd * point).largest() <= settings.largest
 
     journal = journal or Journal()
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
@@ -221,7 +230,7 @@ def correct(
             return journal.results(
                 partial(_walks, pool),
                 [
-                    Case(policy, mu, correction_at(point), phase)
+                    Case(policy, mu, correction_of(sd * point), phase)
                     for phase in phases
                     for point in points
                 ],
@@ -229,18 +238,18 @@ def correct(
                 read=lambda values: None if values is None else Walked.from_list(values),
             )
 
-        none = np.zeros(unknowns)
+        none = np.zeros_like(sd)
         if settings.steps == 0:  # nothing is looked for: the walk as it is
             (before,) = walk([none], start)
             errors = () if before is None else (before.error(),)
-            return Corrected(correction_at(none), errors, 1.0, 0.0, None, before, before)
+            return Corrected(correction_of(none), errors, 1.0, 0.0, None, before, before)
         from gaitval.learning_control.search import harm, search
         from gaitval.learning_control.slopes import shared_slopes
 
         speed = targets_of(task.reference, task.model).speed
         found = search(
             lambda points: walk(points, start),
-            slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES),
+            (slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES)).scaled(sd),
             steps=settings.steps,
             allowed=allowed,
             on_step=progress,
@@ -258,5 +267,5 @@ def correct(
             break
     else:
         share, point, after = 0.0, none, before
-    number = found.effective_number
-    return Corrected(correction_at(point), found.errors, share, number, refused, before, after)
+    number, correction = found.effective_number, correction_of(sd * point)
+    return Corrected(correction, found.errors, share, number, refused, before, after)

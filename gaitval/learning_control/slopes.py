@@ -47,6 +47,10 @@ class Slopes:
     mean: Array
     covariance: Array
 
+    def scaled(self, units: Array) -> "Slopes":
+        """The same by unknowns in other `units`, (n,) of those that they have here."""
+        return Slopes(self.mean * units, self.covariance * np.outer(units, units))
+
     def learned(self, steps: Array, changes: Array) -> "Slopes":
         """The same after walks: by `steps` (k, n) from a point the deviations changed by `changes`
         (k, m).
@@ -80,9 +84,9 @@ def _stored() -> Mapping[str, Array]:
 
 
 def shared_slopes(speed: float, harmonics: int, joints: int, samples: int) -> Slopes:
-    """What other people's walks say of the slopes at a dimensionless `speed`, for a search that
-    changes some `harmonics` of each of the `joints`; its deviations are of curves with some
-    `samples` each.
+    """What other people's walks say of the slopes, by rad and m, at a dimensionless `speed`, for a
+    search that changes some `harmonics` of each of the `joints`; its deviations are of curves with
+    some `samples` each.
     """
     stored, which = _stored(), places(harmonics, joints)
     away = np.clip(speed, *stored["speeds"]) - SPEED

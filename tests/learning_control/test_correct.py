@@ -17,7 +17,13 @@ from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
 from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES
 from gaitval.journal import Journal
-from gaitval.learning_control.correct import Case, _walks, beside_reference, correct
+from gaitval.learning_control.correct import (
+    Case,
+    _walks,
+    beside_reference,
+    correct,
+    prior_sd,
+)
 from gaitval.learning_control.search import effective_number, harm, search
 from gaitval.learning_control.slopes import NOISE, Slopes, places, shared_slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
@@ -377,7 +383,7 @@ def test_fewer_harmonics_are_the_first_of_those_that_are_stored():
 @pytest.mark.parametrize("side", ["r", "l"])
 def test_an_angle_follows_its_own_change(side):
     """Signs, units and order of the stored slopes, on both sides: the mean of the knee's angle
-    follows that of its reference, and the other knee's less.
+    follows that of its reference, degree by degree or less, and the other knee's hardly.
     """
     slopes = shared_slopes(0.4, 12, 13, 101).mean.reshape(26, 101, -1)
     curves = [*RECORDED_ORDER]
@@ -385,11 +391,32 @@ def test_an_angle_follows_its_own_change(side):
     other = "l" if side == "r" else "r"
     weight = np.sqrt(12 / 101) / accuracy_of("angles", f"knee_angle_{side}")
     own, its = (
-        slopes[curves.index(f"knee_angle_{each}"), :, unknown].mean() / weight
+        np.deg2rad(slopes[curves.index(f"knee_angle_{each}"), :, unknown].mean() / weight)
         for each in (side, other)
     )
-    assert 0.2 < own < 0.4  # of 0.4 degrees
+    assert 0.5 < own < 1.0
     assert abs(its) < 0.3 * own
+
+
+def test_other_units_are_other_numbers_for_the_same():
+    known = shared_slopes(0.4, 2, 13, 101)
+    units = prior_sd(2)
+    scaled, change = known.scaled(units), np.random.default_rng(0).standard_normal(len(units))
+    np.testing.assert_allclose(scaled.mean @ change, known.mean @ (units * change))
+    np.testing.assert_allclose(
+        change @ scaled.covariance @ change,
+        (units * change) @ known.covariance @ (units * change),
+    )
+
+
+def test_above_the_fourth_harmonic_the_prior_is_of_equal_acceleration():
+    sd = prior_sd(12)
+    assert len(sd) == 13 * 25 + 1
+    mean, cosines, sines = sd[0], sd[1:13], sd[13:25]
+    np.testing.assert_array_equal(cosines, sines)
+    np.testing.assert_allclose(cosines[:4], mean)
+    np.testing.assert_allclose(cosines[3:] * np.arange(4, 13) ** 2, 16 * mean)
+    assert sd[-1] == 0.003
 
 
 def test_the_line_on_speed_is_not_read_beyond_the_speeds_of_those_people():
@@ -443,11 +470,9 @@ def test_it_is_refused_where_it_does_harm(after, other, reason):
 
 ANSWER = np.random.default_rng(3).standard_normal((20, 14))
 """Of 20 deviations to 13 angles and the height, in 1/30 rad and 1/30 m."""
-SIZE = np.array([*13 * [np.deg2rad(0.4)], 0.003])
-"""The prior's SD of each."""
 KNOWN = Slopes(
-    30.0 * SIZE * (ANSWER + 0.5 * np.random.default_rng(4).standard_normal((20, 14))),
-    np.diag(20 * (30.0 * SIZE * 0.5) ** 2),
+    30.0 * (ANSWER + 0.5 * np.random.default_rng(4).standard_normal((20, 14))),
+    20 * (30.0 * 0.5) ** 2 * np.eye(14),
 )
 """Those of somebody who answers otherwise."""
 
