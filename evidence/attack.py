@@ -201,6 +201,7 @@ OWN: Final = {
     "gaitval/artefacts.py:parse_toml": "the reader of TOML",
     "gaitval/compiled.py:_cache_folder": "the package's own sources",
     "gaitval/datasets/subject_file.py:_read_builtin": "the package's own subjects",
+    "gaitval/learning_control/slopes.py:_stored": "shared_slopes.safetensors of the package",
     "gaitval/metrics/tolerances.py:load_registry": "tolerances.toml of the package",
     "gaitval/mocap/c3d_contents.py:read_contents": "what the reader's own process has written",
     "gaitval/mocap/c3d_process.py:main": "a process of its own, after `check_size`",

@@ -28,8 +28,7 @@ def subjects(
         ),
     ] = None,
     out: Annotated[
-        Path,
-        typer.Option("--out", "-o", help="Where --build writes the subjects."),
+        Path, typer.Option("--out", "-o", help="Where --build writes the subjects.")
     ] = Path("subjects"),
 ) -> None:
     """List the built-in subjects, or compute them again from the WBDS dataset."""

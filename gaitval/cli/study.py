@@ -141,14 +141,7 @@ def train(
     same command resumes. The better of start and trained policy is handed on.
     """
     _stage(
-        "train",
-        subject,
-        out,
-        config,
-        settings,
-        force,
-        round_number=round_number,
-        scratch=scratch,
+        "train", subject, out, config, settings, force, round_number=round_number, scratch=scratch
     )
 
 

@@ -115,8 +115,5 @@ def _first_support(cycle: GaitCycle) -> float:
 def _refused(cycle: GaitCycle, *reasons: str) -> GaitCycle:
     """The cycle, not valid, with further reasons."""
     return replace(
-        cycle,
-        kinematics_valid=False,
-        kinetics_valid=False,
-        reasons=cycle.reasons + reasons,
+        cycle, kinematics_valid=False, kinetics_valid=False, reasons=cycle.reasons + reasons
     )

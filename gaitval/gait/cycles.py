@@ -133,11 +133,7 @@ class SpatioTemporal:
 
 
 def cut_cycles(
-    events: Iterable[Event],
-    side: Side,
-    *,
-    forces: FootForces | None = None,
-    fewest: int = 1,
+    events: Iterable[Event], side: Side, *, forces: FootForces | None = None, fewest: int = 1
 ) -> tuple[GaitCycle, ...]:
     """All cycles of one foot, in order of time, including those that are not valid.
 

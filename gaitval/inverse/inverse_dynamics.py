@@ -320,10 +320,7 @@ def inverse_dynamics(
 
 
 def residuals(
-    result: InverseDynamics,
-    frames: Flags | None = None,
-    *,
-    ground_height: float = 0.0,
+    result: InverseDynamics, frames: Flags | None = None, *, ground_height: float = 0.0
 ) -> Residuals:
     """Measures of the residuals.
 

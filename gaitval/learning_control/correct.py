@@ -6,8 +6,8 @@ mm. Such errors respond smoothly to small changes of the motion that the walker 
 are removed by iterative learning control (Bristow, Tharayil, Alleyne 2006, IEEE Control Systems
 26(3):96-114): walk, compare the mean curves with the reference, change the motion, walk again. The
 changes are of the height of the pelvis and the lowest harmonics of hip, knee, ankle and trunk
-angles. How the curves answer to them is known from other people's walks and learned from every
-walk of the search (`slopes`); the steps are Gauss-Newton's.
+angles. How curves answer is known from other people's walks and learned from every walk of the
+search (`slopes`); the steps are Gauss-Newton's.
 
 The target is the reference, not the record: data held out from the run stay held out, and errors of
 the reference remain. A Gaussian prior holds every change near zero, so only changes that affect the
@@ -50,8 +50,7 @@ INDEPENDENT = 12
 _ANGLE, _HEIGHT = np.deg2rad(0.4), 0.003
 """Standard deviation of the prior, rad and m: of a harmonic, and of the height."""
 _FLAT = 4
-"""Harmonics above this have a standard deviation that falls with the square of their number, so
-that all have the same angular acceleration: without, forces ring."""
+"""Harmonics above this have a prior of the same angular acceleration: without, forces ring."""
 _SHARES = (1.0, 0.7, 0.4)
 """Shares of the change that was found. The largest one that does no harm is used."""
 _CYCLES = 8
@@ -166,8 +165,7 @@ class Case:
 
 def _walks(pool: RolloutPool, cases: Sequence[Case]) -> Iterator[Walked | None]:
     """`beside_reference` of any number of cases."""
-    # What goes before and after a walk takes as long as it, and is not shared by the eight of a
-    # group. So workers share one group rather than wait for who walks it.
+    # What goes before and after the walks of a group takes as long as they: workers share it.
     return chain.from_iterable(pool.each(beside_reference, in_groups(cases, pool.workers)))
 
 
@@ -177,7 +175,7 @@ def correction_of(numbers: Array) -> Adjustment:
 
 
 def prior_sd(harmonics: int) -> Array:
-    """Standard deviations (13 + 26 H + 1,) of the prior of the numbers of a change, rad and m."""
+    """Standard deviations (13 + 26 H + 1,), rad and m, of a change with H `harmonics`."""
     waves = np.minimum(1.0, (_FLAT / np.arange(1.0, harmonics + 1.0)) ** 2)
     return np.append(np.tile(_ANGLE * np.concatenate([[1.0], waves, waves]), len(JOINTS)), _HEIGHT)
 

@@ -26,9 +26,7 @@ Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
 
 @dataclass(frozen=True)
 class Optimum:
-    """What a search found: the best point (n,), the error before and after each step, and the
-    effective number of free unknowns (`effective_number`).
-    """
+    """The best point (n,), errors before and after each step, and the number of free unknowns."""
 
     point: Array
     errors: tuple[float, ...]
@@ -102,8 +100,7 @@ def effective_number(slopes: Array) -> float:
 
 def _steps(slopes: Array, found: Walked, point: Array) -> list[Array]:
     """Gauss-Newton steps with each of `_DAMPINGS` and `_LENGTHS`, from the longest on."""
-    # Gradient of half the objective: slopesᵀ deviations + point, the second from the prior, whose
-    # weight of 1 is also the 1.0 on the diagonal.
+    # The prior's weight is 1: the point in the gradient, and the 1.0 on the diagonal.
     normal, right = slopes.T @ slopes, slopes.T @ found.deviations + point
     steps = [
         np.asarray(-np.linalg.solve(normal + (1.0 + damping) * np.eye(len(point)), right), float)

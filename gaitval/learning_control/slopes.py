@@ -1,11 +1,9 @@
 """What is known of how the deviations of a walk answer to changes of its reference.
 
-To measure it takes a walk for each change, and slopes so measured have the scatter of two walks in
-them. But walkers answer much alike. So a search begins with the slopes of other people at the speed
-and how they differ between them, and every walk that it makes teaches it more: Bayesian linear
-regression, as a Kalman filter whose state does not move (Bishop 2006, Pattern Recognition and
-Machine Learning, 3.3). With one walk, and a prior in which the slopes of all changes are as
-uncertain as each other, it would be Broyden's update.
+To measure it takes a walk for each change, and leaves the scatter of two walks in each. But walkers
+answer much alike. So a search begins with the slopes of other people at the speed and how they
+differ, and every walk teaches it more: Bayesian linear regression, as a Kalman filter whose state
+does not move (Bishop 2006, Pattern Recognition and Machine Learning, 3.3).
 """
 
 from collections.abc import Mapping
@@ -27,11 +25,9 @@ HARMONICS: Final = 12
 EVERY: Final = 2
 """Of so many samples of a curve one is stored: curves have nothing above 10 Hz."""
 SPEED: Final = 0.35
-"""Dimensionless speed at which the stored slopes stand. They change with it by a straight line,
-which is not read beyond the speeds of those people."""
+"""Dimensionless speed of the stored slopes; they change with it by a line within `speeds`."""
 NOISE: Final = 100.0
-"""Sum of squares that a linear answer leaves of a walk's deviations: walks scatter, and answers
-bend. Of 30 to 300 it matters little (docs/learning.md)."""
+"""Sum of squares that a linear answer leaves of a walk; 30 or 300 do as well (docs/learning.md)."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +48,7 @@ class Slopes:
         return Slopes(self.mean * units, self.covariance * np.outer(units, units))
 
     def learned(self, steps: Array, changes: Array) -> "Slopes":
-        """The same after walks: by `steps` (k, n) from a point the deviations changed by `changes`
-        (k, m).
-        """
+        """The same after `steps` (k, n) from a point changed the deviations by `changes` (k, m)."""
         crossed = steps @ self.covariance
         scatter = crossed @ steps.T + NOISE * np.eye(len(steps))
         gain = np.linalg.solve(scatter, crossed)
@@ -67,9 +61,7 @@ class Slopes:
 
 
 def places(harmonics: int, joints: int) -> Index:
-    """Which of the stored unknowns are those of a search with fewer `harmonics`: of each of some
-    `joints` its mean, cosines and sines, and last the height.
-    """
+    """Places of fewer `harmonics` of some `joints` among the stored unknowns; last the height."""
     of_joint = np.concatenate(
         [[0], np.arange(1, 1 + harmonics), HARMONICS + np.arange(1, 1 + harmonics)]
     )
@@ -84,9 +76,8 @@ def _stored() -> Mapping[str, Array]:
 
 
 def shared_slopes(speed: float, harmonics: int, joints: int, samples: int) -> Slopes:
-    """What other people's walks say of the slopes, by rad and m, at a dimensionless `speed`, for a
-    search that changes some `harmonics` of each of the `joints`; its deviations are of curves with
-    some `samples` each.
+    """What other people's walks say of the slopes, by rad and m, at a dimensionless `speed`, of so
+    many `harmonics` of each of the `joints`, and of curves with so many `samples` each.
     """
     stored, which = _stored(), places(harmonics, joints)
     away = np.clip(speed, *stored["speeds"]) - SPEED

@@ -11,11 +11,7 @@ from gaitval.gait.cycle_curves import JOINT_ANGLES, JOINT_MOMENTS
 from gaitval.metrics.record_results import Kind
 
 ACCURACY: Final[Mapping[str, Mapping[str, float]]] = {
-    "angles": {
-        **dict.fromkeys(JOINT_ANGLES, 1.5),
-        "hip_rotation": 4.0,
-        "subtalar_angle": 4.0,
-    },
+    "angles": {**dict.fromkeys(JOINT_ANGLES, 1.5), "hip_rotation": 4.0, "subtalar_angle": 4.0},
     "moments": dict.fromkeys(JOINT_MOMENTS, 0.04),
     "forces": {"vertical": 1.0, "forward": 0.4, "medial": 0.3},
 }

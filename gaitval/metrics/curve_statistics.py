@@ -303,11 +303,7 @@ def _tested(
 
 
 def random_field_threshold(
-    residuals: Array,
-    freedom: int,
-    *,
-    where: NDArray[np.bool_] | None = None,
-    alpha: float = ALPHA,
+    residuals: Array, freedom: int, *, where: NDArray[np.bool_] | None = None, alpha: float = ALPHA
 ) -> float | None:
     """|t| that smooth normal curves exceed anywhere with probability `alpha`, on both sides; None
     where the residuals are zero.

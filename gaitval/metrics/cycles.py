@@ -83,10 +83,7 @@ def foot_events(vertical_force: Array, *, step: float, threshold: float) -> Foot
     on, scuffs = on_ground(vertical_force > threshold, rate=1.0 / step, scuff_s=SCUFF_SECONDS)
     begins, ends = runs(on)
     return FootEvents(
-        on_ground=on,
-        heel_strikes=begins[begins > 0],
-        toe_offs=ends[ends < len(on)],
-        scuffs=scuffs,
+        on_ground=on, heel_strikes=begins[begins > 0], toe_offs=ends[ends < len(on)], scuffs=scuffs
     )
 
 
@@ -133,9 +130,7 @@ def cut(values: Array, starts: Index, ends: Index) -> Array:
 def filtered(
     rollout: Rollout, filters: LowPass, columns: Sequence[int] | None = None
 ) -> tuple[Array, Array]:
-    """Joint moments (T, 25) Nm, or `columns` of them, and ground reaction (T, 2, 3) N of `rollout`,
-    after `filters`.
-    """
+    """Moments (T, 25) Nm, or some `columns`, and forces (T, 2, 3) N of `rollout`, by `filters`."""
     moments = rollout.moments if columns is None else rollout.moments[:, columns]
     step = step_of(rollout)
     return (

@@ -247,8 +247,7 @@ class FoundParameters(OpenResult):
     upper: _Parameters
     on_bound: Annotated[list[Flag], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     verdicts: Annotated[
-        list[Determination],
-        Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS)),
+        list[Determination], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))
     ]
     profiles: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
         default_factory=list

@@ -11,10 +11,7 @@ from gaitval.metrics.walk_results import Endurance, PushRecovery
 
 
 def spread_in_repeats(
-    verdict: Verdict,
-    repeated: Repeated,
-    pushes: PushRecovery | None,
-    starts: Sequence[Endurance],
+    verdict: Verdict, repeated: Repeated, pushes: PushRecovery | None, starts: Sequence[Endurance]
 ) -> Spread | None:
     """The spread of `verdict` over `pushes`, over `starts`, or else over `repeated` walks."""
     measure, target = verdict.measure, verdict.target

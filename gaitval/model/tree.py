@@ -196,12 +196,7 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
 
 @njit_borrowing
 def forward(
-    joint_position: Array,
-    q: Array,
-    rotation: Array,
-    origin: Array,
-    axes: Array,
-    segments: int,
+    joint_position: Array, q: Array, rotation: Array, origin: Array, axes: Array, segments: int
 ) -> None:
     """Forward kinematics of the first `segments` segments.
 
@@ -243,12 +238,7 @@ def forward(
 
 @njit_borrowing
 def velocities(
-    origin: Array,
-    axes: Array,
-    qd: Array,
-    angular: Array,
-    linear: Array,
-    segments: int,
+    origin: Array, axes: Array, qd: Array, angular: Array, linear: Array, segments: int
 ) -> None:
     """Velocities of the first `segments` segments after `forward`.
 

@@ -43,8 +43,7 @@ def write_motion(path: Path, time: Array, positions: Array) -> None:
     values = to_opensim(positions)
     values[:, _ROTATIONS] = np.rad2deg(values[:, _ROTATIONS])
     write_storage(
-        path,
-        StorageTable(OPENSIM_COORDINATES, time, values, in_degrees=True, name="Coordinates"),
+        path, StorageTable(OPENSIM_COORDINATES, time, values, in_degrees=True, name="Coordinates")
     )
 
 

@@ -121,11 +121,7 @@ def _walk(
 
 
 def _work(
-    tasks: Sequence[WalkingTask],
-    share: range,
-    shapes: _Shapes,
-    memory: _Memory,
-    pipe: Connection,
+    tasks: Sequence[WalkingTask], share: range, shapes: _Shapes, memory: _Memory, pipe: Connection
 ) -> None:
     """Body of a worker process; obeys ("curriculum", two numbers), ("begin", seed), ("walk",
     tensors).

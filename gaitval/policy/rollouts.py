@@ -49,9 +49,7 @@ class RolloutScore:
 
 
 def in_groups(items: Sequence[Item], at_least: int = 1) -> list[Sequence[Item]]:
-    """`items` in order, in as few groups of at most eight as hold them, of nearly the same size;
-    `at_least` so many, if there are enough items.
-    """
+    """`items` in order, in as few groups of at most eight as hold them, but `at_least` so many."""
     # Minus the floor of minus the quotient is the quotient rounded up.
     count = max(-(-len(items) // WIDTH), min(at_least, len(items)))
     ends = [len(items) * number // count for number in range(1, count + 1)]
@@ -125,11 +123,7 @@ def _longest(environment: WalkingEnvironment, cycles: float) -> int:
 
 
 def walks_together(
-    group: WalkingGroup,
-    policy: Policy,
-    mu: Array,
-    starts: Sequence[dict[str, Any]],
-    cycles: float,
+    group: WalkingGroup, policy: Policy, mu: Array, starts: Sequence[dict[str, Any]], cycles: float
 ) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """Walks side by side, until each has its cycles or fell: after each action, who still walked in
     it, and who fell (walks,).
@@ -330,10 +324,6 @@ class RolloutPool:
     task : of all environments.
     workers : number of processes; with 1 everything runs in this one.
     engine : physics engine of the environments, where a call does not name one.
-
-    Attributes
-    ----------
-    workers : as given.
     """
 
     def __init__(self, task: WalkingTask, *, workers: int, engine: Engine = "compiled") -> None:

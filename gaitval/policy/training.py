@@ -256,10 +256,7 @@ def run_training(
     learner.ppo.set_logger(logger)
     began = time.monotonic() - log.wall_seconds
     workers = WalkingWorkers(
-        tasks,
-        count=training.environments,
-        workers=training.workers,
-        steps=training.rollout_steps,
+        tasks, count=training.environments, workers=training.workers, steps=training.rollout_steps
     )
     # Its threads would be woken for each update, and then stand in the workers' way.
     with workers, threadpool_limits(1, "blas"):

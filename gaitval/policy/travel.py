@@ -19,12 +19,7 @@ _Kept = tuple[Array, Array, Array]
 
 
 def travel_together(
-    group: WalkingGroup,
-    policy: Policy,
-    *,
-    mu: Array,
-    start_phases: Sequence[float],
-    cycles: float,
+    group: WalkingGroup, policy: Policy, *, mu: Array, start_phases: Sequence[float], cycles: float
 ) -> list[Travel]:
     """`record_together` of long walks, of which little is kept: 128 bytes per step instead of 880.
 

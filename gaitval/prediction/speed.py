@@ -15,13 +15,7 @@ from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
 from gaitval.gait.record import GaitRecord
-from gaitval.prediction.normal_form import (
-    NormalForm,
-    combined,
-    normal_form,
-    record_from,
-    symmetric,
-)
+from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from, symmetric
 from gaitval.prediction.population import (
     People,
     change_with_speed,

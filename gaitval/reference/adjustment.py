@@ -46,11 +46,7 @@ class Adjustment:
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, to be written as JSON."""
-        return {
-            "joints": list(JOINTS),
-            "harmonics": self.harmonics.tolist(),
-            "height": self.height,
-        }
+        return {"joints": list(JOINTS), "harmonics": self.harmonics.tolist(), "height": self.height}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], origin: str) -> "Adjustment":

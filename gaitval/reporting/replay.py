@@ -75,9 +75,7 @@ def find_strides(rollout: Rollout, method: Method, *, earlier: int = 0) -> Strid
     step = step_of(rollout)
     events: dict[Side, FootEvents] = {
         side: foot_events(
-            rollout.ground_reaction[:, column, 2],
-            step=step,
-            threshold=method.event_threshold_n,
+            rollout.ground_reaction[:, column, 2], step=step, threshold=method.event_threshold_n
         )
         for column, side in enumerate(SIDES)
     }

@@ -388,10 +388,7 @@ def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingS
             if end - begin > longest:
                 coordinates[begin:end, column] = np.nan
     coordinates = low_pass(
-        coordinates,
-        rate=rate,
-        cutoff_hz=processing.marker_cutoff_hz,
-        order=processing.filter_order,
+        coordinates, rate=rate, cutoff_hz=processing.marker_cutoff_hz, order=processing.filter_order
     )
     coordinates = np.where(np.isnan(coordinates), held, coordinates)
     turn = pelvis_rotation(coordinates[:, 0], coordinates[:, 1], coordinates[:, 2])

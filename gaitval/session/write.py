@@ -234,9 +234,7 @@ def _record(found: Import) -> dict[str, Any]:
                 "unit": verdict.unit,
                 "passed": verdict.passed,
                 "verdict": state_of(
-                    verdict.id,
-                    verdict.passed,
-                    reduced=verdict.target.endswith(CONSISTENT),
+                    verdict.id, verdict.passed, reduced=verdict.target.endswith(CONSISTENT)
                 ),
             }
             for verdict in verdicts(found)

@@ -264,12 +264,7 @@ def steps(
 
 @njit
 def advance(
-    body: WalkerBody,
-    state: Array,
-    phase: float,
-    action: Action,
-    memory: Array,
-    account: Account,
+    body: WalkerBody, state: Array, phase: float, action: Action, memory: Array, account: Account
 ) -> float:
     """All physics steps of an action; returns the phase after them.
 

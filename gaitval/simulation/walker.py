@@ -238,11 +238,7 @@ class Walker:
     """
 
     def __init__(
-        self,
-        task: WalkingTask,
-        *,
-        engine: Engine = "compiled",
-        arrays: WalkerArrays | None = None,
+        self, task: WalkingTask, *, engine: Engine = "compiled", arrays: WalkerArrays | None = None
     ) -> None:
         environment = task.configuration.environment
         self.task = task
