@@ -1,13 +1,13 @@
-"""Shipped: how walks of the general policy answer to changes of their reference.
+"""Shipped: gaitval/learning_control/shared_slopes.safetensors, with which corrections begin.
 
-The correction of a reference begins with it (`gaitval/learning_control/slopes.py`). It is measured
-on adults of ANSUR II and children of the WHO's growth reference, drawn as those of `python -m
-evidence seconds strangers` are, but with another seed: nobody of them is in a table of the project.
-Each of them walks every change of the reference once.
+It says how walks of the general policy answer to changes of their reference (`slopes.py` there). It
+is measured on adults of ANSUR II and children of the WHO's growth reference, drawn as those of
+`python -m evidence seconds strangers` are, but with another seed: nobody of them is in a table of
+the project. Each of them walks every change of the reference once.
 
     python -m experiments.shared_slopes measure --work FOLDER    # 50 people, 9 min; goes on
     python -m experiments.shared_slopes write --work FOLDER      # the file, and of whom it is
-    python -m experiments.shared_slopes compare --work FOLDER    # 12 min; the table
+    python -m experiments.shared_slopes compare --work FOLDER    # 3 min; the table
 
 `compare` corrects the reference of some of them: with the slopes of the others, for several amounts
 of noise, and with their own, measured ones.
