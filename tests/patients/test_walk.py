@@ -3,15 +3,13 @@
 import pytest
 
 from gaitval.artefacts import read_json
-from gaitval_patients import cohort
 from gaitval_patients.cohort import found_patients, walked
 
 
 @pytest.mark.slow
 def test_a_person_walks_from_angles_alone_and_is_not_walked_twice(
-    strides_table, people_table, tmp_path, monkeypatch
+    strides_table, people_table, tmp_path
 ):
-    monkeypatch.setattr(cohort, "HARMONICS", 1)  # a quarter of the walks
     patients = found_patients(strides_table, [people_table], ["P2=1.1"], ["well"], ["P1_off"])
     told = []
     (found,) = walked(patients, tmp_path, told.append)
