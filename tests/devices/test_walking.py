@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval_devices.device import Device, load_devices
@@ -74,12 +74,14 @@ def test_dart_walks_alike(person, name):
 
 @pytest.mark.slow
 def test_mujoco_walks_similarly(person):
+    """Closely but for the toes, which are light: at landing they turn a degree otherwise."""
     devices = load_devices("ankle_spring")
     ours, theirs = (walked(person, devices, cycles=0.2, engine=e) for e in ("compiled", "mujoco"))
     rows = min(len(ours.limb), len(theirs.limb))
-    np.testing.assert_allclose(
-        ours.rollout.positions[:rows], theirs.rollout.positions[:rows], atol=0.02
-    )
+    apart = np.abs(ours.rollout.positions[:rows] - theirs.rollout.positions[:rows])
+    toes = [COORDINATES.index(f"mtp_angle_{side}") for side in "rl"]
+    assert np.delete(apart, toes, axis=1).max() < 0.012
+    assert apart.max() < 0.035
 
 
 def test_a_prosthesis_has_no_muscles(person):

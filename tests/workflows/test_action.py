@@ -17,6 +17,12 @@ JUNIT = """<testsuites><testsuite tests="2"><testcase classname="gaitval.angle_r
 <testcase classname="gaitval.angle_rmse" name="knee_angle_l"/></testsuite></testsuites>"""
 
 
+@pytest.fixture(autouse=True)
+def packages_of_this_folder(monkeypatch):
+    """A command that another test ran in this process has said that no package is found here."""
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+
+
 @pytest.fixture(scope="module")
 def definition():
     return action_try.action()
