@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from gaitval.datasets.subject import Subject
+    from gaitval.simulation.walker import WalkingTask
 
 REPEATS = option("--repeats", type=int, default=3, help="runs, of which the fastest counts")
 OTHERS: Final = 0.1
@@ -88,7 +89,7 @@ MEASURES = {
     "strangers, adults of ANSUR II * and, one in*": {
         "code": (
             "@walk",
-            "evidence/seconds.py:strangers,adults,drawn_stranger,_stranger,_child,_fell",
+            "evidence/seconds.py:strangers,adults,drawn_stranger,_stranger,_child,task_of,_fell",
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/general/strangers.json",),
@@ -100,14 +101,14 @@ MEASURES = {
             "@walk",
             "gaitval/prediction/speed.py",
             "gaitval/prediction/normal_form.py",
-            "evidence/seconds.py:speeds,_fell,_widest",
+            "evidence/seconds.py:speeds,task_of,_fell,_widest",
         ),
         "data": ("reports/general/policy.safetensors",),
         "allowed": 100,
         "why": "one in sixty of the statements of a walk",
     },
     "strangers*": {
-        "code": ("@walk", "evidence/seconds.py:strangers,imports,_stranger,_fell"),
+        "code": ("@walk", "evidence/seconds.py:strangers,imports,_stranger,task_of,_fell"),
         "data": ("reports/general/policy.safetensors",),
         "allowed": 100,
         "why": "one in sixty of the statements of a walk",
@@ -448,27 +449,33 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     )
 
 
+def task_of(person: "Subject", speed: float | None = None) -> "WalkingTask":
+    """What a person is to walk at a speed, m/s, or as recorded, with the default settings."""
+    from gaitval.configuration import Configuration
+    from gaitval.datasets.subject_file import builtin_subjects
+    from gaitval.prediction.known import told
+    from gaitval.scaling.scaling import scale_subject
+    from gaitval.simulation.walker import WalkingTask
+
+    configuration = Configuration()
+    known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
+    body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
+    return WalkingTask.of(body, known.record, configuration, known.accuracy)
+
+
 def _fell(person: "Subject", speed: float | None = None) -> int:
     """Of the starts of a person at a speed, m/s, or as recorded: walks of `CYCLES` that end in a
     fall.
     """
     import numpy as np
 
-    from gaitval.configuration import Configuration
-    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.model.parameters import nominal_parameters
     from gaitval.policy.rollouts import walks_together
     from gaitval.policy.walking_group import WalkingGroup
-    from gaitval.prediction.known import told
-    from gaitval.scaling.scaling import scale_subject
-    from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import general_walker
 
-    configuration = Configuration()
-    known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
-    body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
-    task = WalkingTask.of(body, known.record, configuration, known.accuracy)
-    policy = general_walker(configuration.environment)
+    task = task_of(person, speed)
+    policy = general_walker(task.configuration.environment)
     fell = np.zeros(STARTS, dtype=bool)
     starts = [{"phase": start / STARTS} for start in range(STARTS)]
     group = WalkingGroup([task] * STARTS)

@@ -25,7 +25,7 @@ from safetensors.numpy import save_file
 
 from evidence import DATA, ROOT
 from evidence.marked_table import with_table
-from evidence.seconds import adults, drawn_stranger
+from evidence.seconds import adults, drawn_stranger, task_of
 from gaitval.arrays import Array
 from gaitval.artefacts import (
     read_json,
@@ -36,7 +36,6 @@ from gaitval.artefacts import (
     write_text,
 )
 from gaitval.configuration import Configuration
-from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.sampling import SAMPLES
 from gaitval.learning_control import slopes as rules
 from gaitval.learning_control.correct import Case, beside_reference, correction_of, prior_sd
@@ -46,10 +45,7 @@ from gaitval.learning_control.walked import ACCURACY, Walked, fitted
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import in_groups
-from gaitval.prediction.known import told
 from gaitval.reference.adjustment import JOINTS
-from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import general_walker
 
 TARGET: Final = ROOT / "gaitval" / "learning_control" / STORED
@@ -72,13 +68,8 @@ class Stranger:
 
     def __init__(self, data: Path, number: int) -> None:
         person, self.gait, self.speed = drawn_stranger(adults(data), SEED, number, SPEEDS)
-        configuration = Configuration()
-        known = told(
-            person, configuration.record, builtin_subjects(), speed=self.speed, forced=True
-        )
-        body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
-        self.task = WalkingTask.of(body, known.record, configuration, known.accuracy)
-        self.policy = general_walker(configuration.environment)
+        self.task = task_of(person, self.speed)
+        self.policy = general_walker(self.task.configuration.environment)
         self.environment = WalkingEnvironment(self.task)
         self.dimensionless = float(self.environment.yardstick.targets.speed)
         self.groups = 0

@@ -28,7 +28,7 @@ from gaitval.arrays import Array
 from gaitval.gait.sampling import SAMPLES
 from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
-from gaitval.learning_control.slopes import Slopes
+from gaitval.learning_control.slopes import Slopes, shared_slopes
 from gaitval.learning_control.walked import Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import curves_of, rms
 from gaitval.metrics.cycles import find_cycles
@@ -242,7 +242,6 @@ def correct(
             errors = () if before is None else (before.error(),)
             return Corrected(correction_of(none), errors, 1.0, 0.0, None, before, before)
         from gaitval.learning_control.search import harm, search
-        from gaitval.learning_control.slopes import shared_slopes
 
         speed = targets_of(task.reference, task.model).speed
         found = search(
