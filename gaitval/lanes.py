@@ -159,8 +159,8 @@ def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
 
-def _of_one(name: str) -> Any:
-    """A function of one number or vector that LLVM has an instruction for.
+def _instruction(kind: Any, name: str, count: int) -> Any:
+    """The lowering of a function of `count` numbers of a `kind` that LLVM has an instruction for.
 
     Parameters
     ----------
@@ -168,21 +168,25 @@ def _of_one(name: str) -> Any:
         result IEEE 754 fixes are used: LLVM's sine may call a library, and would differ.
     """
 
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        # The declaration is per module of LLVM, and functions of both kinds may be in one module.
+        vector = _VECTOR if kind is LANES else _DOUBLE
+        function = cgutils.get_or_insert_function(
+            builder.module,
+            ir.FunctionType(vector, [vector] * count),
+            f"llvm.{name}." + ("v8f64" if kind is LANES else "f64"),
+        )
+        return builder.call(function, args)
+
+    return lower
+
+
+def _of_one(name: str) -> Any:
+    """LLVM's instruction `name` of one number or vector."""
+
     def typed(typingctx: Any, x: Any) -> Any:
         kind = LANES if isinstance(x, _Lanes) else types.float64
-
-        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            # The declaration is per module of LLVM, and functions of both kinds may be in one
-            # module.
-            vector = _VECTOR if kind is LANES else _DOUBLE
-            function = cgutils.get_or_insert_function(
-                builder.module,
-                ir.FunctionType(vector, [vector]),
-                f"llvm.{name}." + ("v8f64" if kind is LANES else "f64"),
-            )
-            return builder.call(function, args)
-
-        return signature(kind, kind), lower
+        return signature(kind, kind), _instruction(kind, name, 1)
 
     return _instructions(typed)
 
@@ -192,6 +196,19 @@ floor = _of_one("floor")
 # The nearest whole number, as a double; halves are rounded to the even one.
 nearest = _of_one("nearbyint")
 magnitude = _of_one("fabs")
+
+
+@_instructions
+def fused(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
+    """x y + z, rounded once; as fast as a product where the processor has the instruction.
+
+    Parameters
+    ----------
+    typingctx : numba's; the caller does not pass it.
+    x, y, z : all doubles or all lanes.
+    """
+    kind = LANES if isinstance(x, _Lanes) else types.float64
+    return signature(kind, kind, kind, kind), _instruction(kind, "fma", 3)
 
 
 @_instructions
@@ -515,6 +532,14 @@ def exponential(x: Any) -> Any:
     p = 1 / 2 + r * (1 / 6 + r * p)
     p = 1.0 + r * (1.0 + r * p)
     return p * power_of_two(n)
+
+
+@njit_borrowing
+def remainder(x: Any, divisor: float) -> Any:
+    """`x` modulo a positive `divisor`, lane by lane, as Python has it: 0 to less than `divisor`."""
+    for i in range(width(x)):
+        x = with_lane(x, i, lane(x, i) % divisor)
+    return x
 
 
 @njit_borrowing

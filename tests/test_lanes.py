@@ -9,8 +9,10 @@ from gaitval.lanes import (
     everywhere,
     exponential,
     floor,
+    fused,
     in_lanes,
     magnitude,
+    remainder,
     sine_cosine,
     sqrt,
     where,
@@ -21,7 +23,7 @@ RANDOM = np.random.default_rng(0)
 ANGLES = np.concatenate(
     [RANDOM.uniform(-4.0, 4.0, 4000), RANDOM.uniform(-1e3, 1e3, 3992), np.arange(-4, 4) * np.pi / 4]
 ).reshape(-1, 8)
-KINDS = 11
+KINDS = 13
 
 
 def results(x, y, out, i):
@@ -33,6 +35,7 @@ def results(x, y, out, i):
     out[i, 6], out[i, 7], out[i, 8] = x * y + x - y / x, -x, where(less, x, y)
     out[i, 9] = where(x >= y, 1.0, where(x == y, 2.0, 3.0))
     out[i, 10] = where(x != y, 1.0, 0.5) + where(x > 2.0, y, 1.0)
+    out[i, 11], out[i, 12] = fused(x, y, -x * y), remainder(x, 0.5)
 
 
 compiled = njit(results)
@@ -70,10 +73,20 @@ def test_a_lane_is_a_double_bit_for_bit(both):
     np.testing.assert_array_equal(*both)
 
 
+def test_a_fused_product_is_rounded_once(both):
+    """So x y less what it is rounded to is what the rounding took, exactly (Dekker 1971)."""
+    x, y = ANGLES, np.random.default_rng(1).permutation(ANGLES.ravel()).reshape(ANGLES.shape)
+    high = [value.astype(np.float32).astype(float) for value in (x, y)]
+    low = x - high[0], y - high[1]
+    lost = ((high[0] * high[1] - x * y) + high[0] * low[1] + low[0] * high[1]) + low[0] * low[1]
+    np.testing.assert_allclose(both[0][:, 11], lost, rtol=1e-6, atol=1e-25)
+    assert np.count_nonzero(lost) > 0.9 * lost.size
+
+
 @pytest.mark.parametrize(
     ("kind", "expected"),
-    [(0, np.sin(ANGLES)), (1, np.cos(ANGLES)), (2, np.exp(0.7 * ANGLES))],
-    ids=["sine", "cosine", "exponential"],
+    [(0, np.sin(ANGLES)), (1, np.cos(ANGLES)), (2, np.exp(0.7 * ANGLES)), (12, ANGLES % 0.5)],
+    ids=["sine", "cosine", "exponential", "remainder"],
 )
 def test_functions_are_right_to_the_last_place(both, kind, expected):
     """Two units in the last place. The reduction leaves an angle of up to 1e3 (637 quarter turns)

@@ -200,16 +200,20 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
             environment.walker.phase = phase
     stride = group.environments[0].task.reference.stride_time
     ends = np.array([round(t.planned_cycles() * stride / walker.action_seconds) for t in tried])
-    survived = np.ones(len(tried), dtype=bool)
-    while (survived & (done < ends)).any():
+    survived, last = np.ones(len(tried), dtype=bool), ends.max()
+    while done < last:
         # eight that were not pushed fall together
-        if survived.all() and first not in kept and group.phases.max() >= first:
+        if first not in kept and survived.all() and group.phases.max() >= first:
             kept[first] = done, [each.copy() for each in moving]
-        _, fallen, _ = group.step((policy.act(seen) - group.habit()).astype(np.float32), seen)
-        survived &= ~fallen[: len(tried)] | (done >= ends)
+        _, fallen, _ = group.step(policy.act(seen), seen)
+        if fallen.any():
+            survived &= ~fallen[: len(tried)] | (done >= ends)
+            last = ends.max(where=survived, initial=0)
+            for e in np.flatnonzero(
+                fallen
+            ).tolist():  # or it would be simulated lying on the ground
+                seen[e] = group.reset(e, seed=0, options=options[e])
         done += 1
-        for e in np.flatnonzero(fallen).tolist():  # or it would be simulated lying on the ground
-            seen[e] = group.reset(e, seed=0, options=options[e])
     return [bool(each) for each in survived]
 
 

@@ -100,8 +100,8 @@ def tree_arrays(model: BodyModel) -> Tree:
 
 
 @njit_borrowing
-def _enter_rotation(vector: Array, matrix: Array) -> None:
-    """Write the matrix (3, 3) of a rotation vector (3, …) into `matrix`, by Rodrigues' formula."""
+def enter_rotation(vector: Array, matrix: Array) -> None:
+    """Write the matrix (3, 3) of a rotation `vector` (3,) into `matrix`, by Rodrigues' formula."""
     x, y, z = vector[0], vector[1], vector[2]
     square = x * x + y * y + z * z
     angle = sqrt(square)
@@ -126,7 +126,7 @@ def _enter_rotation(vector: Array, matrix: Array) -> None:
 def rotation_matrix(vector: Array) -> Array:
     """Rotation matrix (3, 3) of a rotation vector (3,), `vector`."""
     matrix = np.empty((3, 3))
-    _enter_rotation(vector, matrix)
+    enter_rotation(vector, matrix)
     return matrix
 
 
@@ -209,7 +209,7 @@ def forward(
     axes : (31, 3) out, axis of every actuated coordinate, world; the root's rows are left.
     segments : number of segments, counted from the pelvis (9 are pelvis and legs).
     """
-    _enter_rotation(q, rotation[0])
+    enter_rotation(q, rotation[0])
     origin[0, 0], origin[0, 1], origin[0, 2] = q[3], q[4], q[5]
     for s in range(1, segments):
         p = PARENT[s]
@@ -323,8 +323,29 @@ def _cross(a: Array, b: Array, out: Array) -> None:
     out[2] += a[0] * b[1] - a[1] * b[0]
 
 
-@njit
-def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
+class MotionWorkspace(NamedTuple):
+    """Arrays that `whole_body_motion` works in: of every segment (14, 3) its place and velocity,
+    and of the body an arm and an angular momentum (3,), an inertia, one segment's, and the
+    adjugate (3, 3).
+    """
+
+    place: Array
+    velocity: Array
+    arm: Array
+    momentum: Array
+    inertia: Array
+    turned: Array
+    adjugate: Array
+
+
+def motion_workspace() -> MotionWorkspace:
+    """Arrays to be overwritten."""
+    sizes = (SEGMENT_COUNT, 3), (SEGMENT_COUNT, 3), 3, 3, (3, 3), (3, 3), (3, 3)
+    return MotionWorkspace(*(np.zeros(size) for size in sizes))
+
+
+@njit_borrowing
+def whole_body_motion(tree: Tree, frames: Frames, out: Array, work: MotionWorkspace) -> None:
     """Motion of the whole body as if it were rigid.
 
     Parameters
@@ -332,19 +353,24 @@ def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
     tree, frames : the body, and poses and velocities of all its segments.
     out : (3, 3) out, rows: centre of mass m, its velocity m/s, and the angular velocity rad/s with
         which a rigid body of the same inertia about it has the same angular momentum; world.
+    work : overwritten.
     """
-    mass, total = tree.mass, tree.mass.sum()
-    place, velocity = frames.origin.copy(), frames.linear.copy()
-    arm, moment, inertia = np.empty(3), np.zeros(3), np.zeros((3, 3))
-    turned = np.empty((3, 3))
+    mass, place, velocity, arm = tree.mass, work.place, work.velocity, work.arm
+    momentum, inertia, turned, adjugate = work.momentum, work.inertia, work.turned, work.adjugate
     com, com_velocity, angular = out[0], out[1], out[2]
-    com[:] = 0.0
-    com_velocity[:] = 0.0
+    total = mass[0]
+    for s in range(1, mass.shape[0]):
+        total += mass[s]
+    for i in range(3):
+        com[i] = com_velocity[i] = angular[i] = momentum[i] = 0.0
+        for j in range(3):
+            inertia[i, j] = adjugate[i, j] = 0.0
     for s in range(mass.shape[0]):
         r, c = frames.rotation[s], tree.centre_of_mass[s]
         for i in range(3):
             arm[i] = r[i, 0] * c[0] + r[i, 1] * c[1] + r[i, 2] * c[2]
-            place[s, i] += arm[i]
+            place[s, i] = frames.origin[s, i] + arm[i]
+            velocity[s, i] = frames.linear[s, i]
         _cross(frames.angular[s], arm, velocity[s])
         for i in range(3):
             com[i] += mass[s] / total * place[s, i]
@@ -356,24 +382,25 @@ def whole_body_motion(tree: Tree, frames: Frames, out: Array) -> None:
         for i in range(3):
             place[s, i] -= com[i]
             velocity[s, i] = mass[s] * (velocity[s, i] - com_velocity[i])
-        _cross(place[s], velocity[s], moment)
-        square = place[s, 0] ** 2 + place[s, 1] ** 2 + place[s, 2] ** 2
+        _cross(place[s], velocity[s], momentum)
+        x, y, z = place[s, 0], place[s, 1], place[s, 2]
+        square = x * x + y * y + z * z
         for i in range(3):
             inertia[i, i] += mass[s] * square
             for j in range(3):
-                moment[i] += turned[i, j] * frames.angular[s, j]
+                momentum[i] += turned[i, j] * frames.angular[s, j]
                 inertia[i, j] += turned[i, j] - mass[s] * place[s, i] * place[s, j]
     # I⁻¹ L by Cramer's rule: the columns of the adjugate are cross products of the rows of I.
-    adjugate = np.zeros((3, 3))
     for i in range(3):
         _cross(inertia[(i + 1) % 3], inertia[(i + 2) % 3], adjugate[i])
-    determinant = 0.0
+    determinant = (
+        inertia[0, 0] * adjugate[0, 0]
+        + inertia[0, 1] * adjugate[0, 1]
+        + inertia[0, 2] * adjugate[0, 2]
+    )
     for i in range(3):
-        determinant += inertia[0, i] * adjugate[0, i]
-    for i in range(3):
-        angular[i] = 0.0
         for j in range(3):
-            angular[i] += adjugate[j, i] * moment[j] / determinant
+            angular[i] += adjugate[j, i] * momentum[j] / determinant
 
 
 def segment_frames(model: BodyModel, positions: Array) -> Array:

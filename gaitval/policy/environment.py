@@ -26,6 +26,7 @@ from gaitval.policy.observation import (
     MIRROR_SIGNS,
     OBSERVATION_SIZES,
     is_mirrored,
+    measure_workspace,
     targets_of,
 )
 from gaitval.policy.reward import reward_numbers
@@ -111,6 +112,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.episode = episode_arrays(self.constants) if arrays is None else arrays[1]
         self.difficulty = 1.0
         self.tolerance_share = 1.0
+        self._work = measure_workspace()
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror
         size = OBSERVATION_SIZES[self.constants.observation]
@@ -140,6 +142,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self._push: tuple[float, float, float] | None = None
         self._pushed_again = False
         self._push_left = 0.0
+        self._pushing = False
+        """Whether the last action was in a push."""
         self.start_phase = 0.0
         self.lift = 0.0
         self._habit: Array | None = None
@@ -204,7 +208,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.start_phase = phase
         self._steps = 0
         self._push_left = 0.0
-        self.episode.root_force[:] = 0.0
+        self.episode.root_force[:], self._pushing = 0.0, False
         # No action has been simulated yet, so the observation has the reference's ground reaction.
         ground = self.walker.mean_ground_reaction.reshape(6)
         read_row(self.yardstick.targets.ground_reaction, phase, ground)
@@ -282,7 +286,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         reward, fell = judge(
             walker.tree, self.yardstick, walker.state, walker.phase, self._pace(), self.lift,
             self.tolerance_share, walker.mean_ground_reaction, walker.mean_moments,
-            walker.mean_square_moments, self.episode,
+            walker.mean_square_moments, self.episode, self._work,
         )  # fmt: skip
         return float(reward), bool(fell)
 
@@ -290,13 +294,15 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         """Set the force of a push on the pelvis, N in world axes, for the next action; 0 outside a
         push.
         """
-        self.episode.root_force[:] = 0.0
+        if self._pushing:
+            self.episode.root_force[:], self._pushing = 0.0, False
         if self._push is None:
             return
         start, force, direction = self._push
         if self._push_left == 0.0 and self.walker.phase >= start:
             self._push_left = self.constants.push_seconds
         if self._push_left > 0.0:
+            self._pushing = True
             # Force x time is exact whatever the duration of an action.
             share = min(1.0, self._push_left / self.walker.action_seconds)
             # Elements 0 to 2 are the moment; x is forward and y left, so the direction counts

@@ -1,14 +1,22 @@
 """Entering an action of the policy, and reward and fall from its outcome, compiled.
 
-`WalkingEnvironment` calls this for itself, `WalkingGroup` for eight environments in one call.
+`WalkingEnvironment` calls this for itself, `WalkingGroup` for eight environments in lanes.
 """
 
 from typing import Any, NamedTuple
 
 from gaitval.arrays import Array
-from gaitval.compiled import njit, njit_borrowing
+from gaitval.compiled import njit_borrowing
+from gaitval.lanes import where
 from gaitval.model.tree import ACTUATED_COUNT, Tree
-from gaitval.policy.observation import ACTION_ORDER, ACTION_SIGNS, Targets, measure
+from gaitval.policy.observation import (
+    ACTION_ORDER,
+    ACTION_SIGNS,
+    MeasureWorkspace,
+    Targets,
+    diverged,
+    measure,
+)
 from gaitval.policy.reward import weighted_reward
 
 
@@ -58,7 +66,7 @@ class EpisodeArrays(NamedTuple):
     root_force: Array
 
 
-@njit
+@njit_borrowing
 def take_action(
     asked: Any, limit: float, shares: Array, mirrored: bool, action: Array, before: Array
 ) -> None:
@@ -84,14 +92,53 @@ def take_action(
 
 
 @njit_borrowing
-def _mean_square_change(action: Array, before: Array) -> float:
-    total = 0.0
+def _mean_square_change(action: Array, before: Array) -> Any:
+    total: Any = 0.0
     for i in range(26):
         total += (action[i] - before[i]) * (action[i] - before[i])
     return total / 26.0
 
 
-@njit
+@njit_borrowing
+def judged(
+    tree: Tree,
+    yardstick: Yardstick,
+    state: Array,
+    phase: Any,
+    pace: Any,
+    lift: Any,
+    tolerance_share: float,
+    ground: Array,
+    moments: Array,
+    squares: Array,
+    episode: EpisodeArrays,
+    work: MeasureWorkspace,
+) -> Any:
+    """As `judge`, of one walker whose `state` has not `diverged`, or of eight in lanes; whether it
+    has fallen is a number, 1 or 0.
+    """
+    change = _mean_square_change(episode.action, episode.before)
+    measure(
+        tree, yardstick.targets, state, phase, pace, lift, yardstick.half_action, yardstick.mass,
+        yardstick.weight, ground, moments, episode.action, change, episode.parameters,
+        yardstick.extended, yardstick.mirrors, episode.observation, episode.errors, work,
+    )  # fmt: skip
+    errors, effort = episode.errors, 0.0
+    for i in range(ACTUATED_COUNT):
+        effort += squares[i]
+    # Moments squared, so mass squared: the cost is of Nm/kg and does not depend on a person's size.
+    effort /= yardstick.mass * yardstick.mass
+    reward = weighted_reward(yardstick.weights, yardstick.sharpness, errors, effort, episode.terms)
+    fell: Any = 0.0
+    for i in range(3):
+        # Elements 9 to 11 are height, rotation and drift, in the order of the tolerances. A NaN is
+        # not smaller than anything, and so counts as a fall.
+        within = errors[9 + i] < tolerance_share * yardstick.tolerances[i]
+        fell = where(within, fell, 1.0)
+    return reward, fell
+
+
+@njit_borrowing
 def judge(
     tree: Tree,
     yardstick: Yardstick,
@@ -104,6 +151,7 @@ def judge(
     moments: Array,
     squares: Array,
     episode: EpisodeArrays,
+    work: MeasureWorkspace,
 ) -> tuple[float, bool]:
     """Reward of the last action, and whether the walker has fallen; fills observation, errors and
     terms of `episode`. If the simulation has diverged, that is a fall, and the observation is not
@@ -121,44 +169,18 @@ def judge(
     ground, moments, squares : (2, 3) N, (25,) Nm, (25,) Nm², means over the action, see
         `WalkerArrays`.
     episode : its last actions and parameters are read.
+    work : overwritten.
 
     Returns
     -------
     Reward of the action, and whether the pelvis is outside a tolerance (a fall).
     """
-    errors, terms = episode.errors, episode.terms
-    sound = measure(
-        tree,
-        yardstick.targets,
-        state,
-        phase,
-        pace,
-        lift,
-        yardstick.half_action,
-        yardstick.mass,
-        yardstick.weight,
-        ground,
-        moments,
-        episode.action,
-        _mean_square_change(episode.action, episode.before),
-        episode.parameters,
-        yardstick.extended,
-        yardstick.mirrors,
-        episode.observation,
-        errors,
-    )
-    if not sound:
-        terms[:] = 0.0
+    if diverged(state) > 0.0:
+        for i in range(episode.terms.shape[0]):
+            episode.terms[i] = 0.0
         return 0.0, True
-    effort = 0.0
-    for i in range(ACTUATED_COUNT):
-        effort += squares[i]
-    # Moments squared, so mass squared: the cost is of Nm/kg and does not depend on a person's size.
-    effort /= yardstick.mass * yardstick.mass
-    reward = weighted_reward(yardstick.weights, yardstick.sharpness, errors, effort, terms)
-    within = True
-    for i in range(3):
-        # Elements 9 to 11 are height, rotation and drift, in the order of the tolerances. A NaN
-        # compares as false, and so counts as a fall.
-        within = within and errors[9 + i] < tolerance_share * yardstick.tolerances[i]
-    return reward, not within
+    reward, fell = judged(
+        tree, yardstick, state, phase, pace, lift, tolerance_share, ground, moments, squares,
+        episode, work,
+    )  # fmt: skip
+    return reward, fell > 0.0

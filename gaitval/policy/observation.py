@@ -21,25 +21,29 @@ mirror image in the sagittal plane. World axes, rad, m and s:
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gaitval.arrays import Array, Index
-from gaitval.compiled import njit, njit_borrowing
+from gaitval.compiled import njit_borrowing
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, mirrored
+from gaitval.lanes import floor, fused, magnitude, remainder, sine_cosine, sqrt, where
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
     ACTUATED_COUNT,
     COORDINATE_COUNT,
     SEGMENT_COUNT,
+    Frames,
+    MotionWorkspace,
     Tree,
     empty_frames,
+    enter_rotation,
+    enter_rotation_vector,
     forward,
-    rotation_matrix,
-    rotation_vector,
+    motion_workspace,
     velocities,
     whole_body_motion,
 )
@@ -124,7 +128,7 @@ ACTION_SIGNS = MIRROR_SIGNS[-ACTION_COUNT:]
 """An action's mirror image is `ACTION_SIGNS * action[ACTION_ORDER]`, an observation's likewise."""
 
 
-@njit
+@njit_borrowing
 def is_mirrored(phase: float) -> bool:
     """Whether it is the left leg's half of the cycle, from a quarter before its heel strike.
 
@@ -189,36 +193,82 @@ def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
     )
 
 
+class MeasureWorkspace(NamedTuple):
+    """Arrays that `measure` works in: what moves, the whole body (3, 3), of the reference the
+    coordinates and their rates (31,), centre of mass (3,), end effectors (12,), ground reaction
+    (6,) and moments (25,), its pelvis and the rotation from it (3, 3), and the differences from it:
+    of the pelvis (3,), joints and their rates (25,) and end effectors (12,).
+    """
+
+    frames: Frames
+    whole: MotionWorkspace
+    motion: Array
+    positions: Array
+    velocities: Array
+    centre_of_mass: Array
+    end_effectors: Array
+    ground_reaction: Array
+    moments: Array
+    pelvis: Array
+    rotation: Array
+    turn: Array
+    joint: Array
+    joint_rate: Array
+    effector: Array
+
+
+def measure_workspace() -> MeasureWorkspace:
+    """Arrays to be overwritten."""
+    sizes = (
+        (3, 3), COORDINATE_COUNT, COORDINATE_COUNT, 3, 3 * EFFECTOR_COUNT, 6, ACTUATED_COUNT,
+        (3, 3), (3, 3), 3, ACTUATED_COUNT, ACTUATED_COUNT, 3 * EFFECTOR_COUNT,
+    )  # fmt: skip
+    arrays = (np.zeros(size) for size in sizes)
+    return MeasureWorkspace(empty_frames(), motion_workspace(), *arrays)
+
+
 @njit_borrowing
-def _square(values: Array) -> float:
-    total = 0.0
-    for i in range(values.shape[0]):
+def diverged(state: Array) -> Any:
+    """1 if a `state` (2, 31) is of no movement any more, otherwise 0; of lanes, in each."""
+    found: Any = 0.0
+    for i in range(2):
+        for d in range(COORDINATE_COUNT):
+            # A NaN is not smaller than anything, and so counts as diverged.
+            found = where(magnitude(state[i, d]) < _LARGEST_STATE, found, 1.0)
+    return found
+
+
+@njit_borrowing
+def _square(values: Array) -> Any:
+    total = values[0] * values[0]
+    for i in range(1, values.shape[0]):
         total += values[i] * values[i]
     return total
 
 
-@njit
+@njit_borrowing
 def measure(
     tree: Tree,
     targets: Targets,
     state: Array,
-    phase: float,
-    pace: float,
-    lift: float,
-    half_action: float,
-    mass: float,
-    weight: float,
+    phase: Any,
+    pace: Any,
+    lift: Any,
+    half_action: Any,
+    mass: Any,
+    weight: Any,
     ground: Array,
     moments: Array,
     action: Array,
-    action_change: float,
+    action_change: Any,
     parameters: Array,
     extended: bool,
     half_cycle: bool,
     observation: Array,
     errors: Array,
-) -> bool:
-    """Observation and squared errors of one state.
+    work: MeasureWorkspace,
+) -> None:
+    """Observation and squared errors of one state, or of eight in lanes.
 
     It is long because both use the same differences from the reference and it runs at every action:
     two functions would have to pass twelve arrays.
@@ -227,7 +277,7 @@ def measure(
     ----------
     tree : the body.
     targets : of the reference, see `targets_of`.
-    state : (2, 31) coordinates and velocities, rad, m and per s.
+    state : (2, 31) coordinates and velocities, rad, m and per s, that have not `diverged`.
     phase : of the right gait cycle, counting on over cycles.
     pace : of the last action.
     lift : m, added to the reference's heights for the leg length of the body.
@@ -245,43 +295,44 @@ def measure(
     observation : (71,) or (126,) out.
     errors : (12,) out: squared errors of the first nine `REWARD_TERMS`, then height m, rotation rad
         and drift m of the pelvis, for termination.
-
-    Returns
-    -------
-    False, and both arrays unchanged, if the simulation has diverged.
+    work : overwritten.
     """
-    for i in range(2):
-        for d in range(COORDINATE_COUNT):
-            # Written with `not`, so that a NaN counts as diverged too.
-            if not abs(state[i, d]) < _LARGEST_STATE:
-                return False
-    q, qd = state[0], state[1]
-    frames, motion = empty_frames(), np.empty((3, 3))
+    q, qd, frames, motion = state[0], state[1], work.frames, work.motion
     forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT)
     velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, SEGMENT_COUNT)
-    whole_body_motion(tree, frames, motion)
+    whole_body_motion(tree, frames, motion, work.whole)
 
-    q_ref, qd_ref = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
-    com_ref, grf_ref, moment_ref = np.empty(3), np.empty(6), np.empty(ACTUATED_COUNT)
-    ee_ref, effector = np.empty(3 * EFFECTOR_COUNT), np.empty(3 * EFFECTOR_COUNT)
+    q_ref, qd_ref, com_ref, ee_ref = (
+        work.positions, work.velocities, work.centre_of_mass, work.end_effectors
+    )  # fmt: skip
     read_table(targets.positions, phase, q_ref)
     read_table(targets.velocities, phase, qd_ref)
     read_table(targets.centre_of_mass, phase, com_ref)
     read_table(targets.end_effectors, phase, ee_ref)
-    for i in range(COORDINATE_COUNT):
-        # Chain rule: at another pace the same motion takes place in 1 / pace of the time.
-        qd_ref[i] *= pace
     travel = targets.stride_length * phase
     q_ref[3] += travel
     q_ref[5] += lift
     com_ref[0] += travel
     com_ref[2] += lift
+    for i in range(COORDINATE_COUNT):
+        # Chain rule: at another pace the same motion takes place in 1 / pace of the time.
+        qd_ref[i] *= pace
 
     # The rotation that takes the reference's pelvis to the walker's, as a vector in world axes: its
     # length is the angle between them. A difference of the coordinates would not be an angle.
-    turn = rotation_vector(frames.rotation[0] @ rotation_matrix(q_ref).T)
-    joint = q[6:] - q_ref[6:]
-    joint_rate = qd[6:] - qd_ref[6:]
+    wanted, rotation, turn = work.pelvis, work.rotation, work.turn
+    enter_rotation(q_ref, wanted)
+    for i in range(3):
+        for j in range(3):
+            # As a library's product of matrices rounds.
+            first = frames.rotation[0, i, 0] * wanted[j, 0]
+            two = fused(frames.rotation[0, i, 1], wanted[j, 1], first)
+            rotation[i, j] = fused(frames.rotation[0, i, 2], wanted[j, 2], two)
+    enter_rotation_vector(rotation, turn)
+    joint, joint_rate, effector = work.joint, work.joint_rate, work.effector
+    for i in range(ACTUATED_COUNT):
+        joint[i] = q[6 + i] - q_ref[6 + i]
+        joint_rate[i] = qd[6 + i] - qd_ref[6 + i]
     for e in range(EFFECTOR_COUNT):
         for i in range(3):
             effector[3 * e + i] = frames.origin[_EFFECTORS[e], i] - ee_ref[3 * e + i]
@@ -289,58 +340,62 @@ def measure(
         effector[3 * e] -= travel + q[3] - q_ref[3]
         effector[3 * e + 1] -= q[4] - q_ref[4]
     # Forces and moments are means over the action that has just ended, which lie in its middle.
-    middle = phase - pace * half_action
+    middle, grf_ref, moment_ref = phase - pace * half_action, work.ground_reaction, work.moments
     read_table(targets.ground_reaction, middle, grf_ref)
     read_table(targets.moments, middle, moment_ref)
 
     errors[0] = _square(joint)
     errors[1] = _square(joint_rate)
-    errors[2] = _square(motion[0] - com_ref)
+    for i in range(3):
+        com_ref[i] = motion[0, i] - com_ref[i]
+    errors[2] = _square(com_ref)
     errors[3] = _square(turn)
     errors[4] = _square(effector)
-    errors[5] = 0.0
     for i in range(6):
         # Body weights here, Nm/kg below: the reward does not depend on a person's size.
-        errors[5] += (_FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] / weight - grf_ref[i])) ** 2
+        grf_ref[i] = _FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] / weight - grf_ref[i])
+    errors[5] = _square(grf_ref)
     errors[6] = 0.0
     for i in range(ACTUATED_COUNT):
-        errors[6] += targets.has_moment[i] * (moments[i] / mass - moment_ref[i]) ** 2
-    errors[7] = (pace - 1.0) ** 2
+        off = moments[i] / mass - moment_ref[i]
+        errors[6] += targets.has_moment[i] * (off * off)
+    errors[7] = (pace - 1.0) * (pace - 1.0)
     errors[8] = action_change
-    errors[9] = abs(q[5] - q_ref[5])
-    errors[10] = np.sqrt(errors[3])
-    errors[11] = np.sqrt((q[3] - q_ref[3]) ** 2 + (q[4] - q_ref[4]) ** 2)
+    forward_drift, left_drift = q[3] - q_ref[3], q[4] - q_ref[4]
+    errors[9] = magnitude(q[5] - q_ref[5])
+    errors[10] = sqrt(errors[3])
+    errors[11] = sqrt(forward_drift * forward_drift + left_drift * left_drift)
 
-    if extended:
+    for i in range(ACTUATED_COUNT):
         # Relative to the reference, so that the same numbers mean the same for every person; the
         # paper's observation has the coordinates themselves.
-        observation[0:ACTUATED_COUNT] = joint
-        observation[ACTUATED_COUNT : 2 * ACTUATED_COUNT] = _VELOCITY_SCALE * joint_rate
-    else:
-        observation[0:ACTUATED_COUNT] = q[6:]
-        observation[ACTUATED_COUNT : 2 * ACTUATED_COUNT] = qd[6:]
-    observation[50:53] = motion[1]
-    observation[53:56] = motion[2]
-    seen = phase - np.floor(phase)
+        observation[i] = joint[i] if extended else q[6 + i]
+        rate = _VELOCITY_SCALE * joint_rate[i] if extended else qd[6 + i]
+        observation[ACTUATED_COUNT + i] = rate
+    for i in range(3):
+        observation[50 + i] = motion[1, i]
+        observation[53 + i] = motion[2, i]
     # The phase says which leg is which even if the policy sees half cycles, because a person's two
     # sides are not the same.
+    seen = phase - floor(phase)
     observation[56] = seen
+    for i in range(parameters.shape[0]):
+        observation[57 + i] = parameters[i]  # PARAMETERS_OBSERVED
+    if not extended:
+        return
     if half_cycle:
-        seen = (seen + MIRROR_FROM) % 0.5
-    observation[57:71] = parameters  # PARAMETERS_OBSERVED
-    if extended:
-        angle = 2.0 * np.pi * seen
-        observation[71] = np.sin(angle)
-        observation[72] = np.cos(angle)
-        observation[73] = np.sin(2.0 * angle)
-        observation[74] = np.cos(2.0 * angle)
-        observation[75:78] = turn
-        observation[78:81] = q[3:6] - q_ref[3:6]
-        observation[81:84] = qd[0:3] - qd_ref[0:3]
-        observation[84:87] = qd[3:6] - qd_ref[3:6]
-        observation[87:93] = effector[0:6]
-        for i in range(6):
-            observation[93 + i] = ground[i // 3, i % 3] / weight
-        observation[99] = targets.speed
-        observation[100:126] = action
-    return True
+        seen = remainder(seen + MIRROR_FROM, 0.5)
+    angle = 2.0 * np.pi * seen
+    observation[71], observation[72] = sine_cosine(angle)
+    observation[73], observation[74] = sine_cosine(2.0 * angle)
+    for i in range(3):
+        observation[75 + i] = turn[i]
+        observation[78 + i] = q[3 + i] - q_ref[3 + i]
+        observation[81 + i] = qd[i] - qd_ref[i]
+        observation[84 + i] = qd[3 + i] - qd_ref[3 + i]
+    for i in range(6):
+        observation[87 + i] = effector[i]
+        observation[93 + i] = ground[i // 3, i % 3] / weight
+    observation[99] = targets.speed
+    for i in range(action.shape[0]):
+        observation[100 + i] = action[i]

@@ -3,11 +3,14 @@
 As in the paper (section III-A, equations 1 and 2) with the decisions of docs/decisions.md.
 """
 
+from typing import Any
+
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing
 from gaitval.configuration import RewardSettings
+from gaitval.lanes import exponential
 
 REWARD_TERMS = (
     "joint_positions",
@@ -25,9 +28,9 @@ REWARD_TERMS = (
 
 @njit_borrowing
 def weighted_reward(
-    weights: Array, sharpness: Array, errors: Array, effort: float, terms: Array
-) -> float:
-    """Reward of a step, and its terms.
+    weights: Array, sharpness: Array, errors: Array, effort: Any, terms: Array
+) -> Any:
+    """Reward of a step, and its terms; of one walker, or of eight in lanes.
 
     The first nine terms are weight / (sum of the first nine weights) x exp(-sharpness x squared
     error), which add up to 1 for a walker exactly on the reference; the last is the torque cost.
@@ -44,16 +47,17 @@ def weighted_reward(
     -------
     The sum of the terms.
     """
-    total, reward = 0.0, 0.0
+    total: Any = 0.0
     for i in range(9):
         total += weights[i]
+    reward: Any = 0.0
     for i in range(9):
         # A kernel is between 0 and 1, so that no single error, however large, can outweigh the
         # others or make falling early worth its while.
-        terms[i] = weights[i] / total * np.exp(-sharpness[i] * errors[i])
+        terms[i] = weights[i] / total * exponential(-sharpness[i] * errors[i])
         reward += terms[i]
     terms[9] = -weights[9] / total * effort
-    return float(reward + terms[9])
+    return reward + terms[9]
 
 
 def reward_numbers(reward: RewardSettings) -> tuple[Array, Array]:

@@ -73,11 +73,16 @@ class Policy:
         t = self.tensors
         # The same normalisation, in the same precision, as the learner's: otherwise the actor would
         # see other numbers than it was trained on. 1e-8 is VecNormalize's.
-        x = (observation - t["observation_mean"]) / np.sqrt(t["observation_variance"] + 1e-8)
+        x = observation - t["observation_mean"]
+        x /= np.sqrt(t["observation_variance"] + 1e-8)
         # np.clip of so few numbers takes five times as long.
-        x = np.minimum(np.maximum(x, -OBSERVATION_CLIP), OBSERVATION_CLIP).astype(np.float32)
+        np.maximum(x, -OBSERVATION_CLIP, out=x)
+        np.minimum(x, OBSERVATION_CLIP, out=x)
+        x = x.astype(np.float32)
         for weight, bias in (NETWORK[0:2], NETWORK[2:4]):
-            x = np.tanh(x @ t[weight].T + t[bias])
+            x = x @ t[weight].T
+            x += t[bias]
+            np.tanh(x, out=x)
         return np.asarray(x @ t[NETWORK[4]].T + t[NETWORK[5]], dtype=np.float32)
 
 

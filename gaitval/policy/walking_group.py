@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.arrays import Array, Index
-from gaitval.compiled import njit
-from gaitval.lanes import WIDTH
-from gaitval.model.tree import ACTUATED_COUNT, Tree
+from gaitval.arrays import Array, Index, aligned
+from gaitval.compiled import njit, njit_borrowing
+from gaitval.lanes import WIDTH, in_lanes, with_lanes
+from gaitval.model.tree import ACTUATED_COUNT
 from gaitval.policy.environment import (
     HABIT_PHASES,
     Act,
@@ -22,40 +22,55 @@ from gaitval.policy.environment import (
     action_size,
     episode_arrays,
 )
-from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
-from gaitval.policy.observation import MIRROR_ORDER, MIRROR_SIGNS, Targets, is_mirrored
+from gaitval.policy.judgement import EpisodeArrays, Yardstick, judged, take_action
+from gaitval.policy.observation import (
+    MIRROR_ORDER,
+    MIRROR_SIGNS,
+    MeasureWorkspace,
+    Targets,
+    diverged,
+    is_mirrored,
+    measure_workspace,
+)
 from gaitval.simulation.physics_steps import Account, Workspace
 from gaitval.simulation.side_by_side import LaneArrays, LaneBodies, SideBySide, advance_lanes
+from gaitval.simulation.tables import LaneTables
 from gaitval.simulation.walker import WalkerArrays, WalkingTask, walker_arrays
 
 Pairs = tuple[tuple[Array, Array], ...]
 
 
 class GroupArrays(NamedTuple):
-    """What an action of the group works with, one row an environment.
+    """What an action of the group works with, one row an environment or one lane a walker.
 
     Attributes
     ----------
     walkers, episodes : the environments' own arrays.
-    trees : (8, …) the walkers' bodies; the spheres' segments are common.
-    yardsticks : (tasks, …) of every task, and `which` (8,) an environment has.
+    yardstick : of each; its numbers and arrays have a last axis of eight, its tables are
+        `LaneTables`.
+    judged : `EpisodeArrays` in lanes, and `outcome` (3, 8) reward of the action, whether it fell,
+        whether it diverged.
+    work : what `judged` is computed in, in lanes.
     shares : (8, 26) as in `take_action`.
-    phase, pace : (8, 1).
+    phase, pace, lift : (8, 1); lift in m, `lane_lift` (1, 8) its copy.
     next_offset : (8, 25) rad.
-    lift : (8,) m.
+    habits : (8, 100, A) action bias of each hundredth of the cycle, which is subtracted.
     rewards, fell : (8,) of the action.
     """
 
     walkers: WalkerArrays
     episodes: EpisodeArrays
-    trees: Tree
-    yardsticks: Yardstick
-    which: Index
+    yardstick: Yardstick
+    judged: EpisodeArrays
+    outcome: Array
+    work: MeasureWorkspace
     shares: Array
     phase: Array
     pace: Array
-    next_offset: Array
     lift: Array
+    lane_lift: Array
+    next_offset: Array
+    habits: Array
     rewards: Array
     fell: NDArray[np.bool_]
 
@@ -71,7 +86,7 @@ class GroupSettings(NamedTuple):
     tolerance_share: float
 
 
-@njit
+@njit_borrowing
 def act_together(
     asked: NDArray[np.float32],
     settings: GroupSettings,
@@ -86,12 +101,12 @@ def act_together(
 ) -> None:
     """One action of the first environments of the group; see `WalkingEnvironment.step`.
 
-    It is long because the eight rows and the eight lanes are views of what single environments work
-    in, and are made here.
+    It is long because rows and lanes are views of what single environments work in, and are made
+    here.
 
     Parameters
     ----------
-    asked : (environments, 25 or 26) of the policy.
+    asked : (environments, 25 or 26) of the policy; the habits are subtracted.
     settings : limits and scales of an action.
     group : what the environments work with; rewards, falls and episodes are filled.
     inward, outward : pairs of rows (8, n) and lanes (n, 8) that hold the same before and after the
@@ -101,15 +116,16 @@ def act_together(
     work : arrays to work in.
     seen : (environments, size) out, the observations as the policy gets them.
     """
-    episodes, walkers, trees = group.episodes, group.walkers, group.trees
-    yards: Any = group.yardsticks  # its numbers are arrays here
-    targets, mirrors = yards.targets, yards.mirrors
+    episodes, yards = group.episodes, group.yardstick
     count = asked.shape[0]
     for e in range(count):
-        action = episodes.action[e]
-        # An action is mirrored if the observation that led to it was: this phase is still that of
-        # before.
-        mirrored = mirrors and is_mirrored(group.phase[e, 0])
+        # This phase is still that of the observation that led to the action, which is mirrored if
+        # that was.
+        action, phase = episodes.action[e], group.phase[e, 0]
+        mirrored = yards.mirrors and is_mirrored(phase)
+        habit = group.habits[e, int(phase % 1.0 * group.habits.shape[1])]
+        for i in range(asked.shape[1]):
+            asked[e, i] -= habit[i]
         take_action(
             asked[e], settings.action_limit, group.shares[e], mirrored, action, episodes.before[e]
         )
@@ -124,41 +140,44 @@ def act_together(
             for e in range(count):
                 columns[i, e] = rows[e, i]
     advance_lanes(bodies, lanes, account, work)
+    state, judged_lanes = in_lanes(lanes.walkers.state), in_lanes(group.judged)
+    targets = yards.targets
+    reward, fell = judged(
+        in_lanes(bodies.tree),
+        Yardstick(
+            Targets(
+                targets.positions, targets.velocities, targets.centre_of_mass,
+                targets.end_effectors, targets.ground_reaction, targets.moments,
+                in_lanes(targets.has_moment), in_lanes(targets.stride_length)[0],
+                in_lanes(targets.speed)[0],
+            ),
+            in_lanes(yards.weights), in_lanes(yards.sharpness), in_lanes(yards.tolerances),
+            in_lanes(yards.half_action)[0], in_lanes(yards.mass)[0], in_lanes(yards.weight)[0],
+            yards.extended, yards.mirrors,
+        ),
+        state, in_lanes(lanes.phase)[0], in_lanes(lanes.pace)[0], in_lanes(group.lane_lift)[0],
+        settings.tolerance_share, in_lanes(lanes.walkers.ground), in_lanes(lanes.walkers.moments),
+        in_lanes(lanes.walkers.squares), judged_lanes, in_lanes(group.work),
+    )  # fmt: skip
+    outcome = in_lanes(group.outcome)
+    outcome[0], outcome[1], outcome[2] = reward, fell, diverged(state)
     for k in range(len(outward)):
         rows, columns = outward[k]
         for e in range(count):
             for i in range(rows.shape[1]):
                 rows[e, i] = columns[i, e]
     for e in range(count):
-        task = group.which[e]
-        # numba cannot index all members of a named tuple at once, so each array's row is taken by
-        # hand.
-        tree = Tree(
-            trees.joint_position[e], trees.mass[e], trees.centre_of_mass[e], trees.inertia[e],
-            trees.sphere_segment, trees.sphere_position[e], trees.sphere_radius[e],
-        )  # fmt: skip
-        yardstick = Yardstick(
-            Targets(
-                targets.positions[task], targets.velocities[task], targets.centre_of_mass[task],
-                targets.end_effectors[task], targets.ground_reaction[task], targets.moments[task],
-                targets.has_moment[task], targets.stride_length[task], targets.speed[task],
-            ),
-            yards.weights[task], yards.sharpness[task], yards.tolerances[task],
-            yards.half_action[task], yards.mass[task], yards.weight[task],
-            yards.extended, yards.mirrors,
-        )  # fmt: skip
-        episode = EpisodeArrays(
-            episodes.action[e], episodes.before[e], episodes.parameters[e], episodes.observation[e],
-            episodes.errors[e], episodes.terms[e], episodes.root_force[e],
-        )  # fmt: skip
-        phase = group.phase[e, 0]
-        group.rewards[e], group.fell[e] = judge(
-            tree, yardstick, walkers.state[e], phase, group.pace[e, 0], group.lift[e],
-            settings.tolerance_share, walkers.ground[e], walkers.moments[e], walkers.squares[e],
-            episode,
-        )  # fmt: skip
-        observation = episode.observation
-        mirrored = mirrors and is_mirrored(phase)
+        # As `judge` has it of a walker that has diverged.
+        lost = group.outcome[2, e] > 0.0
+        group.rewards[e] = 0.0 if lost else group.outcome[0, e]
+        group.fell[e] = lost or group.outcome[1, e] > 0.0
+        for i in range(episodes.terms.shape[1]):
+            episodes.terms[e, i] = 0.0 if lost else group.judged.terms[i, e]
+        observation = episodes.observation[e]
+        if not lost:
+            for i in range(observation.shape[0]):
+                observation[i] = group.judged.observation[i, e]
+        mirrored = yards.mirrors and is_mirrored(group.phase[e, 0])
         for i in range(seen.shape[1]):
             if mirrored:
                 seen[e, i] = MIRROR_SIGNS[i] * observation[MIRROR_ORDER[i]]
@@ -189,13 +208,25 @@ def _end(actions: Iterator[int], settings: Array) -> None:
     next(actions, None)
 
 
-def _stacked(values: Sequence[Any]) -> Any:
-    """Named tuples of arrays and numbers as one, with a leading axis; truth values are common."""
-    first = values[0]
-    if isinstance(first, tuple):
-        return type(first)(*(_stacked(members) for members in zip(*values, strict=True)))
-    # Truth values say of which kind observations are, which is common to the group.
-    return first if isinstance(first, bool) else np.array(values, dtype=float)
+def _lane_yardstick(kinds: Sequence[Yardstick], which: Index) -> Yardstick:
+    """The yardsticks `kinds[which[0]]`, … of eight walkers; see `GroupArrays`."""
+    targets = [each.targets for each in kinds]
+
+    def numbers(values: Sequence[Any]) -> Array:
+        """Of every kind, as (…, 8)."""
+        columns = np.array([np.atleast_1d(values[k]) for k in which], dtype=float).T
+        found = aligned(columns.shape)
+        found[:] = columns
+        return found
+
+    tables = [
+        LaneTables(np.array([getattr(each, name) for each in targets]), which)
+        for name in Targets._fields[:6]
+    ]
+    others = [numbers([getattr(each, name) for each in targets]) for name in Targets._fields[6:]]
+    members = [numbers([getattr(each, name) for each in kinds]) for name in Yardstick._fields[1:7]]
+    # What is seen is common to the group.
+    return Yardstick._make([Targets._make([*tables, *others]), *members, *kinds[0][7:]])
 
 
 def _rows(arrays: Any, row: int) -> Any:
@@ -228,20 +259,23 @@ class WalkingGroup:
         every = self.environments + self.environments[:1] * (WIDTH - len(tasks))
         kinds = list({id(each.task): each.yardstick for each in every}.items())
         order = [key for key, _ in kinds]
-        trees = _stacked([each.walker.tree for each in every])
         self.beside = SideBySide([each.walker for each in every])
         self._arrays = GroupArrays(
             walkers,
             episodes,
-            trees._replace(sphere_segment=every[0].walker.tree.sphere_segment),
-            _stacked([yardstick for _, yardstick in kinds]),
-            np.array([order.index(id(each.task)) for each in every]),
+            _lane_yardstick(
+                [yardstick for _, yardstick in kinds],
+                np.array([order.index(id(each.task)) for each in every]),
+            ),
+            with_lanes(episode_arrays(constants)),
+            aligned((3, WIDTH)),
+            with_lanes(measure_workspace()),
             np.array([each.shares for each in every]),
-            np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, ACTUATED_COUNT)),
-            np.zeros(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
+            np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, 1)), aligned((1, WIDTH)),
+            np.zeros((WIDTH, ACTUATED_COUNT)),
+            np.zeros((WIDTH, HABIT_PHASES, action_size(constants))),
+            np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
         )  # fmt: skip
-        self._habits = np.zeros((len(tasks), HABIT_PHASES, action_size(constants)))
-        self._lanes = np.arange(len(tasks))
         self._mu = [each.walker.mu for each in every]
         self._settings, self._asked, self._seen = (
             np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
@@ -271,12 +305,17 @@ class WalkingGroup:
             pair(rows.next_offset, lanes.next_offset),
             pair(rows.episodes.root_force, lanes.root_force),
             pair(rows.pace, lanes.pace),
+            pair(rows.lift, rows.lane_lift),
+            pair(rows.episodes.action, rows.judged.action),
+            pair(rows.episodes.before, rows.judged.before),
+            pair(rows.episodes.parameters, rows.judged.parameters),
         )
         after = (
             pair(rows.walkers.offset, lanes.next_offset),
             pair(rows.walkers.ground, lanes.walkers.ground),
             pair(rows.walkers.moments, lanes.walkers.moments),
             pair(rows.walkers.squares, lanes.walkers.squares),
+            pair(rows.episodes.errors, rows.judged.errors),
         )
         return moving + asked, moving + after
 
@@ -293,29 +332,19 @@ class WalkingGroup:
         if walker.mu is not self._mu[e]:
             self._mu[e] = walker.mu
             self.beside.enter_body(e, walker)
-            for rows, values in zip(arrays.trees, walker.tree, strict=True):
-                if rows.dtype == float:
-                    rows[e] = values
-        arrays.phase[e, 0], arrays.lift[e] = walker.phase, environment.lift
+        arrays.phase[e, 0], arrays.lift[e, 0] = walker.phase, environment.lift
         return observation
 
     def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
         """`WalkingEnvironment.centre` of all, with `policy`, `mu` and `key` as there; environments
         of one task have the same action bias.
-
-        `step` takes the actions as they are; `habit` is what a walk subtracts from them.
         """
         found: dict[int, Array] = {}
-        for environment in self.environments:
+        for e, environment in enumerate(self.environments):
             if id(environment.task) not in found:
                 environment.centre(policy, mu, key=key)
                 found[id(environment.task)] = environment.habits()
-        self._habits[:] = [found[id(environment.task)] for environment in self.environments]
-
-    def habit(self) -> Array:
-        """The action bias at the phases that the walkers have now, (environments, A)."""
-        rows = (self.phases % 1.0 * HABIT_PHASES).astype(int)
-        return np.asarray(self._habits[self._lanes, rows])
+            self._arrays.habits[e] = found[id(environment.task)]
 
     def step(
         self, asked: NDArray[np.float32], seen: NDArray[np.float32]
@@ -324,7 +353,7 @@ class WalkingGroup:
 
         Parameters
         ----------
-        asked : (environments, A).
+        asked : (environments, A) of the policy; what `centre` found is subtracted.
         seen : (environments, size) out.
 
         Returns

@@ -11,6 +11,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import (
     Frames,
     forward,
+    motion_workspace,
     rotation_matrix,
     rotation_vector,
     segment_frames,
@@ -49,7 +50,7 @@ def test_the_centre_of_mass_and_its_velocity_are_those_of_dart(task, peer, seed)
         tree.mass, tree.centre_of_mass, seen["rotation"], seen["origin"]
     )
     motion = np.empty((3, 3))
-    whole_body_motion(tree, Frames(**seen), motion)
+    whole_body_motion(tree, Frames(**seen), motion, motion_workspace())
     np.testing.assert_allclose(com, peer.skeleton.getCOM(), atol=ROUNDING)
     np.testing.assert_allclose(motion[0], peer.skeleton.getCOM(), atol=ROUNDING)
     np.testing.assert_allclose(motion[1], peer.skeleton.getCOMLinearVelocity(), atol=ROUNDING)
@@ -59,7 +60,8 @@ def test_a_body_that_turns_as_a_whole_has_one_angular_velocity(task):
     q, qd = random_state(4)
     qd[6:] = 0.0
     motion = np.empty((3, 3))
-    whole_body_motion(tree_arrays(task.model), Frames(**kinematics(task.model, q, qd)), motion)
+    frames = Frames(**kinematics(task.model, q, qd))
+    whole_body_motion(tree_arrays(task.model), frames, motion, motion_workspace())
     np.testing.assert_allclose(motion[2], qd[:3], atol=ROUNDING)
 
 

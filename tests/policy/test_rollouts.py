@@ -35,6 +35,7 @@ from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 
+ACTIONS = 150
 MU = nominal_parameters()
 
 
@@ -244,6 +245,46 @@ def test_walks_of_a_group_are_those_of_single_walkers(task):
         np.testing.assert_allclose(rollout.positions, alone.positions, atol=1e-5)
     apart = np.abs(found[0].positions[:20] - found[1].positions[:20]).max()
     assert apart > 0.01
+
+
+@pytest.mark.parametrize("observation", ["extended", "paper"])
+@pytest.mark.parametrize("mirror", [True, False])
+def test_what_a_group_sees_is_bit_for_bit_what_single_walkers_see(task, observation, mirror):
+    """Observation, reward and its terms, errors and falls, with pushes, other bodies and other
+    references, and of one whose simulation blows up in the last action."""
+    tasks = [
+        changed(each, environment={"observation": observation, "mirror": mirror})
+        for each in with_references(task, 3)
+    ]
+    tasks = [tasks[e % 3] for e in range(8)]
+    group, alone = WalkingGroup(tasks), [WalkingEnvironment(each) for each in tasks]
+    random = np.random.default_rng(5)
+    for e, environment in enumerate(alone):
+        options = {"phase": e / 8, "push": (e / 8 + 0.02, 400.0 * e, float(e))}
+        seen = group.reset(e, seed=e, options=options)
+        np.testing.assert_array_equal(seen, environment.reset(seed=e, options=options)[0])
+    together = np.zeros_like(group._seen)
+    falls = 0
+    for number in range(ACTIONS):
+        asked = random.normal(0.0, 0.4, (8, 26)).astype(np.float32)
+        if number == ACTIONS - 1:
+            for environment in (group.environments[5], alone[5]):
+                environment.walker.state[1, 7] = np.nan
+        rewards, fell, _ = group.step(asked, together)
+        for e, environment in enumerate(alone):
+            seen, reward, down, _, info = environment.step(asked[e].copy())
+            np.testing.assert_array_equal(together[e], seen)
+            assert (rewards[e], fell[e]) == (reward, down)
+            np.testing.assert_array_equal(group.terms[e], info["reward_terms"])
+            if number < ACTIONS - 1:
+                np.testing.assert_array_equal(group.environments[e].episode.errors, info["errors"])
+            if down and number < ACTIONS - 1:
+                group.reset(e, seed=e, options={"phase": 0.3, "push": None})
+                environment.reset(seed=e, options={"phase": 0.3, "push": None})
+                falls += 1
+    assert falls
+    assert fell[5]
+    assert np.isfinite(together).all()
 
 
 def test_a_walk_does_not_depend_on_those_beside_it(task):

@@ -14,6 +14,7 @@ from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import (
     empty_frames,
     forward,
+    motion_workspace,
     tree_arrays,
     turned_vector,
     velocities,
@@ -124,7 +125,7 @@ def mechanics(tree, state):
     """Momentum (3,), angular momentum (3,) about the centre of mass, energy."""
     frames = frames_at(tree, state)
     motion = np.empty((3, 3))
-    whole_body_motion(tree, frames, motion)
+    whole_body_motion(tree, frames, motion, motion_workspace())
     com, com_velocity, _ = motion
     angular, energy = np.zeros(3), tree.mass.sum() * GRAVITY * com[2]
     for s in range(14):
