@@ -27,14 +27,19 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.tree import ROOT_DOFS, tree_arrays
 from gaitval.reference.dynamic_fit import (
-    HARMONICS,
     Accuracy,
     Problem,
     Solution,
     fit_problem,
     solve_problem,
 )
-from gaitval.reference.motion import ReferenceMotion, build_reference, moved, spectral_rate
+from gaitval.reference.motion import (
+    HARMONICS,
+    ReferenceMotion,
+    build_reference,
+    moved,
+    spectral_rate,
+)
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, TRUNK, walking_laws
 
 GENTLE: Final = (0.01, 0.03, 0.1, 0.3, 1.0)

@@ -32,7 +32,6 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_param
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.policy.processes import side_by_side
 from gaitval.reference.dynamic_fit import (
-    HARMONICS,
     INFERENCE,
     INSTANTS,
     Problem,
@@ -44,7 +43,7 @@ from gaitval.reference.dynamic_fit import (
     solve_problem,
     weighted_laws,
 )
-from gaitval.reference.motion import FEED_FORWARD, ReferenceMotion, build_reference
+from gaitval.reference.motion import FEED_FORWARD, HARMONICS, ReferenceMotion, build_reference
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
 
 if TYPE_CHECKING:

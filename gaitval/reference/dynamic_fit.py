@@ -44,6 +44,7 @@ from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
 from gaitval.reference.harmonic_square import harmonic_square
 from gaitval.reference.motion import (
     FEED_FORWARD,
+    HARMONICS,
     HIP_SIGNS,
     ReferenceMotion,
     build_reference,
@@ -56,9 +57,6 @@ from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, INPUTS, OUTPUTS, 
 INSTANTS = 160
 """Instants of the cycle at which Newton's equations must hold, 6 to 8 ms apart."""
 
-HARMONICS = 24
-"""Harmonics of the change of every coordinate."""
-
 SMOOTH_HARMONIC = 12
 """Up to this harmonic a coordinate may change by its whole accuracy, beyond it by as much as gives
 the same acceleration."""
@@ -69,7 +67,9 @@ EASES = (0.1, 0.3, 1.0)
 """Weights of Newton's laws on the pelvis, one after the other."""
 
 SMALLEST_GAIN = 3e-3
-"""Relative decrease of the sum of squares at which the Gauss-Newton steps end."""
+"""Relative decrease of the sum of squares at which the Gauss-Newton steps end ..."""
+_NEAR_GAIN = 1e-3
+"""... and of those that begin near the end, which are short."""
 
 MOST_DAMPING = 1e4
 
@@ -609,6 +609,7 @@ def solve(
     accuracy: Accuracy | None = None,
     *,
     shift_sd: float = 0.0,
+    near: ReferenceMotion | None = None,
 ) -> Solution:
     """The fit's unknowns; `fitted` makes a motion of them.
 
@@ -621,9 +622,16 @@ def solve(
     accuracy : deviations of equal weight.
     shift_sd : m, what is known beforehand of how far the centre of pressure of each plate is too
         far forward; 0: it is right.
+    near : the fit of the same record to a similar body, to begin with. That takes a third of the
+        steps, and ends no further from the record (docs/speed.md).
     """
     problem = fit_problem(reference, record, model, contact, accuracy or Accuracy(), shift_sd)
-    return solve_problem(problem)
+    if near is None:
+        return solve_problem(problem)
+    common = np.zeros(_COMMON)
+    common[_HIPS] = near.hip_centre.ravel()
+    start = near.change.copy(), common
+    return solve_problem(problem, start=start, smallest_gain=_NEAR_GAIN)
 
 
 def fitted(
@@ -632,6 +640,8 @@ def fitted(
     model: BodyModel,
     contact: ContactSettings,
     accuracy: Accuracy | None = None,
+    *,
+    near: ReferenceMotion | None = None,
 ) -> ReferenceMotion:
     """The motion near `reference` that obeys the laws of motion and of contact.
 
@@ -640,9 +650,9 @@ def fitted(
 
     Parameters
     ----------
-    reference, record, model, contact, accuracy : as `solve` takes them.
+    reference, record, model, contact, accuracy, near : as `solve` takes them.
     """
-    solution = solve(reference, record, model, contact, accuracy)
+    solution = solve(reference, record, model, contact, accuracy, near=near)
     change = solution.change.T
     whole, rates, second = _path(reference, record)
     series = _series(reference.phase, record.stride_time)
@@ -664,6 +674,7 @@ def fitted(
         ground_reaction=feet[..., :3] / (model.mass * GRAVITY),
         offsets=reference.offsets + change[0, ROOT_DOFS:],
         hip_centre=solution.common[_HIPS].reshape(2, 2),
+        change=solution.change,
     )
 
 
@@ -672,6 +683,7 @@ def consistent_reference(
     model: BodyModel,
     contact: ContactSettings | None = None,
     accuracy: RecordAccuracy | None = None,
+    near: ReferenceMotion | None = None,
 ) -> ReferenceMotion:
     """Reference motion of a record on a scaled model: built from the record, then `fitted`.
 
@@ -682,7 +694,9 @@ def consistent_reference(
     contact : the contact law; the default configuration's if not given.
     accuracy : how closely the record is followed; that of a record with the person's own kinetics
         if not given.
+    near : that of the same record on a similar body, if there is one; see `solve`.
     """
     contact = contact or ContactSettings()
     wanted = Accuracy(record=accuracy or RecordAccuracy())
-    return fitted(build_reference(record, model, contact), record, model, contact, wanted)
+    built = build_reference(record, model, contact)
+    return fitted(built, record, model, contact, wanted, near=near)

@@ -65,6 +65,8 @@ the toe tip, is pressed in deepest; convention."""
 TOE_EXTENSION_SWING = np.deg2rad(30.0)
 """Toe extension of the reference in swing, for clearance; convention."""
 
+HARMONICS = 24
+"""Of the change of every coordinate by `dynamic_fit`."""
 TRANSLATION_HARMONICS = 8
 OFFSET_JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle", "subtalar_angle")
 """Coordinates that may be offset."""
@@ -103,6 +105,7 @@ _SHAPES: Final = {
     "stride_time": (),
     "speed": (),
     "hip_centre": (2, 2),
+    "change": (31, 1 + 2 * HARMONICS),
 }
 """Of a stored motion; 0 is N."""
 
@@ -125,6 +128,8 @@ class ReferenceMotion(Displayed):
     hip_centre : (2, 2) m, right and left: by how much the hip centre that the record's moments are
         about lies forward and outward of the model's, as the fit finds it. `moments` are about the
         model's; `about_record` moves a moment.
+    change : (31, 1 + 2 H) rad and m, mean, cosines and sines of how far the fit moved each
+        coordinate, the pelvis's as Cardan angles. A fit of a similar body begins with it.
     """
 
     SHOWN_BY = "gaitval.reference.motion_tables"
@@ -140,6 +145,7 @@ class ReferenceMotion(Displayed):
     stride_time: float
     speed: float
     hip_centre: Array = field(default_factory=lambda: np.zeros((2, 2)))
+    change: Array = field(default_factory=lambda: np.zeros(_SHAPES["change"]))
 
     def save(self, path: str | Path) -> None:
         """Write as npz to `path`."""
@@ -150,7 +156,8 @@ class ReferenceMotion(Displayed):
         """Read what `save` wrote to `path`. Raises ArtefactError if the file is missing or
         damaged.
         """
-        # Files of earlier versions have no hip centres: their moments are compared as they are.
+        # Files of earlier versions lack hip centres (their moments are compared as they are) and
+        # changes.
         arrays = read_arrays(Path(path), *array_names(cls))
         check_arrays(arrays, _SHAPES, Path(path))
         stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))

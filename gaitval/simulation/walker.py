@@ -91,12 +91,14 @@ class WalkingTask:
         accuracy: RecordAccuracy | None = None,
         *,
         mu: Array | None = None,
+        near: ReferenceMotion | None = None,
     ) -> "WalkingTask":
         """The task of walking like `record` on `model`, given the parameters `mu` (14,) if not
-        None. How accurate the record is (`accuracy`) weights the fit of its reference motion.
+        None. How accurate the record is (`accuracy`) weights the fit of its reference motion, which
+        begins with that of a similar body (`near`) if there is one.
         """
         body = model if mu is None else apply_parameters(model, mu)
-        reference = consistent_reference(record, body, configuration.contact, accuracy)
+        reference = consistent_reference(record, body, configuration.contact, accuracy, near)
         return cls(model, record, reference, configuration, mu)
 
 

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 
 from gaitval import wings
 from gaitval.artefacts import copy_files, read_json
-from gaitval.configuration import Start
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
@@ -44,7 +43,7 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
-from gaitval.study.unread import say_unread
+from gaitval.study.unread import given, say_unread
 
 if TYPE_CHECKING:
     from gaitval.identification.identify import Begun
@@ -145,12 +144,12 @@ def run_subject(
     def do(stage: Stage) -> bool:
         return run_stage(stage, run.folder, force=force, observer=run.observer)
 
-    beginning: Start = "scratch" if scratch else "general"
-    say_unread(run, plan(run, 1), beginning)
     if run.configuration.training.workers > 1:
         from gaitval.policy.workers import ready_to_start
 
         ready_to_start(*IN_WORKERS)  # beside the first stages
+    if given(run.configuration):
+        say_unread(run, plan(run, 1), "scratch" if scratch else "general")
     do(scale_stage(run))
     rounds, done = 0, False
     with ExitStack() as kept:

@@ -116,12 +116,14 @@ def reference_stage(run: Run) -> Stage:
     )
 
 
-def _reference_of(run: Run, body: "BodyModel") -> "ReferenceMotion":
-    """The motion of `body` to walk."""
+def _reference_of(
+    run: Run, body: "BodyModel", near: "ReferenceMotion | None" = None
+) -> "ReferenceMotion":
+    """The motion of `body` to walk; that of a similar body is `near`."""
     from gaitval.reference.dynamic_fit import consistent_reference
 
     record, accuracy = asked(run)
-    return consistent_reference(record, body, run.configuration.contact, accuracy)
+    return consistent_reference(record, body, run.configuration.contact, accuracy, near)
 
 
 def _start_of(run: Run, round_number: int) -> str | None:
@@ -419,13 +421,15 @@ def _searched(
 def save_identified_reference(run: Run, folder: Path) -> None:
     """Write the reference of the body in `folder`/identification.json beside it, for `run`."""
     from gaitval.model.parameters import apply_parameters
+    from gaitval.reference.motion import ReferenceMotion
 
     mu = body_parameters(folder / "identification.json")
     if np.array_equal(mu[2:], nominal_parameters()[2:]):  # as scaled, whose reference there is
         copy_file(run.folder / "reference.npz", folder / IDENTIFIED)
         return
     model = identified_model(read_urdf(run.folder / "model.urdf"), folder / "identification.json")
-    _reference_of(run, apply_parameters(model, mu)).save(folder / IDENTIFIED)
+    scaled = ReferenceMotion.load(run.folder / "reference.npz")
+    _reference_of(run, apply_parameters(model, mu), scaled).save(folder / IDENTIFIED)
 
 
 def evaluate_stage(run: Run, round_number: int) -> Stage:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from gaitval.prediction.known import Told
+    from gaitval.reference.motion import ReferenceMotion
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,9 +74,11 @@ class StoredPolicy(Displayed):
     def _asked(self) -> "Told":
         return asked(Run(self.folder, self.subject, self.configuration), self.model)
 
-    def _task(self, model: BodyModel, mu: Array | None = None) -> WalkingTask:
+    def _task(
+        self, model: BodyModel, mu: Array | None = None, near: "ReferenceMotion | None" = None
+    ) -> WalkingTask:
         record, accuracy = self._asked
-        task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu)
+        task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu, near=near)
         known = Run(self.folder, self.subject, self.configuration).told().record
         return replace(task, record=known)
 
@@ -84,7 +87,7 @@ class StoredPolicy(Displayed):
         """The task of the identified body with the corrected reference, as it is validated."""
         task = self.task
         if not np.array_equal(self.identified[2:], self.nominal[2:]):  # another body
-            task = self._task(self.identified_model, self.identified)
+            task = self._task(self.identified_model, self.identified, task.reference)
         reference = adjusted(task.reference, task.reference_body, self.correction)
         return replace(task, reference=reference)
 

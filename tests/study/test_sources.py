@@ -120,6 +120,44 @@ def test_what_is_not_its_code_is_not_seen(
     assert code() == before
 
 
+@pytest.mark.parametrize("damage", [None, "{", "[]"])
+def test_what_was_read_of_the_sources_is_kept_for_them(
+    package: Path, code, monkeypatch, tmp_path: Path, damage: str | None
+) -> None:
+    """By what they contain: changed ones are read again, and so are those of a damaged file."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(sources, "PACKAGE", package)
+
+    def read() -> dict[str, str]:
+        sources._kept_at.cache_clear()
+        return code()
+
+    first = read()
+    (kept,) = (tmp_path / "cache" / "gaitval").iterdir()
+    if damage is not None:
+        kept.write_text(damage, encoding="utf-8")
+    else:
+        monkeypatch.setattr(sources, "_read_code", None)
+    assert read() == first
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(sources, "PACKAGE", package)
+    write_text(package / "ground.py", "two = 3\n")
+    assert read() != first
+    assert len(list(kept.parent.iterdir())) == 2
+
+
+def test_without_a_cache_the_sources_are_read_all_the_same(
+    package: Path, code, monkeypatch, tmp_path: Path
+) -> None:
+    expected = code()
+    (tmp_path / "cache").write_text("a file", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(sources, "PACKAGE", package)
+    sources._kept_at.cache_clear()
+    assert code() == expected
+
+
 def text_of(code: str) -> str:
     return sources._text(ast.parse(code).body[0])
 
