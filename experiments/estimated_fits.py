@@ -1,25 +1,31 @@
 """What the dynamic fit keeps of an estimate of kinetics, by the accuracies asked of it.
 
-    python -m experiments.estimated_fits    # eight minutes, prints a table
+    python -m experiments.estimated_fits                # eight minutes, prints a table
+    python -m experiments.estimated_fits --from PATH    # half an hour, of people elsewhere
 
 For the ten people, of whom angles only are known: skill of the fit's kinetics against the line
 through the nine others, and the 5 % point of that against what is expected of anybody; how far the
 angles of hip, knee and ankle are off. Below, the set with the largest mean skill of each half of
 the people whose angles are no more than `PRICE` further off, and what it is worth on the other
-half.
+half. With the clones of the public recordings (`evidence/README.md`) the same for people of other
+laboratories, of whom nothing of their plates is known, once with and once without what markers say
+of the forces; there the skill is against what is expected of anybody.
 """
 
+import argparse
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Final, NamedTuple, cast
 
 import numpy as np
 
-from evidence.fit import SKILLS, lower_end
+from evidence.fit import SKILLS, _without_markers_say, _without_plates, lower_end
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.gait.cycle_curves import JOINT_MOMENTS, Curves, recorded_curves
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
@@ -27,8 +33,10 @@ from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.prediction.known import told
+from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval_estimate.seen import at_own_contacts
 from gaitval_estimate.stage import ESTIMATE_ACCURACY, of_known, with_kinetics
 
 PRICE: Final = 0.05
@@ -66,18 +74,44 @@ class Errors(NamedTuple):
 
 
 def errors_of(subject: Subject) -> dict[str, Errors]:
-    """By what is compared with the record: "line", "expected", and the fit of each of `SETS`."""
-    model, contact = scale_subject(subject).model, ContactSettings()
-    usual = told(subject, RecordSettings(use="kinematics"), builtin_subjects())
-    known, truth = usual.record, recorded_curves(subject.record())
-    asked = with_kinetics(known, subject, of_known(usual, subject, model, contact))
+    """Of one of the ten, by what is compared with the record: "line", "expected", and the fit of
+    each of `SETS`.
+    """
     line = others_line(subject, builtin_subjects())
     assert line is not None
-    curves = {"line": line.curves, "expected": recorded_curves(known)}
+    curves = {"line": line.curves} | _fits(subject, RecordSettings(use="kinematics"))
+    truth = recorded_curves(subject.record())
+    return {name: _errors(each, truth) for name, each in curves.items()}
+
+
+def errors_elsewhere(known: Subject, kinetics: Array) -> dict[str, Errors]:
+    """Of somebody imported without plates, whose `kinetics` (2, 7, n) they measured: "line" and
+    "expected" are what is expected of anybody. The angles' errors are from those that are known.
+    """
+    curves = _fits(known, RecordSettings())
+    truth = normal_form(
+        told(known, RecordSettings(), builtin_subjects()).record, known.leg_length_m
+    )
+    moments, forces = np.split(kinetics, [len(JOINT_MOMENTS)], axis=1)
+    recorded = replace(
+        truth, moments=moments.reshape(-1, moments.shape[-1]), forces=forces.transpose(0, 2, 1)
+    )
+    measured = recorded_curves(record_from(recorded, known.leg_length_m))
+    found = {name: _errors(each, measured) for name, each in curves.items()}
+    return {"line": found["expected"]} | found
+
+
+def _fits(subject: Subject, settings: RecordSettings) -> dict[str, Curves]:
+    """What is expected of a `subject`, and the fit of each of `SETS` to the estimate."""
+    model, contact = scale_subject(subject).model, ContactSettings()
+    usual = told(subject, settings, builtin_subjects())
+    known = at_own_contacts(usual.record, subject)
+    asked = with_kinetics(known, subject, of_known(usual, subject, model, contact))
+    curves = {"expected": recorded_curves(usual.record)}
     for name, accuracy in SETS.items():
         reference = consistent_reference(asked, model, contact, accuracy)
         curves[name] = reference_curves(reference, model.mass, known.left_phase)
-    return {name: _errors(each, truth) for name, each in curves.items()}
+    return curves
 
 
 def _errors(curves: Curves, truth: Curves) -> Errors:
@@ -105,9 +139,8 @@ def angles(people: Sequence[dict[str, Errors]], name: str) -> float:
     return float(np.mean([each[name].angles for each in people]))
 
 
-def main() -> None:
-    """Print the tables."""
-    people = [errors_of(subject) for subject in builtin_subjects()]
+def table(people: Sequence[dict[str, Errors]]) -> None:
+    """Print a row for each of `SETS`."""
     print(
         "| accuracies | skill and 5 % point of " + ", ".join(n for _, n in SKILLS) + " | mean | ° |"
     )
@@ -119,6 +152,21 @@ def main() -> None:
             pairs.append(f"{skill:.3f} {lower_end(ours, usual):.3f}")
         mean = skills(people, name).mean()
         print(f"| {name} | {'; '.join(pairs)} | {mean:.4f} | {angles(people, name):.2f} |")
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--from", type=Path, dest="clones", help="folder of the clones, OWNER+NAME")
+    clones = parser.parse_args().clones
+    if clones is not None:
+        found = list(_without_plates(clones))
+        for which, changed in (("markers say", None), ("nothing said", _without_markers_say)):
+            print(f"{len(found)} people, {which}")
+            table([errors_elsewhere(changed(k) if changed else k, t) for _, k, t in found])
+        return
+    people = [errors_of(subject) for subject in builtin_subjects()]
+    table(people)
     halves = {"first five": people[:5], "last five": people[5:]}
     halves |= {"odd numbers": people[::2], "even numbers": people[1::2]}
     pairs_of = [("first five", "last five"), ("odd numbers", "even numbers")]

@@ -71,20 +71,34 @@ class _WhenCompiling(event.Listener):
         self._announcer.on_end(event)
 
 
+def _kept_in() -> Path:
+    settings: Any = numba.config
+    return Path(settings.CACHE_DIR or _cache_folder())  # the former is NUMBA_CACHE_DIR, if set
+
+
+def is_empty(folder: Path | None = None) -> bool:
+    """Whether nothing was compiled before: the cache `folder`, by default that of this package as
+    it is, has no files.
+    """
+    folder = folder or _kept_in()
+    return not folder.is_dir() or not any(folder.iterdir())
+
+
 @cache
 def _announce(folder: Path) -> None:
     """From now on print a line when something is compiled that is not in the cache `folder`."""
-    first = not folder.is_dir() or not any(folder.iterdir())
     # The listener lives as long as the process.
-    event.register("numba:compile", _WhenCompiling(first=first))  # type: ignore[no-untyped-call]
+    event.register(  # type: ignore[no-untyped-call]
+        "numba:compile", _WhenCompiling(first=is_empty(folder))
+    )
 
 
 def _compiled(function: Any, **options: Any) -> Any:
     settings: Any = numba.config
-    before = settings.CACHE_DIR  # NUMBA_CACHE_DIR of the user, if set
+    before = settings.CACHE_DIR
     # numba reads the folder when the decorator runs, not when the function is first called, so it
     # only needs to be set here and other packages' functions keep their own.
-    settings.CACHE_DIR = before or str(_cache_folder())
+    settings.CACHE_DIR = str(_kept_in())
     _announce(Path(settings.CACHE_DIR))
     try:
         # No `fastmath`: it may reorder sums, and results would differ between processors and

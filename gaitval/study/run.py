@@ -11,9 +11,11 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 """
 
 import shutil
+import threading
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -146,7 +148,9 @@ def run_subject(
 
     if run.configuration.training.workers > 1:
         from gaitval.policy.workers import ready_to_start
+        from gaitval.study.compile_ahead import compile_ahead
 
+        compile_ahead()
         ready_to_start(*IN_WORKERS)  # beside the first stages
     if given(run.configuration):
         say_unread(run, plan(run, 1), "scratch" if scratch else "general")
@@ -188,6 +192,11 @@ def run_subject(
         renew_workers()
         # the workers do one what the other leaves of their time
         walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
+        if run.configuration.training.workers > 1 and (force or why_run(pushes, run.folder)):
+            # what the report needs, which takes a second, while this process waits
+            threading.Thread(
+                target=import_module, args=("gaitval.reporting.report",), daemon=True
+            ).start()
         _together(run, (*walks, *body_stages(run, begun)), pushes, force=force)
         kept.close()
         do(validate_stage(run))

@@ -382,12 +382,17 @@ def begin_identifying(run: Run) -> "Callable[[], Begun] | None":
     workers = kept_workers()
     if workers is None or run.configuration.identification.method == "none":
         return None
-    from gaitval.identification.identify import begin
-
     record, model, told = _identified_from(run)
     return workers.submit(
-        begin, record, model, prior_sd(run.subject), run.configuration, told
+        _begin, record, model, prior_sd(run.subject), run.configuration, told
     ).result
+
+
+def _begin(*arguments: Any) -> "Begun":
+    """`identify.begin`, whose module the worker has loaded, and this process later."""
+    from gaitval.identification.identify import begin
+
+    return begin(*arguments)
 
 
 def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
