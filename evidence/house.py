@@ -49,7 +49,7 @@ LINES = "lines of gaitval/"
 REACHED = "lines reached by gaitval subject and gaitval import together, without gaitval/cli"
 METHODS = ("training.samples", "identification.", "correction.")
 """Quick settings that choose another method than the default one."""
-SHORT = ("identification.generations=2", "correction.rounds=1")
+SHORT = ("identification.generations=2", "correction.steps=1")
 """The same of the default methods, in as few steps as they have."""
 MEASURES = {
     "lines *": {

@@ -18,16 +18,18 @@ from gaitval.coordinates import ACTUATED, ARM
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
 from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, ROOT_DOFS
-from gaitval.policy.judgement import EpisodeArrays, Yardstick, judge, take_action
+from gaitval.policy.judgement import judge, take_action
 from gaitval.policy.observation import (
     ACTION_COUNT,
     ERROR_COUNT,
     MIRROR_ORDER,
     MIRROR_SIGNS,
     OBSERVATION_SIZES,
+    EpisodeArrays,
+    Yardstick,
     is_mirrored,
-    measure_workspace,
     targets_of,
+    workspace,
 )
 from gaitval.policy.reward import reward_numbers
 from gaitval.simulation.tables import read_row
@@ -112,7 +114,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.episode = episode_arrays(self.constants) if arrays is None else arrays[1]
         self.difficulty = 1.0
         self.tolerance_share = 1.0
-        self._work = measure_workspace()
+        self._work = workspace()
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror
         size = OBSERVATION_SIZES[self.constants.observation]
@@ -282,12 +284,16 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return higher / 2
 
     def _judge(self) -> tuple[float, bool]:
-        walker = self.walker
+        walker, episode = self.walker, self.episode
+        before = episode.observation.copy()
         reward, fell = judge(
             walker.tree, self.yardstick, walker.state, walker.phase, self._pace(), self.lift,
             self.tolerance_share, walker.mean_ground_reaction, walker.mean_moments,
-            walker.mean_square_moments, self.episode, self._work,
+            walker.mean_square_moments, episode, self._work,
         )  # fmt: skip
+        if fell > 1.0:
+            episode.observation[:], episode.terms[:] = before, 0.0
+            return 0.0, True
         return float(reward), bool(fell)
 
     def push(self) -> None:

@@ -37,15 +37,13 @@ from gaitval.model.tree import (
     COORDINATE_COUNT,
     SEGMENT_COUNT,
     Frames,
-    MotionWorkspace,
     Tree,
     empty_frames,
     enter_rotation,
     enter_rotation_vector,
     forward,
-    motion_workspace,
+    turned_inertia,
     velocities,
-    whole_body_motion,
 )
 from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.simulation.servo import closed_cycle
@@ -193,15 +191,74 @@ def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
     )
 
 
-class MeasureWorkspace(NamedTuple):
-    """Arrays that `measure` works in: what moves, the whole body (3, 3), of the reference the
-    coordinates and their rates (31,), centre of mass (3,), end effectors (12,), ground reaction
-    (6,) and moments (25,), its pelvis and the rotation from it (3, 3), and the differences from it:
-    of the pelvis (3,), joints and their rates (25,) and end effectors (12,).
+class Yardstick(NamedTuple):
+    """What an environment compares a body with; constant from its construction on.
+
+    Attributes
+    ----------
+    targets : of the reference, see `observation.targets_of`.
+    weights, sharpness : (10,), (9,) as in `policy.reward`.
+    tolerances : (3,) of height m, rotation rad and drift m of the pelvis.
+    half_action : phase of half an action.
+    mass, weight : of the nominal body, kg and N.
+    extended, mirrors : whether the observation is the extended one, and whether it is mirrored in
+        the left leg's half of the cycle.
+    """
+
+    targets: Targets
+    weights: Array
+    sharpness: Array
+    tolerances: Array
+    half_action: float
+    mass: float
+    weight: float
+    extended: bool
+    mirrors: bool
+
+
+class EpisodeArrays(NamedTuple):
+    """What changes with every action.
+
+    Attributes
+    ----------
+    action, before : (26,) the last action as it acts, and the one before.
+    parameters : (14,) the observed mu.
+    observation : (size,), before it is mirrored.
+    errors, terms : (12,), (10,) as in `measure` and `weighted_reward`.
+    root_force : (6,) Nm, N, of the push.
+    """
+
+    action: Array
+    before: Array
+    parameters: Array
+    observation: Array
+    errors: Array
+    terms: Array
+    root_force: Array
+
+
+class Workspace(NamedTuple):
+    """Arrays that `measure` works in.
+
+    Attributes
+    ----------
+    frames : of all segments.
+    place, velocity, arm, momentum, inertia, turned, adjugate : of `whole_body_motion`, motion (3,
+        3) what it gives.
+    positions, velocities, centre_of_mass, end_effectors, ground_reaction, moments : of `Targets`,
+        at a phase; pelvis (3, 3) their rotation of it.
+    rotation, turn, joint, joint_rate, effector : differences from them; of the pelvis a matrix and
+        a vector.
     """
 
     frames: Frames
-    whole: MotionWorkspace
+    place: Array
+    velocity: Array
+    arm: Array
+    momentum: Array
+    inertia: Array
+    turned: Array
+    adjugate: Array
     motion: Array
     positions: Array
     velocities: Array
@@ -217,19 +274,86 @@ class MeasureWorkspace(NamedTuple):
     effector: Array
 
 
-def measure_workspace() -> MeasureWorkspace:
+def workspace() -> Workspace:
     """Arrays to be overwritten."""
+    segment, square, joints, effectors = (SEGMENT_COUNT, 3), (3, 3), ACTUATED_COUNT, 12
     sizes = (
-        (3, 3), COORDINATE_COUNT, COORDINATE_COUNT, 3, 3 * EFFECTOR_COUNT, 6, ACTUATED_COUNT,
-        (3, 3), (3, 3), 3, ACTUATED_COUNT, ACTUATED_COUNT, 3 * EFFECTOR_COUNT,
+        segment, segment, 3, 3, square, square, square, square, COORDINATE_COUNT, COORDINATE_COUNT,
+        3, effectors, 6, joints, square, square, 3, joints, joints, effectors,
     )  # fmt: skip
-    arrays = (np.zeros(size) for size in sizes)
-    return MeasureWorkspace(empty_frames(), motion_workspace(), *arrays)
+    return Workspace(empty_frames(), *(np.zeros(size) for size in sizes))
+
+
+@njit_borrowing
+def _cross(a: Array, b: Array, out: Array) -> None:
+    """out += a × b."""
+    out[0] += a[1] * b[2] - a[2] * b[1]
+    out[1] += a[2] * b[0] - a[0] * b[2]
+    out[2] += a[0] * b[1] - a[1] * b[0]
+
+
+@njit_borrowing
+def whole_body_motion(tree: Tree, frames: Frames, out: Array, work: Workspace) -> None:
+    """Motion of the whole body as if it were rigid.
+
+    Parameters
+    ----------
+    tree, frames : the body, and poses and velocities of all its segments.
+    out : (3, 3) out, rows: centre of mass m, its velocity m/s, and the angular velocity rad/s with
+        which a rigid body of the same inertia about it has the same angular momentum; world.
+    work : its place to adjugate are overwritten.
+    """
+    mass, place, velocity, arm = tree.mass, work.place, work.velocity, work.arm
+    momentum, inertia, turned, adjugate = work.momentum, work.inertia, work.turned, work.adjugate
+    com, com_velocity, angular = out[0], out[1], out[2]
+    total = mass[0]
+    for s in range(1, mass.shape[0]):
+        total += mass[s]
+    for i in range(3):
+        com[i] = com_velocity[i] = angular[i] = momentum[i] = 0.0
+        for j in range(3):
+            inertia[i, j] = adjugate[i, j] = 0.0
+    for s in range(mass.shape[0]):
+        r, c = frames.rotation[s], tree.centre_of_mass[s]
+        for i in range(3):
+            arm[i] = r[i, 0] * c[0] + r[i, 1] * c[1] + r[i, 2] * c[2]
+            place[s, i] = frames.origin[s, i] + arm[i]
+            velocity[s, i] = frames.linear[s, i]
+        _cross(frames.angular[s], arm, velocity[s])
+        for i in range(3):
+            com[i] += mass[s] / total * place[s, i]
+            com_velocity[i] += mass[s] / total * velocity[s, i]
+    for s in range(mass.shape[0]):
+        # L = Σ (r × m v + J ω) and I = Σ (J + m (r² 1 - r rᵀ)), about the whole body's centre of
+        # mass.
+        turned_inertia(frames.rotation[s], tree.inertia[s], turned)
+        for i in range(3):
+            place[s, i] -= com[i]
+            velocity[s, i] = mass[s] * (velocity[s, i] - com_velocity[i])
+        _cross(place[s], velocity[s], momentum)
+        x, y, z = place[s, 0], place[s, 1], place[s, 2]
+        square = x * x + y * y + z * z
+        for i in range(3):
+            inertia[i, i] += mass[s] * square
+            for j in range(3):
+                momentum[i] += turned[i, j] * frames.angular[s, j]
+                inertia[i, j] += turned[i, j] - mass[s] * place[s, i] * place[s, j]
+    # I⁻¹ L by Cramer's rule: the columns of the adjugate are cross products of the rows of I.
+    for i in range(3):
+        _cross(inertia[(i + 1) % 3], inertia[(i + 2) % 3], adjugate[i])
+    determinant = (
+        inertia[0, 0] * adjugate[0, 0]
+        + inertia[0, 1] * adjugate[0, 1]
+        + inertia[0, 2] * adjugate[0, 2]
+    )
+    for i in range(3):
+        for j in range(3):
+            angular[i] += adjugate[j, i] * momentum[j] / determinant
 
 
 @njit_borrowing
 def diverged(state: Array) -> Any:
-    """1 if a `state` (2, 31) is of no movement any more, otherwise 0; of lanes, in each."""
+    """1 if a `state` (2, 31) is no movement any more, otherwise 0; of lanes, in each."""
     found: Any = 0.0
     for i in range(2):
         for d in range(COORDINATE_COUNT):
@@ -249,58 +373,35 @@ def _square(values: Array) -> Any:
 @njit_borrowing
 def measure(
     tree: Tree,
-    targets: Targets,
+    yardstick: Yardstick,
     state: Array,
     phase: Any,
     pace: Any,
     lift: Any,
-    half_action: Any,
-    mass: Any,
-    weight: Any,
     ground: Array,
     moments: Array,
-    action: Array,
-    action_change: Any,
-    parameters: Array,
-    extended: bool,
-    half_cycle: bool,
-    observation: Array,
-    errors: Array,
-    work: MeasureWorkspace,
+    change: Any,
+    episode: EpisodeArrays,
+    work: Workspace,
 ) -> None:
-    """Observation and squared errors of one state, or of eight in lanes.
+    """Observation and squared errors of one state, or of eight in lanes, into `episode`.
 
     It is long because both use the same differences from the reference and it runs at every action:
     two functions would have to pass twelve arrays.
 
     Parameters
     ----------
-    tree : the body.
-    targets : of the reference, see `targets_of`.
-    state : (2, 31) coordinates and velocities, rad, m and per s, that have not `diverged`.
-    phase : of the right gait cycle, counting on over cycles.
-    pace : of the last action.
-    lift : m, added to the reference's heights for the leg length of the body.
-    half_action : phase of half an action: means over the action are compared with the reference at
-        its middle.
-    mass, weight : of the nominal body, kg and N.
-    ground : (2, 3) N, mean over the action.
-    moments : (25,) Nm, mean over the action.
-    action : (26,) the last action.
-    action_change : mean squared difference of the last action from the one before.
-    parameters : (14,) the observed mu.
-    extended : whether the observation is the extended one (126,) or the paper's (71,).
-    half_cycle : the sines and cosines are of the phase within its half of the cycle, see
-        `is_mirrored`.
-    observation : (71,) or (126,) out.
-    errors : (12,) out: squared errors of the first nine `REWARD_TERMS`, then height m, rotation rad
-        and drift m of the pelvis, for termination.
-    work : overwritten.
+    tree, yardstick, state, phase, pace, lift, ground, moments, episode, work : as
+        `judgement.judge` takes them.
+    change : mean squared difference of the last action from the one before.
     """
+    targets, mass, weight = yardstick.targets, yardstick.mass, yardstick.weight
+    observation, errors, action = episode.observation, episode.errors, episode.action
+    parameters, extended = episode.parameters, yardstick.extended
     q, qd, frames, motion = state[0], state[1], work.frames, work.motion
     forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT)
     velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, SEGMENT_COUNT)
-    whole_body_motion(tree, frames, motion, work.whole)
+    whole_body_motion(tree, frames, motion, work)
 
     q_ref, qd_ref, com_ref, ee_ref = (
         work.positions, work.velocities, work.centre_of_mass, work.end_effectors
@@ -340,7 +441,8 @@ def measure(
         effector[3 * e] -= travel + q[3] - q_ref[3]
         effector[3 * e + 1] -= q[4] - q_ref[4]
     # Forces and moments are means over the action that has just ended, which lie in its middle.
-    middle, grf_ref, moment_ref = phase - pace * half_action, work.ground_reaction, work.moments
+    grf_ref, moment_ref = work.ground_reaction, work.moments
+    middle = phase - pace * yardstick.half_action
     read_table(targets.ground_reaction, middle, grf_ref)
     read_table(targets.moments, middle, moment_ref)
 
@@ -360,7 +462,7 @@ def measure(
         off = moments[i] / mass - moment_ref[i]
         errors[6] += targets.has_moment[i] * (off * off)
     errors[7] = (pace - 1.0) * (pace - 1.0)
-    errors[8] = action_change
+    errors[8] = change
     forward_drift, left_drift = q[3] - q_ref[3], q[4] - q_ref[4]
     errors[9] = magnitude(q[5] - q_ref[5])
     errors[10] = sqrt(errors[3])
@@ -383,7 +485,7 @@ def measure(
         observation[57 + i] = parameters[i]  # PARAMETERS_OBSERVED
     if not extended:
         return
-    if half_cycle:
+    if yardstick.mirrors:
         seen = remainder(seen + MIRROR_FROM, 0.5)
     angle = 2.0 * np.pi * seen
     observation[71], observation[72] = sine_cosine(angle)

@@ -22,16 +22,17 @@ from gaitval.policy.environment import (
     action_size,
     episode_arrays,
 )
-from gaitval.policy.judgement import EpisodeArrays, Yardstick, judged, take_action
+from gaitval.policy.judgement import judge, take_action
 from gaitval.policy.observation import (
     MIRROR_ORDER,
     MIRROR_SIGNS,
-    MeasureWorkspace,
+    EpisodeArrays,
     Targets,
-    diverged,
+    Yardstick,
     is_mirrored,
-    measure_workspace,
 )
+from gaitval.policy.observation import Workspace as Measuring
+from gaitval.policy.observation import workspace as measuring
 from gaitval.simulation.physics_steps import Account, Workspace
 from gaitval.simulation.side_by_side import LaneArrays, LaneBodies, SideBySide, advance_lanes
 from gaitval.simulation.tables import LaneTables
@@ -48,9 +49,8 @@ class GroupArrays(NamedTuple):
     walkers, episodes : the environments' own arrays.
     yardstick : of each; its numbers and arrays have a last axis of eight, its tables are
         `LaneTables`.
-    judged : `EpisodeArrays` in lanes, and `outcome` (3, 8) reward of the action, whether it fell,
-        whether it diverged.
-    work : what `judged` is computed in, in lanes.
+    judged, work : `EpisodeArrays` in lanes, and what they are computed in.
+    outcome : (2, 8) what `judge` gives.
     shares : (8, 26) as in `take_action`.
     phase, pace, lift : (8, 1); lift in m, `lane_lift` (1, 8) its copy.
     next_offset : (8, 25) rad.
@@ -62,8 +62,8 @@ class GroupArrays(NamedTuple):
     episodes: EpisodeArrays
     yardstick: Yardstick
     judged: EpisodeArrays
+    work: Measuring
     outcome: Array
-    work: MeasureWorkspace
     shares: Array
     phase: Array
     pace: Array
@@ -140,9 +140,8 @@ def act_together(
             for e in range(count):
                 columns[i, e] = rows[e, i]
     advance_lanes(bodies, lanes, account, work)
-    state, judged_lanes = in_lanes(lanes.walkers.state), in_lanes(group.judged)
-    targets = yards.targets
-    reward, fell = judged(
+    targets, outcome = yards.targets, in_lanes(group.outcome)
+    outcome[0], outcome[1] = judge(
         in_lanes(bodies.tree),
         Yardstick(
             Targets(
@@ -155,22 +154,20 @@ def act_together(
             in_lanes(yards.half_action)[0], in_lanes(yards.mass)[0], in_lanes(yards.weight)[0],
             yards.extended, yards.mirrors,
         ),
-        state, in_lanes(lanes.phase)[0], in_lanes(lanes.pace)[0], in_lanes(group.lane_lift)[0],
+        in_lanes(lanes.walkers.state), in_lanes(lanes.phase)[0], in_lanes(lanes.pace)[0],
+        in_lanes(group.lane_lift)[0],
         settings.tolerance_share, in_lanes(lanes.walkers.ground), in_lanes(lanes.walkers.moments),
-        in_lanes(lanes.walkers.squares), judged_lanes, in_lanes(group.work),
+        in_lanes(lanes.walkers.squares), in_lanes(group.judged), in_lanes(group.work),
     )  # fmt: skip
-    outcome = in_lanes(group.outcome)
-    outcome[0], outcome[1], outcome[2] = reward, fell, diverged(state)
     for k in range(len(outward)):
         rows, columns = outward[k]
         for e in range(count):
             for i in range(rows.shape[1]):
                 rows[e, i] = columns[i, e]
     for e in range(count):
-        # As `judge` has it of a walker that has diverged.
-        lost = group.outcome[2, e] > 0.0
+        lost = group.outcome[1, e] > 1.0
         group.rewards[e] = 0.0 if lost else group.outcome[0, e]
-        group.fell[e] = lost or group.outcome[1, e] > 0.0
+        group.fell[e] = group.outcome[1, e] > 0.0
         for i in range(episodes.terms.shape[1]):
             episodes.terms[e, i] = 0.0 if lost else group.judged.terms[i, e]
         observation = episodes.observation[e]
@@ -267,9 +264,7 @@ class WalkingGroup:
                 [yardstick for _, yardstick in kinds],
                 np.array([order.index(id(each.task)) for each in every]),
             ),
-            with_lanes(episode_arrays(constants)),
-            aligned((3, WIDTH)),
-            with_lanes(measure_workspace()),
+            with_lanes(episode_arrays(constants)), with_lanes(measuring()), aligned((2, WIDTH)),
             np.array([each.shares for each in every]),
             np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, 1)), aligned((1, WIDTH)),
             np.zeros((WIDTH, ACTUATED_COUNT)),

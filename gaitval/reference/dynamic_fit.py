@@ -640,7 +640,6 @@ def fitted(
     model: BodyModel,
     contact: ContactSettings,
     accuracy: Accuracy | None = None,
-    *,
     near: ReferenceMotion | None = None,
 ) -> ReferenceMotion:
     """The motion near `reference` that obeys the laws of motion and of contact.
@@ -699,4 +698,4 @@ def consistent_reference(
     contact = contact or ContactSettings()
     wanted = Accuracy(record=accuracy or RecordAccuracy())
     built = build_reference(record, model, contact)
-    return fitted(built, record, model, contact, wanted, near=near)
+    return fitted(built, record, model, contact, wanted, near)

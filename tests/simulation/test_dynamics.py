@@ -14,12 +14,11 @@ from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import (
     empty_frames,
     forward,
-    motion_workspace,
     tree_arrays,
     turned_vector,
     velocities,
-    whole_body_motion,
 )
+from gaitval.policy.observation import whole_body_motion, workspace
 from gaitval.simulation.dynamics import accelerations, dynamics_workspace, integrate
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Trajectory, Walker
@@ -125,7 +124,7 @@ def mechanics(tree, state):
     """Momentum (3,), angular momentum (3,) about the centre of mass, energy."""
     frames = frames_at(tree, state)
     motion = np.empty((3, 3))
-    whole_body_motion(tree, frames, motion, motion_workspace())
+    whole_body_motion(tree, frames, motion, workspace())
     com, com_velocity, _ = motion
     angular, energy = np.zeros(3), tree.mass.sum() * GRAVITY * com[2]
     for s in range(14):
