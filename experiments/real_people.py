@@ -20,8 +20,7 @@ from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile
-from gaitval.identification.identify import search, walked_with
+from gaitval.identification.body_fit import BodyFit, BodyPosterior
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import judged, judged_combinations
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -30,6 +29,7 @@ from gaitval.model.tree import segment_frames
 from gaitval.reference.dynamic_fit import Solution
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.posterior import Profile, search, walked_with
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "real.json"

@@ -47,7 +47,7 @@ def body(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.errors import ArtefactError, SubjectError
-    from gaitval.identification.identify import begin
+    from gaitval.identification.begin import begin
     from gaitval.identification.prior import measured_by, prior_sd
     from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import nominal_parameters

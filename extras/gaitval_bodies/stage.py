@@ -16,7 +16,7 @@ from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
-    from gaitval.identification.identify import Begun
+    from gaitval.identification.begin import Begun
     from gaitval.reporting.drawing import Draw
     from gaitval_bodies.bars import Bar
 
@@ -54,7 +54,7 @@ def stage(run: Run, begun: "Callable[[], Begun] | None" = None) -> Stage:
 def write(run: Run, begun: "Callable[[], Begun] | None" = None) -> None:
     """Write `FILE` into the folder of `run`; parameters as in `stage`."""
     # all of these here: a run asks for its stages before it does anything
-    from gaitval.identification.identify import begin
+    from gaitval.identification.begin import begin
     from gaitval.identification.prior import prior_sd
     from gaitval.model.urdf import read_urdf
     from gaitval.prediction.known import quantities_told

@@ -12,13 +12,11 @@ The result is the mode of the posterior, and its covariance from the normal equa
 (Laplace's approximation), with the motion and the laboratory's faults integrated out.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from gaitval.arrays import Array, Flags
 from gaitval.configuration import ContactSettings, NoiseSettings
@@ -37,11 +35,7 @@ from gaitval.reference.dynamic_fit import (
     Problem,
     Solution,
     fit_problem,
-    linear_terms,
-    linearised,
-    normal_equations,
     solve_problem,
-    weighted_laws,
 )
 from gaitval.reference.motion import FEED_FORWARD, HARMONICS, ReferenceMotion, build_reference
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS
@@ -51,11 +45,11 @@ if TYPE_CHECKING:
 
 _PLATES: Final = 2
 """First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
-_BODY: Final = _PLATES + 1
+BODY: Final = _PLATES + 1
 """First of the numbers that are mu, in units of the prior's SD."""
 _HELD: Final = 1e6
 """1 / prior SD of a number that is held."""
-_NUISANCES: Final = _BODY + len(PARAMETERS)
+NUISANCES: Final = BODY + len(PARAMETERS)
 """First of the errors of the laboratory's joint centres, in units of their SD."""
 _CENTRES: Final = tuple(
     (name, side)
@@ -63,7 +57,7 @@ _CENTRES: Final = tuple(
     for name in ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction")
 )
 """Moments about a joint centre that the laboratory has in the wrong place."""
-_EXTENDED: Final = _NUISANCES + len(_CENTRES)
+_EXTENDED: Final = NUISANCES + len(_CENTRES)
 """First of the extended parameters, in units of the prior's SD, if they are looked for."""
 _SHOWN: Final = slice(2, len(PARAMETERS))
 """Parameters that the fit looks for. Passive damping is a part of the net joint moments that are
@@ -72,9 +66,6 @@ and the fit must not seem to, by way of the smoothing of the contact law."""
 
 _MODE_GAIN: Final = 1e-5
 """Relative decrease of the sum of squares at which a mode is found, to hundredths of an SD."""
-_CHORDS: Final = 12
-_CHORD_GAIN: Final = 0.02
-"""Most chord steps, and the decrease of the sum of squares at which they end."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +147,7 @@ class BodyFit:
 
     def mu(self, common: Array) -> Array:
         """The parameters (14,) among a solution's `common`."""
-        return self.prior_mean + self.prior_sd * common[_BODY:_NUISANCES]
+        return self.prior_mean + self.prior_sd * common[BODY:NUISANCES]
 
     def _problem(self, record: GaitRecord) -> Problem:
         noise, model = self._noise, self._model
@@ -165,7 +156,7 @@ class BodyFit:
         # `common` is longer here than in the plain fit: plates and lean, then mu, joint centres,
         # extended.
         lever = np.zeros((*plain.lever.shape[:2], count))
-        lever[..., :_BODY] = plain.lever[..., :_BODY]
+        lever[..., :BODY] = plain.lever[..., :BODY]
         weights = _law_weights(plain.weight, model.mass, noise)
         for index, (name, side) in enumerate(_CENTRES):
             row = COORDINATES.index(f"{name}_{side[0]}")
@@ -173,17 +164,17 @@ class BodyFit:
             # vertical force times this length.
             vertical = plain.target[:, FOOT + FOOT_NUMBERS * SIDES.index(side) + 2]
             sign = SHIFT_SIGNS.get(name, 1.0)
-            lever[:, row, _NUISANCES + index] = sign * noise.joint_centre * vertical
+            lever[:, row, NUISANCES + index] = sign * noise.joint_centre * vertical
         penalty, miss = _angle_terms(self.reference, plain, noise)
         # mu, joint centres and extended parameters are in units of their prior SD, so their prior
         # is 1.
         prior = np.ones(count)
-        prior[:_BODY] = plain.prior[:_BODY]
+        prior[:BODY] = plain.prior[:BODY]
         return plain._replace(
             bodies=self.body,
             # Only these change the body. Damping and friction keep their columns, which stay zero,
             # so that the prior alone determines them.
-            varied=(*range(_BODY, _NUISANCES)[_SHOWN], *range(_EXTENDED, count)),
+            varied=(*range(BODY, NUISANCES)[_SHOWN], *range(_EXTENDED, count)),
             lever=lever,
             weight=weights,
             penalty=penalty,
@@ -213,13 +204,13 @@ class BodyFit:
             # The held mu is added to the body that is built, and the unknowns that are mu are held
             # at zero by a narrow prior: the equations keep their size.
             unit = np.zeros(len(prior))
-            unit[_BODY:_NUISANCES] = (fixed - self.prior_mean) / self.prior_sd
+            unit[BODY:NUISANCES] = (fixed - self.prior_mean) / self.prior_sd
             if begin is not None:
-                begin[1][_BODY:_NUISANCES] = 0.0
+                begin[1][BODY:NUISANCES] = 0.0
             whole = problem.bodies
             varied = tuple(index for index in problem.varied if index >= _EXTENDED)
             problem = problem._replace(bodies=lambda common: whole(common + unit), varied=varied)
-            prior[_BODY:_NUISANCES] = _HELD
+            prior[BODY:NUISANCES] = _HELD
         return solve_problem(
             problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain
         )
@@ -255,13 +246,13 @@ class BodyFit:
     def near(self, solution: Solution, mu: Array) -> Solution:
         """The solution with another mu (14,), to start from."""
         common = solution.common.copy()
-        common[_BODY:_NUISANCES] = (mu - self.prior_mean) / self.prior_sd
+        common[BODY:NUISANCES] = (mu - self.prior_mean) / self.prior_sd
         return solution._replace(common=common)
 
     def posterior(self, solution: Solution | None = None) -> BodyPosterior:
         """The posterior of mu around the mode `solution`, which is computed if not given."""
         found = solution or self.solve()
-        part = slice(_BODY, _NUISANCES)
+        part = slice(BODY, NUISANCES)
         sizes = np.array([each.prior_sd for each in self.extended])
         return BodyPosterior(
             mean=self.mu(found.common),
@@ -273,144 +264,6 @@ class BodyFit:
             extended_mean=sizes * found.common[_EXTENDED:],
             extended_sd=sizes * np.sqrt(np.diag(found.covariance)[_EXTENDED:]),
         )
-
-
-class _Equations:
-    """The linear equations of a fit at a solution, solved for any right side."""
-
-    def __init__(self, fit: BodyFit, solution: Solution) -> None:
-        at = fit.problem, solution.change, solution.common
-        laws = linearised(*at, 1.0)
-        # Transposed once, because every chord step multiplies by it.
-        self.slope = np.ascontiguousarray(laws.slope.transpose(0, 2, 1))
-        self.lever = laws.lever
-        matrix, _ = normal_equations(*at, laws)
-        self._factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
-        self.unknowns = len(matrix)
-
-    def solved(self, right: Array) -> Array:
-        """The unknowns (U, …) for the right sides `right` (U, …)."""
-        return np.asarray(cho_solve(self._factor, right, check_finite=False))
-
-
-class Profile:
-    """The fit for any held numbers, with the motion and the laboratory's errors at their best.
-
-    Near a solution all of them answer almost linearly, so the equations of the solution are used
-    for every mu (chord steps), which takes hundredths of a second instead of seconds.
-
-    Parameters
-    ----------
-    fit, solution : where the equations are taken.
-    held : elements of `Solution.common` that are held; mu if left out.
-    """
-
-    def __init__(
-        self,
-        fit: BodyFit,
-        solution: Solution,
-        held: Sequence[int] = range(_BODY, _NUISANCES),
-        *,
-        equations: _Equations | None = None,
-    ) -> None:
-        self._fit, self._problem, self._near = fit, fit.problem, solution
-        self._equations = equations or _Equations(fit, solution)
-        self._size = solution.change.size
-        self._held = np.array(held)
-        places = self._size + self._held
-        unit = np.zeros((self._equations.unknowns, len(places)))
-        unit[places, np.arange(len(places))] = 1.0
-        columns = self._equations.solved(unit)
-        # How all unknowns follow when a held one moves by 1 and the rest is at its best: with C the
-        # inverse of the normal equations, C[:, held] C[held, held]⁻¹, the conditional mean of a
-        # Gaussian.
-        self._answer = np.linalg.solve(columns[places].T, columns.T).T
-
-    def __call__(self, mus: Sequence[Array]) -> list[float]:
-        """Sums of squares at several `mus` (14,): -2 times the log posterior, up to a constant."""
-        mean, sd = self._fit.prior_mean, self._fit.prior_sd
-        return [each.cost for each in self.at([(mu - mean) / sd for mu in mus])]
-
-    def at(self, zs: Sequence[Array]) -> list[Solution]:
-        """What is most likely with the held numbers at each of `zs`, in prior SDs from the mean;
-        with the covariance of the solution.
-        """
-        held, size = self._held, self._size
-        place = np.concatenate([self._near.change.ravel(), self._near.common])
-        unknowns = np.repeat(place[:, None], len(zs), axis=1)
-        step = self._answer @ (np.stack(zs, axis=1) - unknowns[size + held])
-        best = [self._near._replace(cost=np.inf)] * len(zs)
-        # Points whose sum of squares no longer decreases drop out; the others share each solution
-        # of the equations.
-        moving = np.arange(len(zs))
-        for _ in range(_CHORDS):
-            unknowns[:, moving] += step
-            gradients, gained = [], []
-            for each in moving:
-                found, gradient = self._found(unknowns[:, each])
-                gained.append(found.cost < best[each].cost - _CHORD_GAIN)
-                gradients.append(gradient)
-                if found.cost < best[each].cost:
-                    best[each] = found
-            moving = moving[gained]
-            if not len(moving):
-                break
-            right = np.stack(gradients, axis=1)[:, gained]
-            # A Newton step with the old matrix, then moved back along `_answer` so that the held
-            # numbers stay exactly where they are.
-            right[size + held] = 0.0
-            step = -self._equations.solved(right)
-            step -= self._answer @ step[size + held]
-        return best
-
-    def _found(self, unknowns: Array) -> tuple[Solution, Array]:
-        """The solution with these unknowns (U,), and the gradient (U,) of half its sum of squares,
-        with the slopes of the equations.
-        """
-        problem, near = self._problem, self._near
-        change, common = unknowns[: self._size].reshape(near.change.shape), unknowns[self._size :]
-        residual, _ = weighted_laws(problem, change, common, 1.0)
-        linear = linear_terms(problem, change)
-        prior = problem.prior * common
-        cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
-        # Jacobianᵀ · residual, by the chain rule: first by coordinates and rates at each instant,
-        # then by the harmonics whose values these are.
-        by_input = np.matmul(self._equations.slope, residual[:, :, None])
-        by_rate = by_input.reshape(len(residual), 3, -1)
-        motion = np.einsum("krn,kr->kn", problem.penalty, linear, optimize=True)
-        for order, series in enumerate(problem.series):
-            motion += by_rate[:, order].T @ series
-        of_common = np.einsum("toi,to->i", self._equations.lever, residual, optimize=True)
-        gradient = np.concatenate([motion.ravel(), of_common + problem.prior * prior])
-        return near._replace(change=change.copy(), common=common.copy(), cost=cost), gradient
-
-
-PROFILE_STEPS: Final = (-2.0, -1.0, 1.0, 2.0)
-"""Posterior SDs from the mode at which a parameter's profile is taken."""
-
-
-def profiles(fit: BodyFit, mode: Solution) -> Array:
-    """Profiles of the posterior: how much minus twice its logarithm grows if one parameter is held
-    at `PROFILE_STEPS` posterior SDs from the mode and all else is at its best.
-
-    Parameters
-    ----------
-    fit : of the record.
-    mode : its solution.
-
-    Returns
-    -------
-    (14, 4): 4, 1, 1, 4 if the posterior is Gaussian; 0 of what is not looked for.
-    """
-    equations = _Equations(fit, mode)
-    found = np.zeros((len(PARAMETERS), len(PROFILE_STEPS)))
-    for index in np.flatnonzero(fit.looked_for()):
-        place = _BODY + int(index)
-        profile = Profile(fit, mode, [place], equations=equations)
-        at, sd = mode.common[place], np.sqrt(mode.covariance[place, place])
-        walked = profile.at([np.array([at + step * sd]) for step in PROFILE_STEPS])
-        found[index] = np.array([each.cost for each in walked]) - mode.cost
-    return found
 
 
 def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:

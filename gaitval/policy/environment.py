@@ -28,8 +28,8 @@ from gaitval.policy.observation import (
     EpisodeArrays,
     Yardstick,
     is_mirrored,
+    measure_workspace,
     targets_of,
-    workspace,
 )
 from gaitval.policy.reward import reward_numbers
 from gaitval.simulation.tables import read_row
@@ -114,7 +114,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.episode = episode_arrays(self.constants) if arrays is None else arrays[1]
         self.difficulty = 1.0
         self.tolerance_share = 1.0
-        self._work = workspace()
+        self._work = measure_workspace()
         self._extended = self.constants.observation == "extended"
         self._mirrors = self._extended and self.constants.mirror
         size = OBSERVATION_SIZES[self.constants.observation]

@@ -13,7 +13,7 @@ from gaitval.policy.observation import (
     ACTION_ORDER,
     ACTION_SIGNS,
     EpisodeArrays,
-    Workspace,
+    MeasureWorkspace,
     Yardstick,
     diverged,
     measure,
@@ -67,7 +67,7 @@ def judge(
     moments: Array,
     squares: Array,
     episode: EpisodeArrays,
-    work: Workspace,
+    work: MeasureWorkspace,
 ) -> Any:
     """Reward of the last action, and whether the walker has fallen; fills observation, errors and
     terms of `episode`. Of one walker, or of eight in lanes.

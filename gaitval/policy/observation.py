@@ -237,7 +237,7 @@ class EpisodeArrays(NamedTuple):
     root_force: Array
 
 
-class Workspace(NamedTuple):
+class MeasureWorkspace(NamedTuple):
     """Arrays that `measure` works in.
 
     Attributes
@@ -274,14 +274,14 @@ class Workspace(NamedTuple):
     effector: Array
 
 
-def workspace() -> Workspace:
+def measure_workspace() -> MeasureWorkspace:
     """Arrays to be overwritten."""
     segment, square, joints, effectors = (SEGMENT_COUNT, 3), (3, 3), ACTUATED_COUNT, 12
     sizes = (
         segment, segment, 3, 3, square, square, square, square, COORDINATE_COUNT, COORDINATE_COUNT,
         3, effectors, 6, joints, square, square, 3, joints, joints, effectors,
     )  # fmt: skip
-    return Workspace(empty_frames(), *(np.zeros(size) for size in sizes))
+    return MeasureWorkspace(empty_frames(), *(np.zeros(size) for size in sizes))
 
 
 @njit_borrowing
@@ -293,7 +293,7 @@ def _cross(a: Array, b: Array, out: Array) -> None:
 
 
 @njit_borrowing
-def whole_body_motion(tree: Tree, frames: Frames, out: Array, work: Workspace) -> None:
+def whole_body_motion(tree: Tree, frames: Frames, out: Array, work: MeasureWorkspace) -> None:
     """Motion of the whole body as if it were rigid.
 
     Parameters
@@ -382,7 +382,7 @@ def measure(
     moments: Array,
     change: Any,
     episode: EpisodeArrays,
-    work: Workspace,
+    work: MeasureWorkspace,
 ) -> None:
     """Observation and squared errors of one state, or of eight in lanes, into `episode`.
 

@@ -27,12 +27,12 @@ from gaitval.policy.observation import (
     MIRROR_ORDER,
     MIRROR_SIGNS,
     EpisodeArrays,
+    MeasureWorkspace,
     Targets,
     Yardstick,
     is_mirrored,
+    measure_workspace,
 )
-from gaitval.policy.observation import Workspace as Measuring
-from gaitval.policy.observation import workspace as measuring
 from gaitval.simulation.physics_steps import Account, Workspace
 from gaitval.simulation.side_by_side import LaneArrays, LaneBodies, SideBySide, advance_lanes
 from gaitval.simulation.tables import LaneTables
@@ -62,7 +62,7 @@ class GroupArrays(NamedTuple):
     episodes: EpisodeArrays
     yardstick: Yardstick
     judged: EpisodeArrays
-    work: Measuring
+    work: MeasureWorkspace
     outcome: Array
     shares: Array
     phase: Array
@@ -264,7 +264,7 @@ class WalkingGroup:
                 [yardstick for _, yardstick in kinds],
                 np.array([order.index(id(each.task)) for each in every]),
             ),
-            with_lanes(episode_arrays(constants)), with_lanes(measuring()), aligned((2, WIDTH)),
+            with_lanes(episode_arrays(constants)), with_lanes(measure_workspace()), aligned((2, WIDTH)),
             np.array([each.shares for each in every]),
             np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, 1)), aligned((1, WIDTH)),
             np.zeros((WIDTH, ACTUATED_COUNT)),

@@ -48,16 +48,16 @@ from gaitval.study.stages import (
 from gaitval.study.unread import given, say_unread
 
 if TYPE_CHECKING:
-    from gaitval.identification.identify import Begun
+    from gaitval.identification.begin import Begun
 
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
 
 STATE = "identification_state.json"
-"""What an identification that runs has found, beside its results (`identification.identify`)."""
+"""What an identification that runs has found, beside its results (`gaitval_bodies.posterior`)."""
 
 IN_WORKERS = (
-    "gaitval.identification.identify",
+    "gaitval.identification.begin",
     "gaitval.learning_control.correct",
     "gaitval.metrics.epsilon",
     "gaitval.metrics.policy_comparison",

@@ -50,7 +50,7 @@ from gaitval.study.stage import Run, Stage
 if TYPE_CHECKING:
     from gaitval.arrays import Array
     from gaitval.gait.record import GaitRecord
-    from gaitval.identification.identify import Begun
+    from gaitval.identification.begin import Begun
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.walk_results import PushRecovery
@@ -389,8 +389,8 @@ def begin_identifying(run: Run) -> "Callable[[], Begun] | None":
 
 
 def _begin(*arguments: Any) -> "Begun":
-    """`identify.begin`, whose module the worker has loaded, and this process later."""
-    from gaitval.identification.identify import begin
+    """`begin.begin`, whose module the worker has loaded, and this process later."""
+    from gaitval.identification.begin import begin
 
     return begin(*arguments)
 
@@ -409,18 +409,18 @@ def _searched(
     """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
     that is interrupted, `begun` what the record and the body gave before.
     """
-    from gaitval.identification.identify import begin, identify
+    from gaitval.identification.begin import begin
 
     (record, model, own), configuration = _identified_from(run), run.configuration
     progress, method = run.observer.progress, configuration.identification.method
+    found: Callable[..., FoundParameters] = wings.load(wings.PARTS, f"{method}_identification")
     if method == "posterior":
-        return identify(
+        return found(
             record, model, prior, configuration, folder,
             kinetics_told=own, begun=begun, on_progress=progress,
         )  # fmt: skip
-    other: Callable[..., FoundParameters] = wings.load(wings.PARTS, f"{method}_identification")
     fit, held = begun() if begun else begin(record, model, prior, configuration, own)
-    return other(fit, held, run.subject, record, model, configuration, progress)
+    return found(fit, held, run.subject, record, model, configuration, progress)
 
 
 def save_identified_reference(run: Run, folder: Path) -> None:

@@ -9,14 +9,7 @@ from simulation_fixtures import changed
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.identification.body_fit import (
-    PROFILE_STEPS,
-    BodyFit,
-    Profile,
-    angle_sd,
-    profiles,
-)
-from gaitval.identification.identify import identify
+from gaitval.identification.body_fit import BodyFit, angle_sd
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
 from gaitval.identification.verdicts import combinations, judged_combinations
@@ -26,6 +19,7 @@ from gaitval.prediction.population import noise_of_expected
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.posterior import PROFILE_STEPS, Profile, identify, profiles
 from gaitval_virtual.person import virtual_person
 
 CONFIGURATION = load_configuration()

@@ -8,14 +8,14 @@ import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval.identification.body_fit import BodyFit, Profile
-from gaitval.identification.identify import identify
+from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.posterior import Profile, identify
 from gaitval_virtual.screen_command import _shown
 from gaitval_virtual.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
 

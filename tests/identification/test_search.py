@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import IdentificationSettings
-from gaitval.identification.identify import search
+from gaitval_bodies.posterior import search
 
 SIZE = 12
 

@@ -5,7 +5,6 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyPosterior
-from gaitval.identification.identify import conditional_mean
 from gaitval.identification.prior import measured_by, prior_sd
 from gaitval.identification.verdicts import (
     combinations,
@@ -16,6 +15,7 @@ from gaitval.identification.verdicts import (
 )
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval_bodies.posterior import conditional_mean
 
 THIGH, SHANK = (PARAMETERS.index(f"{name}_length") for name in ("thigh", "shank"))
 

@@ -18,7 +18,7 @@ from gaitval.model.tree import (
     velocities,
     whole_body_centre_of_mass,
 )
-from gaitval.policy.observation import whole_body_motion, workspace
+from gaitval.policy.observation import measure_workspace, whole_body_motion
 
 # Everything here is a few hundred products of numbers of the order of ten: rounding leaves
 # about 1e-14.
@@ -49,7 +49,7 @@ def test_the_centre_of_mass_and_its_velocity_are_those_of_dart(task, peer, seed)
         tree.mass, tree.centre_of_mass, seen["rotation"], seen["origin"]
     )
     motion = np.empty((3, 3))
-    whole_body_motion(tree, Frames(**seen), motion, workspace())
+    whole_body_motion(tree, Frames(**seen), motion, measure_workspace())
     np.testing.assert_allclose(com, peer.skeleton.getCOM(), atol=ROUNDING)
     np.testing.assert_allclose(motion[0], peer.skeleton.getCOM(), atol=ROUNDING)
     np.testing.assert_allclose(motion[1], peer.skeleton.getCOMLinearVelocity(), atol=ROUNDING)
@@ -60,7 +60,7 @@ def test_a_body_that_turns_as_a_whole_has_one_angular_velocity(task):
     qd[6:] = 0.0
     motion = np.empty((3, 3))
     frames = Frames(**kinematics(task.model, q, qd))
-    whole_body_motion(tree_arrays(task.model), frames, motion, workspace())
+    whole_body_motion(tree_arrays(task.model), frames, motion, measure_workspace())
     np.testing.assert_allclose(motion[2], qd[:3], atol=ROUNDING)
 
 

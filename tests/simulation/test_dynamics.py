@@ -18,7 +18,7 @@ from gaitval.model.tree import (
     turned_vector,
     velocities,
 )
-from gaitval.policy.observation import whole_body_motion, workspace
+from gaitval.policy.observation import measure_workspace, whole_body_motion
 from gaitval.simulation.dynamics import accelerations, dynamics_workspace, integrate
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Trajectory, Walker
@@ -124,7 +124,7 @@ def mechanics(tree, state):
     """Momentum (3,), angular momentum (3,) about the centre of mass, energy."""
     frames = frames_at(tree, state)
     motion = np.empty((3, 3))
-    whole_body_motion(tree, frames, motion, workspace())
+    whole_body_motion(tree, frames, motion, measure_workspace())
     com, com_velocity, _ = motion
     angular, energy = np.zeros(3), tree.mass.sum() * GRAVITY * com[2]
     for s in range(14):

@@ -211,7 +211,7 @@ STAGE_CODE = {
     "reference_stage": ("reference/dynamic_fit.py", "datasets/subject.py", "compiled.py"),
     "need_stage": ("metrics/policy_comparison.py", "policy/rollouts.py"),
     "train_stage": ("policy/training.py", "policy/learner.py", "simulation/walker.py"),
-    "identify_stage": ("identification/identify.py", "contact/forces.py"),
+    "identify_stage": ("identification/begin.py", "contact/forces.py"),
     "evaluate_stage": ("metrics/epsilon.py", "policy/rollouts.py"),
     "choose_stage": ("study/inputs.py",),
     "correct_stage": ("learning_control/correct.py", "metrics/reference_curves.py"),

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from gaitval.artefacts import write_json
-from gaitval.identification import identify
 from gaitval.study import run
 from gaitval.study.stage import Observer
 from gaitval.study.watching import generations_shown
+from gaitval_bodies import posterior
 
 
 class Seen(Observer):
@@ -43,4 +43,4 @@ def test_every_new_generation_is_reported_once(tmp_path: Path) -> None:
 
 
 def test_the_file_is_that_of_the_search() -> None:
-    assert run.STATE == identify._STATE
+    assert run.STATE == posterior._STATE

@@ -1,4 +1,5 @@
-"""Identification of the body parameters mu from a record (the paper's section III-B, restated).
+"""The posterior with errors that are new in every joint and harmonic: `identification.method =
+posterior`, the paper's section III-B restated.
 
 CMA-ES (Hansen 2016) with the paper's population of 8 looks for the mode of the posterior
 (`body_fit`) until its distribution is narrower than a fraction of the prior, and Gauss-Newton steps
@@ -15,12 +16,14 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from gaitval.arrays import Array, Flags
 from gaitval.artefacts import read_json, value_hash, write_json
-from gaitval.configuration import Configuration, IdentificationSettings, NoiseSettings
+from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.record import GaitRecord
-from gaitval.identification.body_fit import BodyFit, BodyPosterior, Profile, profiles
+from gaitval.identification.begin import Begun, begin, noise_of
+from gaitval.identification.body_fit import BODY, NUISANCES, BodyFit, BodyPosterior
 from gaitval.identification.verdicts import (
     Judged,
     correlation,
@@ -33,13 +36,16 @@ from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, parameter_bounds
 from gaitval.policy.processes import kept_workers, side_by_side
-from gaitval.reference.dynamic_fit import Solution
+from gaitval.reference.dynamic_fit import (
+    Solution,
+    linear_terms,
+    linearised,
+    normal_equations,
+    weighted_laws,
+)
 
 Evaluate = Callable[[Sequence[Array]], list[float]]
 """Values to be made small, of several points (n,)."""
-Begun = tuple[BodyFit, Solution]
-"""The fit to a record, and its solution with the body as scaled."""
-
 _STATE: Final = "identification_state.json"
 
 
@@ -131,29 +137,6 @@ def search(
     return Searched(found, converged, tuple(history))
 
 
-def _noise(configuration: Configuration, kinetics_told: bool) -> NoiseSettings:
-    if kinetics_told:
-        return configuration.noise
-    from gaitval.prediction.population import noise_of_expected
-
-    return noise_of_expected(configuration.noise)
-
-
-def begin(
-    record: GaitRecord,
-    model: BodyModel,
-    prior_sd: Array,
-    configuration: Configuration,
-    kinetics_told: bool,
-) -> Begun:
-    """The fit to a record, solved in full with the body as scaled; arguments as in `identify`."""
-    fit = BodyFit(
-        record, model, configuration.contact, _noise(configuration, kinetics_told),
-        prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",
-    )  # fmt: skip
-    return fit, fit.solve(fixed=fit.prior_mean)
-
-
 def _search_near(
     fit: BodyFit,
     held: Solution,
@@ -174,6 +157,149 @@ def _search_near(
         key=key,
         on_generation=on_generation,
     )
+
+
+_CHORDS: Final = 12
+_CHORD_GAIN: Final = 0.02
+"""Most chord steps, and the decrease of the sum of squares at which they end."""
+
+
+class _Equations:
+    """The linear equations of a fit at a solution, solved for any right side."""
+
+    def __init__(self, fit: BodyFit, solution: Solution) -> None:
+        at = fit.problem, solution.change, solution.common
+        laws = linearised(*at, 1.0)
+        # Transposed once, because every chord step multiplies by it.
+        self.slope = np.ascontiguousarray(laws.slope.transpose(0, 2, 1))
+        self.lever = laws.lever
+        matrix, _ = normal_equations(*at, laws)
+        self._factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
+        self.unknowns = len(matrix)
+
+    def solved(self, right: Array) -> Array:
+        """The unknowns (U, …) for the right sides `right` (U, …)."""
+        return np.asarray(cho_solve(self._factor, right, check_finite=False))
+
+
+class Profile:
+    """The fit for any held numbers, with the motion and the laboratory's errors at their best.
+
+    Near a solution all of them answer almost linearly, so the equations of the solution are used
+    for every mu (chord steps), which takes hundredths of a second instead of seconds.
+
+    Parameters
+    ----------
+    fit, solution : where the equations are taken.
+    held : elements of `Solution.common` that are held; mu if left out.
+    """
+
+    def __init__(
+        self,
+        fit: BodyFit,
+        solution: Solution,
+        held: Sequence[int] = range(BODY, NUISANCES),
+        *,
+        equations: _Equations | None = None,
+    ) -> None:
+        self._fit, self._problem, self._near = fit, fit.problem, solution
+        self._equations = equations or _Equations(fit, solution)
+        self._size = solution.change.size
+        self._held = np.array(held)
+        places = self._size + self._held
+        unit = np.zeros((self._equations.unknowns, len(places)))
+        unit[places, np.arange(len(places))] = 1.0
+        columns = self._equations.solved(unit)
+        # How all unknowns follow when a held one moves by 1 and the rest is at its best: with C the
+        # inverse of the normal equations, C[:, held] C[held, held]⁻¹, the conditional mean of a
+        # Gaussian.
+        self._answer = np.linalg.solve(columns[places].T, columns.T).T
+
+    def __call__(self, mus: Sequence[Array]) -> list[float]:
+        """Sums of squares at several `mus` (14,): -2 times the log posterior, up to a constant."""
+        mean, sd = self._fit.prior_mean, self._fit.prior_sd
+        return [each.cost for each in self.at([(mu - mean) / sd for mu in mus])]
+
+    def at(self, zs: Sequence[Array]) -> list[Solution]:
+        """What is most likely with the held numbers at each of `zs`, in prior SDs from the mean;
+        with the covariance of the solution.
+        """
+        held, size = self._held, self._size
+        place = np.concatenate([self._near.change.ravel(), self._near.common])
+        unknowns = np.repeat(place[:, None], len(zs), axis=1)
+        step = self._answer @ (np.stack(zs, axis=1) - unknowns[size + held])
+        best = [self._near._replace(cost=np.inf)] * len(zs)
+        # Points whose sum of squares no longer decreases drop out; the others share each solution
+        # of the equations.
+        moving = np.arange(len(zs))
+        for _ in range(_CHORDS):
+            unknowns[:, moving] += step
+            gradients, gained = [], []
+            for each in moving:
+                found, gradient = self._found(unknowns[:, each])
+                gained.append(found.cost < best[each].cost - _CHORD_GAIN)
+                gradients.append(gradient)
+                if found.cost < best[each].cost:
+                    best[each] = found
+            moving = moving[gained]
+            if not len(moving):
+                break
+            right = np.stack(gradients, axis=1)[:, gained]
+            # A Newton step with the old matrix, then moved back along `_answer` so that the held
+            # numbers stay exactly where they are.
+            right[size + held] = 0.0
+            step = -self._equations.solved(right)
+            step -= self._answer @ step[size + held]
+        return best
+
+    def _found(self, unknowns: Array) -> tuple[Solution, Array]:
+        """The solution with these unknowns (U,), and the gradient (U,) of half its sum of squares,
+        with the slopes of the equations.
+        """
+        problem, near = self._problem, self._near
+        change, common = unknowns[: self._size].reshape(near.change.shape), unknowns[self._size :]
+        residual, _ = weighted_laws(problem, change, common, 1.0)
+        linear = linear_terms(problem, change)
+        prior = problem.prior * common
+        cost = float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
+        # Jacobianᵀ · residual, by the chain rule: first by coordinates and rates at each instant,
+        # then by the harmonics whose values these are.
+        by_input = np.matmul(self._equations.slope, residual[:, :, None])
+        by_rate = by_input.reshape(len(residual), 3, -1)
+        motion = np.einsum("krn,kr->kn", problem.penalty, linear, optimize=True)
+        for order, series in enumerate(problem.series):
+            motion += by_rate[:, order].T @ series
+        of_common = np.einsum("toi,to->i", self._equations.lever, residual, optimize=True)
+        gradient = np.concatenate([motion.ravel(), of_common + problem.prior * prior])
+        return near._replace(change=change.copy(), common=common.copy(), cost=cost), gradient
+
+
+PROFILE_STEPS: Final = (-2.0, -1.0, 1.0, 2.0)
+"""Posterior SDs from the mode at which a parameter's profile is taken."""
+
+
+def profiles(fit: BodyFit, mode: Solution) -> Array:
+    """Profiles of the posterior: how much minus twice its logarithm grows if one parameter is held
+    at `PROFILE_STEPS` posterior SDs from the mode and all else is at its best.
+
+    Parameters
+    ----------
+    fit : of the record.
+    mode : its solution.
+
+    Returns
+    -------
+    (14, 4): 4, 1, 1, 4 if the posterior is Gaussian; 0 of what is not looked for.
+    """
+    equations = _Equations(fit, mode)
+    found = np.zeros((len(PARAMETERS), len(PROFILE_STEPS)))
+    for index in np.flatnonzero(fit.looked_for()):
+        place = BODY + int(index)
+        profile = Profile(fit, mode, [place], equations=equations)
+        at, sd = mode.common[place], np.sqrt(mode.covariance[place, place])
+        walked = profile.at([np.array([at + step * sd]) for step in PROFILE_STEPS])
+        found[index] = np.array([each.cost for each in walked]) - mode.cost
+    return found
 
 
 def identify(
@@ -201,7 +327,7 @@ def identify(
     on_progress : called after each generation with generation, total and value.
     """
     settings = configuration.identification
-    noise = _noise(configuration, kinetics_told)
+    noise = noise_of(configuration, kinetics_told)
     # The search moves mu near the solution with the body as scaled, which costs hundredths of a
     # second per candidate.
     fit, held = begun() if begun else begin(record, model, prior_sd, configuration, kinetics_told)

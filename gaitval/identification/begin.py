@@ -1,0 +1,37 @@
+"""What every identification of a body begins with: the fit of a record to the body as scaled."""
+
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration, NoiseSettings
+from gaitval.gait.record import GaitRecord
+from gaitval.identification.body_fit import BodyFit
+from gaitval.model.body import BodyModel
+from gaitval.reference.dynamic_fit import Solution
+
+Begun = tuple[BodyFit, Solution]
+"""The fit to a record, and its solution with the body as scaled."""
+
+
+def noise_of(configuration: Configuration, kinetics_told: bool) -> NoiseSettings:
+    """The noise model of a record, whose kinetics are the person's own or expected of anybody."""
+    if kinetics_told:
+        return configuration.noise
+    from gaitval.prediction.population import noise_of_expected
+
+    return noise_of_expected(configuration.noise)
+
+
+def begin(
+    record: GaitRecord,
+    model: BodyModel,
+    prior_sd: Array,
+    configuration: Configuration,
+    kinetics_told: bool,
+) -> Begun:
+    """The fit to a record, solved in full with the body as scaled; `kinetics_told`: whether its
+    moments and forces are the person's own.
+    """
+    fit = BodyFit(
+        record, model, configuration.contact, noise_of(configuration, kinetics_told),
+        prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",
+    )  # fmt: skip
+    return fit, fit.solve(fixed=fit.prior_mean)
