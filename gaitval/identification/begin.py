@@ -12,7 +12,9 @@ Begun = tuple[BodyFit, Solution]
 
 
 def noise_of(configuration: Configuration, kinetics_told: bool) -> NoiseSettings:
-    """The noise model of a record, whose kinetics are the person's own or expected of anybody."""
+    """The noise model of `configuration` for a record, whose kinetics are the person's own if
+    `kinetics_told`, else what is expected of anybody.
+    """
     if kinetics_told:
         return configuration.noise
     from gaitval.prediction.population import noise_of_expected
@@ -27,8 +29,14 @@ def begin(
     configuration: Configuration,
     kinetics_told: bool,
 ) -> Begun:
-    """The fit to a record, solved in full with the body as scaled; `kinetics_told`: whether its
-    moments and forces are the person's own.
+    """The fit to a `record` with moments and forces, solved in full with the body as scaled
+    (`model`).
+
+    Parameters
+    ----------
+    prior_sd : (14,) of mu about the body as scaled, see `prior.prior_sd`.
+    configuration : settings of identification, noise and contact.
+    kinetics_told : whether the record's moments and forces are the person's own.
     """
     fit = BodyFit(
         record, model, configuration.contact, noise_of(configuration, kinetics_told),

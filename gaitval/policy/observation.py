@@ -18,6 +18,8 @@ mirror image in the sagittal plane. World axes, rad, m and s:
 | 93 - 98 | ground reaction on right and left foot, body weights, mean over the last action |
 | 99 | walking speed over the square root of gravity times leg length |
 | 100 - 125 | last action: 25 joints, pace |
+
+It is long because whatever a policy is shown of a body, and compared by, is measured at once.
 """
 
 import math

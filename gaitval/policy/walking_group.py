@@ -54,7 +54,7 @@ class GroupArrays(NamedTuple):
     shares : (8, 26) as in `take_action`.
     phase, pace, lift : (8, 1); lift in m, `lane_lift` (1, 8) its copy.
     next_offset : (8, 25) rad.
-    habits : (8, 100, A) action bias of each hundredth of the cycle, which is subtracted.
+    biases : (8, 100, A) action bias of each hundredth of the cycle, which is subtracted.
     rewards, fell : (8,) of the action.
     """
 
@@ -70,7 +70,7 @@ class GroupArrays(NamedTuple):
     lift: Array
     lane_lift: Array
     next_offset: Array
-    habits: Array
+    biases: Array
     rewards: Array
     fell: NDArray[np.bool_]
 
@@ -106,7 +106,7 @@ def act_together(
 
     Parameters
     ----------
-    asked : (environments, 25 or 26) of the policy; the habits are subtracted.
+    asked : (environments, 25 or 26) of the policy; the biases are subtracted.
     settings : limits and scales of an action.
     group : what the environments work with; rewards, falls and episodes are filled.
     inward, outward : pairs of rows (8, n) and lanes (n, 8) that hold the same before and after the
@@ -123,9 +123,9 @@ def act_together(
         # that was.
         action, phase = episodes.action[e], group.phase[e, 0]
         mirrored = yards.mirrors and is_mirrored(phase)
-        habit = group.habits[e, int(phase % 1.0 * group.habits.shape[1])]
+        bias = group.biases[e, int(phase % 1.0 * group.biases.shape[1])]
         for i in range(asked.shape[1]):
-            asked[e, i] -= habit[i]
+            asked[e, i] -= bias[i]
         take_action(
             asked[e], settings.action_limit, group.shares[e], mirrored, action, episodes.before[e]
         )
@@ -264,7 +264,9 @@ class WalkingGroup:
                 [yardstick for _, yardstick in kinds],
                 np.array([order.index(id(each.task)) for each in every]),
             ),
-            with_lanes(episode_arrays(constants)), with_lanes(measure_workspace()), aligned((2, WIDTH)),
+            with_lanes(episode_arrays(constants)),
+            with_lanes(measure_workspace()),
+            aligned((2, WIDTH)),
             np.array([each.shares for each in every]),
             np.zeros((WIDTH, 1)), np.ones((WIDTH, 1)), np.zeros((WIDTH, 1)), aligned((1, WIDTH)),
             np.zeros((WIDTH, ACTUATED_COUNT)),
@@ -339,7 +341,7 @@ class WalkingGroup:
             if id(environment.task) not in found:
                 environment.centre(policy, mu, key=key)
                 found[id(environment.task)] = environment.habits()
-            self._arrays.habits[e] = found[id(environment.task)]
+            self._arrays.biases[e] = found[id(environment.task)]
 
     def step(
         self, asked: NDArray[np.float32], seen: NDArray[np.float32]
