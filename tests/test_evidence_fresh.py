@@ -162,6 +162,7 @@ def forget() -> None:
         stale._files_of,
         stale._content,
         stale.changed_statements,
+        stale._is_before,
     ):
         cached.cache_clear()
 
@@ -201,6 +202,26 @@ def test_a_definition_that_moved_is_no_change(project, monkeypatch):
     (project / "clean.py").write_text("def g():\n    return 1\n")
     commit(monkeypatch, "moved")
     assert "all" not in stale_rows()
+
+
+def test_a_change_that_leaves_the_numbers_does_not_count_and_those_around_it_do(
+    project, monkeypatch
+):
+    first = evidence.STARTED
+    (project / "code.py").write_text("def f():\n    return 2 - 1\n\ndef g():\n    return 1\n")
+    after = commit(monkeypatch, "f otherwise")
+    assert stale_rows() == {"all", "f"}
+    equal = stale.Equal(first, after, ("code.py",), "2 - 1 is 1")
+    monkeypatch.setattr(stale, "EQUAL", (equal,))
+    forget()
+    assert stale_rows() == set()
+    monkeypatch.setattr(stale, "EQUAL", (equal._replace(code=("other.py",)),))
+    forget()
+    assert stale_rows() == {"all", "f"}
+    monkeypatch.setattr(stale, "EQUAL", (equal,))
+    (project / "code.py").write_text("def f():\n    return 2 - 1\n\ndef g():\n    return 3\n")
+    commit(monkeypatch, "g changed")
+    assert stale_rows() == {"all"}
 
 
 def test_uncommitted_files_are_marked_and_such_a_row_is_stale(project):
