@@ -80,6 +80,7 @@ EQUAL: Final = (
             *("gaitval/policy/rollouts.py", "gaitval/policy/storage.py"),
             *("gaitval/policy/walking_group.py", "gaitval/reference/*.py"),
             *("gaitval/simulation/walker.py", "gaitval/study/run.py", "gaitval/study/sources.py"),
+            "tests/robustness/planted.toml",
         ),
         "observation and fall of eight walkers are computed in lanes, as alone: "
         "tests/policy/test_rollouts.py; metrics.json of a study was equal before and after; the "
@@ -141,8 +142,7 @@ def _why(source: str, declared: Dependence, commit: str) -> str:
         return f"its commit {commit} is not in this history (a shallow clone has none)"
     if declared.results and (of := evidence.measured_commit(declared.results)[0]) != commit:
         return f"its results are of {of}, the row of {commit}"
-    then, now = _files_of(commit), _files_of(None)
-    if moved := _changed_data(declared.data, then, now):
+    if moved := _changed_data(declared.data, commit):
         return f"{', '.join(moved[:3])} changed since {commit}"
     own = () if any(each.startswith(f"{source}:") for each in declared.code) else (source,)
     count, most = changed_statements((*own, *declared.code), commit)
@@ -183,23 +183,28 @@ def _hash(content: bytes) -> str:
     return hashlib.sha1(b"blob %d\0" % len(content) + content, usedforsecurity=False).hexdigest()
 
 
-def _changed_data(
-    patterns: Sequence[str], then: Mapping[str, str], now: Mapping[str, str]
-) -> list[str]:
-    return sorted(
-        name
-        for name in {*then, *now}
-        if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
-        and then.get(name) != now.get(name)
-        and not (name in then and name in now and _same_content(name, then[name]))
-    )
+def _changed_data(patterns: Sequence[str], commit: str) -> list[str]:
+    """Files of data that are not as in a commit."""
+    found = set()
+    for old, new, equal in _steps(commit):
+        then, now = _files_of(old), _files_of(new)
+        found |= {
+            name
+            for name in {*then, *now}
+            if _matches(name, patterns)
+            and not _matches(name, equal)
+            and then.get(name) != now.get(name)
+            and not (name in then and name in now and _same_content(name, then[name], new))
+        }
+    return sorted(found)
 
 
-def _same_content(name: str, blob: str) -> bool:
+def _same_content(name: str, blob: str, new: str | None) -> bool:
     """Whether a file differs from what it was in its comments only."""
     if not name.endswith((".toml", ".csv")):  # a file that is no text is among these
         return False
-    before, after = _content(name, blob, past=True), _content(name, "", past=False)
+    before = _content(name, blob, past=True)
+    after = _content(name, _files_of(new)[name], past=new is not None)
     if name.endswith(".toml"):
         return tomllib.loads(before) == tomllib.loads(after)
     return _uncommented(before) == _uncommented(after)
@@ -216,20 +221,28 @@ def changed_statements(code: tuple[str, ...], commit: str) -> tuple[int, str]:
     A statement that was replaced counts once, as does one that was added or taken away.
     """
     counts: Counter[str] = Counter()
-    for equal in EQUAL:
-        if _is_before(commit, equal.before):
-            counts += _changed(code, commit, equal.before)
-            counts += Counter(
-                {
-                    name: count
-                    for name, count in _changed(code, equal.before, equal.after).items()
-                    if not any(fnmatch.fnmatchcase(name, pattern) for pattern in equal.code)
-                }
-            )
-            commit = equal.after
-    counts += _changed(code, commit, None)
+    for old, new, equal in _steps(commit):
+        for name, count in _changed(code, old, new).items():
+            if not _matches(name, equal):
+                counts[name] += count
     most = ", ".join(f"{name}: {count}" for name, count in counts.most_common(3))
     return counts.total(), most
+
+
+def _steps(commit: str) -> Iterator[tuple[str, str | None, tuple[str, ...]]]:
+    """What lies between a commit and the files of today (None): from where to where, and patterns
+    of the files that give the same numbers after it.
+    """
+    for equal in EQUAL:
+        if _is_before(commit, equal.before):
+            yield commit, equal.before, ()
+            yield equal.before, equal.after, equal.code
+            commit = equal.after
+    yield commit, None, ()
+
+
+def _matches(name: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 
 @cache
