@@ -6,6 +6,7 @@ processes of a study would compile the same functions at once; here one does, wh
 
 import subprocess
 import sys
+from contextlib import suppress
 
 from gaitval.compiled import is_empty
 
@@ -43,5 +44,11 @@ def walk() -> None:
     survive_together(WalkingGroup([free] * 8), trials(free, policy, mu, [Push(0.0, 0.0, 1.0)]))
 
 
+def main() -> None:
+    """`walk`; what goes wrong here will go wrong in the study, and is said there."""
+    with suppress(Exception, KeyboardInterrupt):
+        walk()
+
+
 if __name__ == "__main__":
-    walk()
+    main()

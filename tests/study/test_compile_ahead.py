@@ -21,6 +21,15 @@ def test_it_compiles_where_nothing_was_compiled_before(monkeypatch, empty):
     assert [command[-1] for command in ran] == ["gaitval.study.compile_ahead"] * empty
 
 
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError, OSError])
+def test_what_goes_wrong_there_is_left_to_the_study(monkeypatch, error):
+    def fails():
+        raise error
+
+    monkeypatch.setattr(compile_ahead, "walk", fails)
+    compile_ahead.main()
+
+
 def test_a_folder_with_files_is_not_empty(tmp_path):
     assert compiled.is_empty(tmp_path)
     assert compiled.is_empty(tmp_path / "none")
