@@ -414,6 +414,10 @@ def subject_command(
         if use != "all" and out is None:
             out = Path("reports") / f"{load_subject(subject).identifier}-{use}"
     with _opened(subject, out, config, settings, keep_settings=False, devices=devices) as run:
+        if run.configuration.training.workers > 1:
+            from gaitval.study.compile_ahead import compile_ahead
+
+            compile_ahead()
         run_subject(run, scratch=scratch, start=start, force=force)
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun
 

@@ -148,9 +148,7 @@ def run_subject(
 
     if run.configuration.training.workers > 1:
         from gaitval.policy.workers import ready_to_start
-        from gaitval.study.compile_ahead import compile_ahead
 
-        compile_ahead()
         ready_to_start(*IN_WORKERS)  # beside the first stages
     if given(run.configuration):
         say_unread(run, plan(run, 1), "scratch" if scratch else "general")
