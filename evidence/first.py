@@ -78,6 +78,8 @@ MEASURES = {
     },
     "stale rows *": {
         "code": ("evidence/stale.py", "evidence/sources.py", "evidence/first.py:stale"),
+        "allowed": 5,
+        "why": "tests/test_evidence_fresh.py counts them in every run",
     },
     "wheel in an empty folder: *": {
         "code": ("@checked", "extras/gaitval_gate/plugin.py", "hatch_build.py",

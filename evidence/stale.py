@@ -71,7 +71,7 @@ class Equal(NamedTuple):
 EQUAL: Final = (
     Equal(
         "32ee7420d4",
-        "ea0974fdc8",
+        "213e4f40e7",
         (
             *("gaitval/artefacts.py", "gaitval/compiled.py", "gaitval/lanes.py"),
             *("gaitval/identification/*.py", "gaitval/metrics/push_recovery.py"),
