@@ -14,7 +14,6 @@ of the forces; there the skill is against what is expected of anybody.
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple, cast
 
@@ -25,7 +24,7 @@ from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.gait.cycle_curves import JOINT_MOMENTS, Curves, recorded_curves
+from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
@@ -33,7 +32,6 @@ from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.prediction.known import told
-from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval_estimate.seen import at_own_contacts
@@ -89,14 +87,8 @@ def errors_elsewhere(known: Subject, kinetics: Array) -> dict[str, Errors]:
     "expected" are what is expected of anybody. The angles' errors are from those that are known.
     """
     curves = _fits(known, RecordSettings())
-    truth = normal_form(
-        told(known, RecordSettings(), builtin_subjects()).record, known.leg_length_m
-    )
-    moments, forces = np.split(kinetics, [len(JOINT_MOMENTS)], axis=1)
-    recorded = replace(
-        truth, moments=moments.reshape(-1, moments.shape[-1]), forces=forces.transpose(0, 2, 1)
-    )
-    measured = recorded_curves(record_from(recorded, known.leg_length_m))
+    record = told(known, RecordSettings(), builtin_subjects()).record
+    measured = recorded_curves(with_kinetics(record, known, kinetics))
     found = {name: _errors(each, measured) for name, each in curves.items()}
     return {"line": found["expected"]} | found
 
@@ -106,7 +98,7 @@ def _fits(subject: Subject, settings: RecordSettings) -> dict[str, Curves]:
     model, contact = scale_subject(subject).model, ContactSettings()
     usual = told(subject, settings, builtin_subjects())
     known = at_own_contacts(usual.record, subject)
-    asked = with_kinetics(known, subject, of_known(usual, subject, model, contact))
+    asked = with_kinetics(known, subject, of_known(usual, subject, model, contact).kinetics)
     curves = {"expected": recorded_curves(usual.record)}
     for name, accuracy in SETS.items():
         reference = consistent_reference(asked, model, contact, accuracy)

@@ -18,8 +18,8 @@ from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.unidentified import unidentified
-from gaitval.identification.verdicts import correlation, judged, judged_combinations
-from gaitval.metrics.results import FoundParameters, ParameterSum
+from gaitval.identification.verdicts import correlation, judged, judged_combinations, parameter_sum
+from gaitval.metrics.results import FoundParameters
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.extended import EXTENDED, extended_body
@@ -94,13 +94,7 @@ def shared_identification(
             "standard_deviation": posterior.sd.tolist(),
             "verdicts": [each.verdict for each in judged(posterior)],
             "correlation": correlation(posterior).tolist(),
-            "combinations": [
-                ParameterSum(
-                    name=each.name, prior_standard_deviation=each.prior_sd, mean=each.mean,
-                    standard_deviation=each.sd, verdict=each.verdict,
-                )
-                for each in judged_combinations(posterior, model)
-            ],
+            "combinations": [parameter_sum(each) for each in judged_combinations(posterior, model)],
             "plates": posterior.plates.tolist(),
             # of the difference, the left leg is longer by half, and the right one shorter
             WORDS: in_words(shared, model, "shared"),

@@ -29,9 +29,10 @@ from gaitval.identification.verdicts import (
     correlation,
     judged,
     judged_combinations,
+    parameter_sum,
     verdict_of,
 )
-from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation, ParameterSum
+from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, parameter_bounds
@@ -395,7 +396,7 @@ def found(
         verdicts=[each.verdict for each in verdicts],
         profiles=np.asarray(profiles(fit, mode)).tolist(),
         correlation=correlation(posterior).tolist(),
-        combinations=[_combination(each) for each in judged_combinations(posterior, model)],
+        combinations=[parameter_sum(each) for each in judged_combinations(posterior, model)],
         extended=_extended(fit, posterior),
         plates=posterior.plates.tolist(),
         deviance_nominal=number(deviance),
@@ -419,16 +420,6 @@ def _extended(fit: BodyFit, posterior: BodyPosterior) -> list[ExtendedResult]:
         )
         for each, mean, sd in found
     ]
-
-
-def _combination(each: Judged) -> ParameterSum:
-    return ParameterSum(
-        name=each.name,
-        prior_standard_deviation=each.prior_sd,
-        mean=each.mean,
-        standard_deviation=each.sd,
-        verdict=each.verdict,
-    )
 
 
 def walked_with(posterior: BodyPosterior, verdicts: Sequence[Judged]) -> Array:

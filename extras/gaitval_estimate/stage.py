@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
@@ -127,8 +128,7 @@ def of_known(known: Told, subject: Subject, model: BodyModel, contact: ContactSe
 
 def _seen(found: Estimate, record: GaitRecord, subject: Subject) -> Estimate:
     """The estimate with what markers say of the forces in what is expected and regressed."""
-    without = replace(found, kinetics=found.expected + found.regressed)
-    there = with_kinetics(record, subject, without)
+    there = with_kinetics(record, subject, found.expected + found.regressed)
     there = with_total(at_own_contacts(there, subject), subject)
     kinetics = kinetics_of(normal_form(there, subject.leg_length_m))
     return replace(found, kinetics=kinetics + found.weights[:, None] * found.own)
@@ -141,19 +141,19 @@ def asked(run: Run, model: BodyModel | None = None) -> Told:
     if is_predicted(run.configuration.record):
         return run.told()
     known = at_own_contacts(run.told().record, run.subject)
-    return Told(with_kinetics(known, run.subject, of_run(run, model)), ESTIMATE_ACCURACY)
+    return Told(with_kinetics(known, run.subject, of_run(run, model).kinetics), ESTIMATE_ACCURACY)
 
 
-def with_kinetics(known: GaitRecord, subject: Subject, found: Estimate) -> GaitRecord:
-    """The record that is `known` of a `subject`, with the kinetics that were `found`."""
-    moments, forces = np.split(found.kinetics, [len(JOINT_MOMENTS)], axis=1)
+def with_kinetics(known: GaitRecord, subject: Subject, kinetics: Array) -> GaitRecord:
+    """The record that is `known` of a `subject`, with other `kinetics`, as `Estimate` has them."""
+    moments, forces = np.split(kinetics, [len(JOINT_MOMENTS)], axis=1)
     gait = replace(
         normal_form(known, subject.leg_length_m),
         moments=moments.reshape(-1, moments.shape[-1]),
         forces=forces.transpose(0, 2, 1),
     )
-    kinetics = record_from(gait, subject.leg_length_m)
-    return replace(known, moments=kinetics.moments, forces=kinetics.forces)
+    other = record_from(gait, subject.leg_length_m)
+    return replace(known, moments=other.moments, forces=other.forces)
 
 
 def write(run: Run) -> Estimate:

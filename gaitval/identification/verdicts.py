@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.identification.body_fit import BodyPosterior
-from gaitval.metrics.results import Determination
+from gaitval.metrics.results import Determination, ParameterSum
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 
@@ -135,3 +135,14 @@ def judged_combinations(posterior: BodyPosterior, model: BodyModel) -> tuple[Jud
 def correlation(posterior: BodyPosterior) -> Array:
     """Correlation (14, 14) of the parameters in the `posterior`."""
     return np.asarray(posterior.covariance / np.outer(posterior.sd, posterior.sd))
+
+
+def parameter_sum(judged: Judged) -> ParameterSum:
+    """A `judged` combination, as `identification.json` has it."""
+    return ParameterSum(
+        name=judged.name,
+        prior_standard_deviation=judged.prior_sd,
+        mean=judged.mean,
+        standard_deviation=judged.sd,
+        verdict=judged.verdict,
+    )

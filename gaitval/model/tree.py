@@ -122,14 +122,6 @@ def enter_rotation(vector: Array, matrix: Array) -> None:
     matrix[2, 2] = 1.0 - b * (x * x + y * y)
 
 
-@njit
-def rotation_matrix(vector: Array) -> Array:
-    """Rotation matrix (3, 3) of a rotation vector (3,), `vector`."""
-    matrix = np.empty((3, 3))
-    enter_rotation(vector, matrix)
-    return matrix
-
-
 @njit_borrowing
 def enter_rotation_vector(matrix: Array, vector: Array) -> None:
     """Write the rotation vector of `matrix` (3, 3) into `vector` (3,), for less than about 179°."""

@@ -226,7 +226,9 @@ class EpisodeArrays(NamedTuple):
     action, before : (26,) the last action as it acts, and the one before.
     parameters : (14,) the observed mu.
     observation : (size,), before it is mirrored.
-    errors, terms : (12,), (10,) as in `measure` and `weighted_reward`.
+    errors : (12,) squared errors of the first nine `REWARD_TERMS`, then height m, rotation rad and
+        drift m of the pelvis, for termination.
+    terms : (10,) as in `weighted_reward`.
     root_force : (6,) Nm, N, of the push.
     """
 
@@ -278,7 +280,8 @@ class MeasureWorkspace(NamedTuple):
 
 def measure_workspace() -> MeasureWorkspace:
     """Arrays to be overwritten."""
-    segment, square, joints, effectors = (SEGMENT_COUNT, 3), (3, 3), ACTUATED_COUNT, 12
+    segment, square, joints = (SEGMENT_COUNT, 3), (3, 3), ACTUATED_COUNT
+    effectors = 3 * EFFECTOR_COUNT
     sizes = (
         segment, segment, 3, 3, square, square, square, square, COORDINATE_COUNT, COORDINATE_COUNT,
         3, effectors, 6, joints, square, square, 3, joints, joints, effectors,

@@ -95,7 +95,8 @@ def _kept_at(packages: Packages) -> Path:
     files = {
         _name(file, package): file
         for package in packages
-        for file in chain(package.rglob("*"), _beside(package, "../models/xacro/*.xacro"))
+        for pattern in ("**/*", *chain.from_iterable(DATA.values()))
+        for file in _data(package, pattern)
         if file.suffix != ".pyc" and file.is_file()
     }
     content = hashlib.sha256()
@@ -126,14 +127,15 @@ def _read_code(start: _Place, packages: Packages) -> dict[str, str]:
         (package,) = (each for each in packages if path.is_relative_to(each))
         hashes[_name(path, package)] = _hash("\n".join(sorted(texts)).encode())
         for pattern in DATA.get(module, ()):
-            for data in package.glob(pattern) if ".." not in pattern else _beside(package, pattern):
+            for data in _data(package, pattern):
                 # the same hash where git checks out files with Windows line ends
                 hashes[_name(data, package)] = _hash(data.read_bytes().replace(b"\r\n", b"\n"))
     return hashes
 
 
-def _beside(package: Path, pattern: str) -> Iterator[Path]:
-    return package.parent.glob(pattern.removeprefix("../"))
+def _data(package: Path, pattern: str) -> Iterator[Path]:
+    inside = pattern.removeprefix("../")
+    return (package if inside == pattern else package.parent).glob(inside)
 
 
 def _reached(place: _Place, parts: list[ast.stmt], packages: Packages) -> Iterator[_Place]:
