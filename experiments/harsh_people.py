@@ -24,7 +24,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from experiments.real_people import fit_of
+from experiments.real_people import as_scaled, fit_of
 from experiments.virtual_people import person_of, walked
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
@@ -125,7 +125,7 @@ def one(number: int, seed: int) -> dict[str, Any]:
         return about | {"refused": str(error)}
     began = time.process_time()
     fit, model = fit_of(person.subject), scale_subject(person.subject).model
-    held = fit.solve(fixed=nominal_parameters())
+    held = as_scaled(fit, person.subject)
     found = identified(fit, held)
     seconds = time.process_time() - began
     if number < PLAIN:

@@ -26,7 +26,7 @@ from gaitval.identification.verdicts import judged, judged_combinations
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.tree import segment_frames
-from gaitval.reference.dynamic_fit import Solution
+from gaitval.reference.dynamic_fit import Solution, consistent_reference
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.posterior import Profile, search, walked_with
@@ -94,6 +94,14 @@ def fit_of(subject: Subject) -> BodyFit:
         subject.record(), scale_subject(subject).model, configuration.contact,
         configuration.noise, prior_sd=prior_sd(subject),
     )  # fmt: skip
+
+
+def as_scaled(fit: BodyFit, subject: Subject) -> Solution:
+    """What the identification of a study begins with: the `fit` of a subject's own trial, solved
+    with the body as scaled, from its reference.
+    """
+    model, contact = scale_subject(subject).model, load_configuration().contact
+    return fit.as_scaled(consistent_reference(subject.record(), model, contact))
 
 
 def deviances(fit: BodyFit, identified: Array) -> dict[str, float]:

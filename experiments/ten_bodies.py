@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from experiments.real_people import fit_of
+from experiments.real_people import as_scaled, fit_of
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.model.parameters import nominal_parameters
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.offsets import MOVED, OFFSETS, estimated
 from gaitval_bodies.shared_errors import identified
@@ -34,7 +33,7 @@ def one(subject: Subject, offset: Array | None = None) -> dict[str, Any]:
     """What is found of one record."""
     began = time.process_time()
     fit = fit_of(subject)
-    found = identified(fit, fit.solve(fixed=nominal_parameters()), offset)
+    found = identified(fit, as_scaled(fit, subject), offset)
     return {
         "name": subject.identifier,
         "person": f"{subject.laboratory} {subject.person}",

@@ -1,10 +1,13 @@
 """Memory that is no longer needed is given back."""
 
+import gc
 import os
 import subprocess
 import sys
 
 import pytest
+
+from gaitval.memory import without_search
 
 PROGRAM = """
 import sys
@@ -78,3 +81,16 @@ def test_python_searches_seldom_and_finds_nothing_to_search_at_its_end():
     (count, *at_end), (often, *_) = searches("seldom"), searches()
     assert int(count) == 0 < int(often)
     assert at_end == ["start True", "stop True"]
+
+
+@pytest.mark.parametrize("searched", [True, False])
+def test_a_block_without_search_leaves_it_as_it_was(searched):
+    before = gc.isenabled()
+    (gc.enable if searched else gc.disable)()
+    try:
+        with pytest.raises(KeyError), without_search():
+            assert not gc.isenabled()
+            raise KeyError
+        assert gc.isenabled() is searched
+    finally:
+        (gc.enable if before else gc.disable)()

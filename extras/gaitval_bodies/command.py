@@ -51,6 +51,7 @@ def body(
     from gaitval.identification.prior import measured_by, prior_sd
     from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import nominal_parameters
+    from gaitval.reference.dynamic_fit import consistent_reference
     from gaitval.scaling.scaling import scale_subject
     from gaitval.session.stored import Session
     from gaitval_bodies.joints import legs_of_session, with_joints
@@ -81,7 +82,9 @@ def body(
     others = [person.on_trial(each.name) for each in person.trials] if trials else []
     each_trial = []
     for own in (person, *others):
-        fit, held = begin(own.record(), model, prior_sd(person), configuration, own.has_kinetics)
+        record = own.record()
+        near = consistent_reference(record, model, configuration.contact)
+        fit, held = begin(record, model, prior_sd(person), configuration, own.has_kinetics, near)
         each_trial.append(identified(fit, held, offset_of(person)))
     found = pooled(each_trial) if others else each_trial[0]
     if session is not None:

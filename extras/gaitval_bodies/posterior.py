@@ -22,7 +22,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.record import GaitRecord
-from gaitval.identification.begin import Begun, begin, noise_of
+from gaitval.identification.begin import begin, noise_of
 from gaitval.identification.body_fit import BODY, NUISANCES, BodyFit, BodyPosterior
 from gaitval.identification.verdicts import (
     Judged,
@@ -311,7 +311,6 @@ def identify(
     folder: Path,
     *,
     kinetics_told: bool = True,
-    begun: Callable[[], Begun] | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> FoundParameters:
     """Find what a record says about the body. An interrupted identification resumes.
@@ -324,14 +323,13 @@ def identify(
     configuration : settings of identification, noise, contact and bounds; the seed.
     folder : receives the state of the search while it runs.
     kinetics_told : whether the record's moments and forces are the person's own.
-    begun : gives what `begin` found of these, if that was started before.
     on_progress : called after each generation with generation, total and value.
     """
     settings = configuration.identification
     noise = noise_of(configuration, kinetics_told)
     # The search moves mu near the solution with the body as scaled, which costs hundredths of a
     # second per candidate.
-    fit, held = begun() if begun else begin(record, model, prior_sd, configuration, kinetics_told)
+    fit, held = begin(record, model, prior_sd, configuration, kinetics_told)
     state_file = Path(folder) / _STATE
     key = value_hash(
         {
@@ -348,8 +346,8 @@ def identify(
 
     # In a worker, if some are kept: cma and a training that runs meanwhile both draw from NumPy's
     # common random numbers. Nothing is reported from there.
-    near = partial(_search_near, fit, held, settings, configuration.seed, state_file, key)
-    (searched,) = side_by_side(near, [progress if kept_workers() is None else None])
+    search = partial(_search_near, fit, held, settings, configuration.seed, state_file, key)
+    (searched,) = side_by_side(search, [progress if kept_workers() is None else None])
     best = fit.mu_at(searched.best)
     # From the scaled body and from what CMA-ES found: two starts, because contact makes local
     # minima.

@@ -4,7 +4,6 @@ The core asks for this module as the part `body`. It uses no policy and changes 
 """
 
 import json
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -16,7 +15,6 @@ from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
-    from gaitval.identification.begin import Begun
     from gaitval.reporting.drawing import Draw
     from gaitval_bodies.bars import Bar
 
@@ -29,19 +27,15 @@ _LONGEST: Final = 1000
 """Characters of the sentences; those of `words` have 300."""
 
 
-def stage(run: Run, begun: "Callable[[], Begun] | None" = None) -> Stage:
-    """Record and scaled body of `run` → the two sentences and the picture of its report.
-
-    Parameters
-    ----------
-    run : with its subject, `model.urdf` and configuration.
-    begun : gives the fit of this record and its solution as scaled, if it was made before.
+def stage(run: Run) -> Stage:
+    """Record, scaled body and reference of `run` → the two sentences and the picture of its
+    report.
     """
     shared = run.configuration.identification.method == "shared"
     return Stage(
         "body",
-        lambda: write(run, begun),
-        inputs=("subject.toml", "model.urdf", *([FOUND] if shared else [])),
+        lambda: write(run),
+        inputs=("subject.toml", "model.urdf", FOUND if shared else "reference.npz"),
         outputs=(FILE,),
         values={
             **run.sections("contact", "record", "noise"),
@@ -51,13 +45,14 @@ def stage(run: Run, begun: "Callable[[], Begun] | None" = None) -> Stage:
     )
 
 
-def write(run: Run, begun: "Callable[[], Begun] | None" = None) -> None:
-    """Write `FILE` into the folder of `run`; parameters as in `stage`."""
+def write(run: Run) -> None:
+    """Write `FILE` into the folder of `run`."""
     # all of these here: a run asks for its stages before it does anything
     from gaitval.identification.begin import begin
     from gaitval.identification.prior import prior_sd
     from gaitval.model.urdf import read_urdf
     from gaitval.prediction.known import quantities_told
+    from gaitval.reference.motion import ReferenceMotion
     from gaitval_bodies.bars import in_words
     from gaitval_bodies.methods import WORDS
     from gaitval_bodies.offsets import offset_of
@@ -67,14 +62,12 @@ def write(run: Run, begun: "Callable[[], Begun] | None" = None) -> None:
     if settings.method == "shared":  # the identification is of the same posterior
         write_json(run.folder / FILE, read_json(run.folder / FOUND)[WORDS])
         return
-    if begun is not None and settings.parameters == "paper":
-        fit, held = begun()
-    else:
-        own = "moments" in quantities_told(run.subject, run.configuration.record)
-        paper = run.configuration.model_copy(
-            update={"identification": settings.model_copy(update={"parameters": "paper"})}
-        )
-        fit, held = begin(run.told().record, model, prior_sd(run.subject), paper, own)
+    own = "moments" in quantities_told(run.subject, run.configuration.record)
+    paper = run.configuration.model_copy(
+        update={"identification": settings.model_copy(update={"parameters": "paper"})}
+    )
+    near = ReferenceMotion.load(run.folder / "reference.npz")
+    fit, held = begin(run.told().record, model, prior_sd(run.subject), paper, own, near)
     found = identified(fit, held, offset_of(run.subject))
     write_json(run.folder / FILE, in_words(found, model, settings.method))
 

@@ -1,10 +1,17 @@
-"""`python -m gaitval_cohort.process`: one study in a process of its own, for `task`.
+"""`python -m gaitval_cohort.process`: studies, each in a process of its own, for `task`.
 
-It reads the order from its standard input, writes what became of it to the file that the order
-names, and ends as soon as its standard input does: then its worker has gone. What the study says
-goes to its standard output, which is the study's log.
+It reads orders from its standard input, a line each, and forks for each a process that does the
+study, says what it has to say in the study's log, and writes what became of it to the file that the
+order names. When that process has ended, its exit code goes to the standard output, as a line. All
+what studies load and compile is loaded before the first fork, which saves each a tenth of its time.
+
+Where a process must not fork, it does one study itself, and ends. All end as soon as the standard
+input does: then the worker has gone.
 """
 
+import contextlib
+import gc
+import importlib
 import json
 import os
 import sys
@@ -13,7 +20,7 @@ import traceback
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
 from gaitval.artefacts import write_json
 from gaitval.errors import GaitvalError
@@ -24,6 +31,8 @@ from gaitval_cohort.identity import function_of
 from gaitval_cohort.store import SUMMARY, Store, alone
 from gaitval_cohort.table import Study
 
+FORKS: Final = sys.platform == "linux"
+"""Elsewhere libraries of the system may have threads, or there is no fork."""
 PROGRESS_SECONDS: Final = 30.0
 """Between two lines of progress in a log."""
 
@@ -62,7 +71,9 @@ class Log(Observer):
 
 
 def end_with_worker() -> None:
-    """End this process when its standard input ends, which the worker holds open."""
+    """End this process when its standard input ends, which the worker holds open, and in which it
+    writes nothing while a study runs.
+    """
 
     def watch() -> None:
         while os.read(sys.stdin.fileno(), 1024):
@@ -115,7 +126,31 @@ def main() -> None:
     """Entry point."""
     give_back_soon()
     seldom_search()
-    order = json.loads(_line())
+    answers = os.dup(1)
+    while order := _line():
+        _write_to(Path(order["log"]))
+        make_ready(order["function"])
+        child = os.fork() if FORKS else 0
+        if not child:
+            os.close(answers)
+            _do(order)
+        _, status = os.waitpid(child, 0)
+        with contextlib.suppress(BrokenPipeError):  # the worker has gone
+            os.write(answers, b"%d\n" % os.waitstatus_to_exitcode(status))
+
+
+def make_ready(function: str) -> None:
+    """Load what studies by a `function` need, which its module's `ready` knows, if it has one."""
+    ready = getattr(importlib.import_module(function.partition(":")[0]), "ready", None)
+    if ready is not None:
+        ready()
+    # A search would write to every page that is shared with this process.
+    gc.collect()
+    gc.freeze()
+
+
+def _do(order: Mapping[str, Any]) -> NoReturn:
+    """Do a study, and end this process."""
     end_with_worker()
     found = perform(order, Log())
     write_json(Path(order["told"]), {**found, "peak_memory": peak_memory()})
@@ -124,16 +159,25 @@ def main() -> None:
     os._exit(0)
 
 
-def _line() -> bytes:
-    """The first line of the standard input, without reading on."""
+def _write_to(log: Path) -> None:
+    """Append what is written from now on to a study's log."""
+    sys.stdout.flush()
+    file = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+    for stream in (1, 2):
+        os.dup2(file, stream)
+    os.close(file)
+
+
+def _line() -> dict[str, Any]:
+    """The next order of the standard input, without reading on; empty if there is none."""
     found = b""
     while not found.endswith(b"\n"):
         # Byte by byte: a buffer would take what `end_with_worker` waits for.
         part = os.read(sys.stdin.fileno(), 1)
         if not part:
-            os._exit(1)
+            return {}
         found += part
-    return found
+    return dict(json.loads(found))
 
 
 if __name__ == "__main__":

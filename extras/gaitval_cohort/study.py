@@ -1,5 +1,7 @@
 """One study of a cohort: its subject, its run, and its summary."""
 
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 from gaitval import wings
@@ -15,6 +17,7 @@ from gaitval.session.batch import person_of
 from gaitval.session.importing import import_files
 from gaitval.session.stored import limits_of_record
 from gaitval.session.write import FOLDER, RECORD
+from gaitval.study.compile_ahead import compile_ahead, walk
 from gaitval.study.run import run_subject
 from gaitval.study.stage import Observer, open_run
 from gaitval.study.stored_policy import general_walker
@@ -71,6 +74,16 @@ def _virtual(study: Study, folder: Path) -> Subject:
     path = folder / "virtual.toml"
     write_text(path, found.subject.to_toml())
     return load_subject(path)
+
+
+@cache
+def ready() -> None:
+    """Load what studies need, and what they have compiled, for the processes that are forked from
+    this one.
+    """
+    compile_ahead()
+    with suppress(Exception):  # what goes wrong here will go wrong in the study, and is said there
+        walk()
 
 
 def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:

@@ -1,9 +1,11 @@
 """What a worker does for a study: start its process, watch its memory, say what became of it.
 
 A study has a process of its own, so that its memory is given back and measured, its threads are
-set before any library starts them, and a crash in it ends nothing else.
+set before any library starts them, and a crash in it ends nothing else. It is forked from one that
+has loaded what studies need (`process`), of which a worker has one.
 """
 
+import atexit
 import json
 import os
 import signal
@@ -11,7 +13,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -117,33 +121,84 @@ def pinned(threads: int) -> dict[str, str]:
     return {**os.environ, **dict.fromkeys(THREADS, str(threads)), **own}
 
 
+class Starter:
+    """A process that studies are forked from (`process`); with an `environment`."""
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        self.environment = dict(environment)
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "gaitval_cohort.process"],
+            env=self.environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            # A signal to the worker's group does not reach the study; its closed standard input
+            # ends it.
+            start_new_session=True,
+        )
+
+    def end(self) -> None:
+        """End the process, and the study that it has started."""
+        if self.process.poll() is None:
+            if hasattr(os, "killpg"):  # or there is only this process
+                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.kill()
+        self.process.communicate()
+
+    def run(self, order: Json) -> tuple[int, int]:
+        """The exit code of a study's process, and the most bytes that it and its children held."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        with suppress(BrokenPipeError):  # it has ended, which is seen below
+            self.process.stdin.write(json.dumps(order).encode() + b"\n")
+            self.process.stdin.flush()
+        with ThreadPoolExecutor(1) as pool:
+            answer = pool.submit(self.process.stdout.readline)
+            peak = _peak_until(answer, self.process.pid)
+        return int(answer.result() or self.process.wait()), peak
+
+
+_waiting: list[Starter] = []
+"""Of this worker, that do nothing now. Several threads may run studies; each takes one away."""
+
+
+@contextmanager
+def _starter(environment: Mapping[str, str]) -> Iterator[Starter]:
+    """One that waits with this `environment`, or a new one. It waits again after an orderly end."""
+    found = None
+    while found is None:
+        try:
+            found = _waiting.pop()
+        except IndexError:
+            found = Starter(environment)
+        if found.environment != environment or found.process.poll() is not None:
+            found.end()
+            found = None
+    try:
+        yield found
+    except BaseException:
+        found.end()
+        raise
+    _waiting.append(found)
+
+
+@atexit.register
+def _end_all() -> None:
+    while _waiting:
+        _waiting.pop().end()
+
+
 def _watched(order: Json, folder: Path) -> tuple[Json, int]:
     """Run a study's process to its end; what it reported, and its largest memory, bytes."""
-    with own_folder(Path(tempfile.gettempdir()), OF_STUDY) as temporary:
+    with (
+        own_folder(Path(tempfile.gettempdir()), OF_STUDY) as temporary,
+        _starter(pinned(order["threads"])) as starter,
+    ):
         told = temporary / "told.json"
-        sent = {**order, "folder": str(folder), "told": str(told)}
-        with (folder / LOG).open("ab") as log:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "gaitval_cohort.process"],
-                env=pinned(order["threads"]),
-                stdin=subprocess.PIPE,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                # A signal to the worker's group does not reach the study; its closed standard input
-                # ends it.
-                start_new_session=True,
-            )
-        try:
-            assert process.stdin is not None
-            process.stdin.write(json.dumps(sent).encode() + b"\n")
-            process.stdin.flush()
-            peak = _peak_until_end(process)
-        finally:
-            process.kill()
-            process.wait()
+        places = {"folder": str(folder), "log": str(folder / LOG), "told": str(told)}
+        code, peak = starter.run({**order, **places})
         if told.is_file():
             return dict(read_json(told)), peak
-    return {"status": "lost", "reason": _ended(process.returncode)}, peak
+    return {"status": "lost", "reason": _ended(code)}, peak
 
 
 def _ended(code: int) -> str:
@@ -153,15 +208,14 @@ def _ended(code: int) -> str:
     return f"its process ended with code {code} and reported nothing; its log may say why"
 
 
-def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
-    """Wait for a process; the most bytes that it and its children held."""
+def _peak_until(answer: "Future[bytes]", process: int) -> int:
+    """Wait for what a process says at its end; the most bytes that it and its children held."""
     import psutil
 
     peak, shared, due = 0, 0, 0.0
     try:
-        watched = psutil.Process(process.pid)
+        watched = psutil.Process(process)
     except psutil.NoSuchProcess:
-        process.wait()
         return peak
     while True:
         family = _family(watched)
@@ -170,11 +224,8 @@ def _peak_until_end(process: "subprocess.Popen[bytes]") -> int:
         if held - shared > peak or time.monotonic() >= due:
             now = _memory(family)
             peak, shared, due = max(peak, now), held - now, time.monotonic() + COUNTING
-        try:
-            process.wait(SAMPLING)
-        except subprocess.TimeoutExpired:
-            continue
-        return peak
+        if wait([answer], SAMPLING).done:
+            return peak
 
 
 def _family(process: Any) -> list[Any]:

@@ -6,6 +6,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.model.body import BodyModel
 from gaitval.reference.dynamic_fit import Solution
+from gaitval.reference.motion import ReferenceMotion
 
 Begun = tuple[BodyFit, Solution]
 """The fit to a record, and its solution with the body as scaled."""
@@ -28,6 +29,7 @@ def begin(
     prior_sd: Array,
     configuration: Configuration,
     kinetics_told: bool,
+    near: ReferenceMotion | None = None,
 ) -> Begun:
     """The fit to a `record` with moments and forces, solved in full with the body as scaled
     (`model`).
@@ -37,9 +39,10 @@ def begin(
     prior_sd : (14,) of mu about the body as scaled, see `prior.prior_sd`.
     configuration : settings of identification, noise and contact.
     kinetics_told : whether the record's moments and forces are the person's own.
+    near : see `BodyFit.as_scaled`.
     """
     fit = BodyFit(
         record, model, configuration.contact, noise_of(configuration, kinetics_told),
         prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",
     )  # fmt: skip
-    return fit, fit.solve(fixed=fit.prior_mean)
+    return fit, fit.as_scaled(near)

@@ -215,6 +215,19 @@ class BodyFit:
             problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain
         )
 
+    def as_scaled(self, near: ReferenceMotion | None = None) -> Solution:
+        """The most likely motion of the body as scaled.
+
+        Parameters
+        ----------
+        near : the reference of the record on this body, to begin with: in a third of the steps to a
+            minimum that is as likely on the whole (docs/speed.md). None: from a standstill.
+        """
+        start = None
+        if near is not None:
+            start = Solution(near.change, np.zeros(len(self.problem.prior)), np.empty(0), np.inf)
+        return self.solve(fixed=self.prior_mean, start=start)
+
     def mode(self, *starts: Solution, fixed: Array | None = None) -> Solution:
         """The most likely of what the fit finds from each of `starts`, near one another: contact
         that starts an instant sooner or later leaves minima a tenth of a standard deviation apart.

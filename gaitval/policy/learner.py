@@ -29,7 +29,7 @@ from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 from gaitval.configuration import Configuration
 from gaitval.model.parameters import parameter_bounds
 from gaitval.policy.environment import action_size
-from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.observation import OBSERVATION_CLIP, OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.policy_update import (
     Network,
     actor_gradients,
@@ -40,7 +40,6 @@ from gaitval.policy.policy_update import (
     square_norm,
 )
 from gaitval.policy.rollout_buffer import RolloutBuffer
-from gaitval.policy.storage import OBSERVATION_CLIP
 
 _REWARD_CLIP = 10.0
 """Normalised rewards are clipped at this, as in stable-baselines3's VecNormalize."""

@@ -26,6 +26,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array, Index
 from gaitval.compiled import njit_borrowing
@@ -52,6 +53,9 @@ from gaitval.simulation.servo import closed_cycle
 from gaitval.simulation.tables import read_table
 
 OBSERVATION_SIZES = {"paper": 71, "extended": 126}
+
+OBSERVATION_CLIP = 10.0
+"""Normalised observations are clipped at this, during and after training."""
 
 PARAMETERS_OBSERVED = slice(57, 71)
 """Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
@@ -126,6 +130,27 @@ MIRROR_ORDER, MIRROR_SIGNS = _mirror()
 ACTION_ORDER = MIRROR_ORDER[-ACTION_COUNT:] - (OBSERVATION_SIZES["extended"] - ACTION_COUNT)
 ACTION_SIGNS = MIRROR_SIGNS[-ACTION_COUNT:]
 """An action's mirror image is `ACTION_SIGNS * action[ACTION_ORDER]`, an observation's likewise."""
+
+
+@njit_borrowing
+def normalise(seen: Array, mean: Array, deviation: Array, out: NDArray[np.float32]) -> None:
+    """Observations as a network takes them: to single precision after all else, as the learner
+    does, or the actor would see other numbers than it was trained on.
+
+    Parameters
+    ----------
+    seen, out : (B, size).
+    mean, deviation : (size,) of what training saw.
+    """
+    for e in range(len(seen)):
+        for i in range(len(mean)):
+            each = (seen[e, i] - mean[i]) / deviation[i]
+            # NaN is neither, and stays
+            if each < -OBSERVATION_CLIP:
+                each = -OBSERVATION_CLIP
+            elif each > OBSERVATION_CLIP:
+                each = OBSERVATION_CLIP
+            out[e, i] = each
 
 
 @njit_borrowing

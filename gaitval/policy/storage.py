@@ -7,6 +7,7 @@ pickled.
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,13 @@ from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
 
 from gaitval import file_gate
+from gaitval.arrays import Array
 from gaitval.artefacts import read_json, replacing, versions, write_json
 from gaitval.configuration import Configuration, EnvironmentSettings
 from gaitval.errors import ArtefactError, PolicyError
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import model_hash
-from gaitval.policy.observation import OBSERVATION_SIZES
+from gaitval.policy.observation import OBSERVATION_SIZES, normalise
 
 FORMAT = 2
 NETWORK = (
@@ -36,8 +38,6 @@ NETWORK = (
 NORMALISATION = ("observation_mean", "observation_variance")
 MEANING = ("observation", "mirror", "action_scale", "action_limit", "pace_scale")
 """Settings of the environment that define what a policy's numbers mean."""
-OBSERVATION_CLIP = 10.0
-"""Normalised observations are clipped at this, during and after training."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,11 @@ class Policy:
         """Units of each hidden layer."""
         return len(self.tensors[NETWORK[1]])
 
+    @cached_property
+    def deviation(self) -> Array:
+        """(size,) by which observations are divided. 1e-8 is VecNormalize's."""
+        return np.asarray(np.sqrt(self.tensors["observation_variance"] + 1e-8))
+
     @property
     def key(self) -> str:
         """Hash of the numbers that actions depend on."""
@@ -71,14 +76,12 @@ class Policy:
     def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
         """Mean action (A,) or (B, A) for an `observation` (size,) or (B, size), not normalised."""
         t = self.tensors
-        # The same normalisation, in the same precision, as the learner's: otherwise the actor would
-        # see other numbers than it was trained on. 1e-8 is VecNormalize's.
-        x = observation - t["observation_mean"]
-        x /= np.sqrt(t["observation_variance"] + 1e-8)
-        # np.clip of so few numbers takes five times as long.
-        np.maximum(x, -OBSERVATION_CLIP, out=x)
-        np.minimum(x, OBSERVATION_CLIP, out=x)
-        x = x.astype(np.float32)
+        x = np.empty(observation.shape, dtype=np.float32)
+        size = observation.shape[-1]
+        normalise(
+            observation.reshape(-1, size), t["observation_mean"], self.deviation,
+            x.reshape(-1, size),
+        )  # fmt: skip
         for weight, bias in (NETWORK[0:2], NETWORK[2:4]):
             x = x @ t[weight].T
             x += t[bias]

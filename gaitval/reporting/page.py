@@ -22,6 +22,7 @@ from weasyprint.urls import URLFetcher
 
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
+from gaitval.memory import without_search
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
@@ -193,7 +194,8 @@ def write_page(
     chosen = settings or ReportSettings()
     page, values = _prepared(template, context, chosen, scripts)
     draws: Mapping[str, Draw] = context.get("drawings", {})
-    with scratch(folder) as own, replacing(folder / f"{name}.pdf") as temporary, _fixed_clock():
+    pdf = replacing(folder / f"{name}.pdf")
+    with scratch(folder) as own, pdf as temporary, _fixed_clock(), without_search():
         finish = _drawings(draws, chosen.language)
         lay_out = _printer(chosen.paper, own)  # while workers draw
         values["drawings"] = finish()

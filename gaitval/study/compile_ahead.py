@@ -33,7 +33,7 @@ def walk() -> None:
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import general_walker
 
-    subject, configuration, mu = load_subject("S05"), Configuration(), nominal_parameters()
+    subject, configuration, mu = load_subject("S10"), Configuration(), nominal_parameters()
     task = WalkingTask.of(scale_subject(subject).model, subject.record(), configuration)
     policy, group = general_walker(configuration.environment), WalkingGroup([task] * 8)
     list(record_together(group, policy, mu=mu, start_phases=[0.0], cycles=0.1))

@@ -12,12 +12,11 @@ round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is th
 
 import shutil
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gaitval import wings
 from gaitval.artefacts import copy_files, read_json
@@ -26,7 +25,6 @@ from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
 from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
-    begin_identifying,
     body_stages,
     choose_stage,
     correct_stage,
@@ -47,9 +45,6 @@ from gaitval.study.stages import (
 )
 from gaitval.study.unread import given, say_unread
 
-if TYPE_CHECKING:
-    from gaitval.identification.begin import Begun
-
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
 
@@ -57,7 +52,6 @@ STATE = "identification_state.json"
 """What an identification that runs has found, beside its results (`gaitval_bodies.posterior`)."""
 
 IN_WORKERS = (
-    "gaitval.identification.begin",
     "gaitval.learning_control.correct",
     "gaitval.metrics.epsilon",
     "gaitval.metrics.policy_comparison",
@@ -161,16 +155,7 @@ def run_subject(
             kept.enter_context(keeping_workers(run.configuration.training.workers))
 
         renew_workers()
-        reference, begun = reference_stage(run), None
-        if run.configuration.training.workers > 1 and (force or why_run(reference, run.folder)):
-            # in a thread, since the workers' server is not ready yet
-            from gaitval.policy.beside import beside
-
-            with beside(begin_identifying, run) as under_way:
-                do(reference)
-            begun = under_way()
-        else:
-            do(reference)
+        do(reference_stage(run))
         if start is not None:
             from gaitval.study.own_start import start_from
 
@@ -179,7 +164,7 @@ def run_subject(
             choose_start(run, train_stage(run, 1), scratch=scratch)
         while not done:
             rounds += 1
-            _train_and_identify(run, rounds, begun, force=force)
+            _train_and_identify(run, rounds, force=force)
             do(hand_on_stage(run, rounds))
             do(evaluate_stage(run, rounds))
             done, why = algorithm_1_ends(run, rounds)
@@ -195,7 +180,7 @@ def run_subject(
             threading.Thread(
                 target=import_module, args=("gaitval.reporting.report",), daemon=True
             ).start()
-        _together(run, (*walks, *body_stages(run, begun)), pushes, force=force)
+        _together(run, (*walks, *body_stages(run)), pushes, force=force)
         kept.close()
         do(validate_stage(run))
         further = {"device_results": run.subject.devices, "estimate": run.knew_no_kinetics}
@@ -206,11 +191,9 @@ def run_subject(
         do(report_stage(run))
 
 
-def _train_and_identify(
-    run: Run, round_number: int, begun: "Callable[[], Begun] | None", *, force: bool
-) -> None:
-    """The stages `need`, `train` and `identify` of a round, with what was `begun` of the last.
-    Identification uses no policy, so in the first round it runs beside the training.
+def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
+    """The stages `need`, `train` and `identify` of a round. Identification uses no policy, so in
+    the first round it runs beside the training.
     """
     training = need_stage(run, round_number), train_stage(run, round_number)
     if round_number > 1:
@@ -224,7 +207,7 @@ def _train_and_identify(
         # the other stage reports nothing, so its progress is read from the file of its state
         state = run.folder / f"rounds/{round_number}/identification" / STATE
         shown = generations_shown(run.observer, state, run.configuration.identification.generations)
-    identify = identify_stage(_silent(run), round_number, begun)
+    identify = identify_stage(_silent(run), round_number)
     _together(run, training, identify, shown, force=force)
 
 

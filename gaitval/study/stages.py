@@ -21,7 +21,6 @@ from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
-from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
     GAIN,
     IDENTIFIED,
@@ -50,7 +49,6 @@ from gaitval.study.stage import Run, Stage
 if TYPE_CHECKING:
     from gaitval.arrays import Array
     from gaitval.gait.record import GaitRecord
-    from gaitval.identification.begin import Begun
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.walk_results import PushRecovery
@@ -330,13 +328,11 @@ def hand_on_stage(run: Run, round_number: int, speeds: Mapping[str, float] | Non
     )
 
 
-def identify_stage(
-    run: Run, round_number: int, begun: "Callable[[], Begun] | None" = None
-) -> Stage:
-    """Record and scaled body of `run` → posterior of mu, and the reference of the identified body.
+def identify_stage(run: Run, round_number: int) -> Stage:
+    """Record, scaled body and reference of `run` → posterior of mu, and the reference of the
+    identified body.
 
     It uses no policy, so every later `round_number` of Algorithm 1 copies the result of the first.
-    What was `begun` is not computed again.
     """
     here = f"rounds/{round_number}/identification"
     before = f"rounds/{round_number - 1}/identification"
@@ -356,7 +352,7 @@ def identify_stage(
 
             found = unidentified(run.configuration, prior)
         else:
-            found = _searched(run, prior, run.folder / here, begun)
+            found = _searched(run, prior, run.folder / here)
         write_json(run.folder / here / "identification.json", found.as_dict())
         save_identified_reference(run, run.folder / here)
 
@@ -375,26 +371,6 @@ def identify_stage(
     )
 
 
-def begin_identifying(run: Run) -> "Callable[[], Begun] | None":
-    """Start what the identification of `run` does first, with the scaled body, in a worker that is
-    kept; None without, or if nothing is to be identified.
-    """
-    workers = kept_workers()
-    if workers is None or run.configuration.identification.method == "none":
-        return None
-    record, model, told = _identified_from(run)
-    return workers.submit(
-        _begin, record, model, prior_sd(run.subject), run.configuration, told
-    ).result
-
-
-def _begin(*arguments: Any) -> "Begun":
-    """`begin.begin`, whose module the worker has loaded, and this process later."""
-    from gaitval.identification.begin import begin
-
-    return begin(*arguments)
-
-
 def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
     """Record and scaled body of `run`, and whether the record's kinetics are the person's own."""
     from gaitval.prediction.known import quantities_told
@@ -403,13 +379,12 @@ def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
     return run.told().record, read_urdf(run.folder / "model.urdf"), own
 
 
-def _searched(
-    run: Run, prior: "Array", folder: Path, begun: "Callable[[], Begun] | None"
-) -> "FoundParameters":
+def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
     """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
-    that is interrupted, `begun` what the record and the body gave before.
+    that is interrupted.
     """
     from gaitval.identification.begin import begin
+    from gaitval.reference.motion import ReferenceMotion
 
     (record, model, own), configuration = _identified_from(run), run.configuration
     progress, method = run.observer.progress, configuration.identification.method
@@ -417,9 +392,10 @@ def _searched(
     if method == "posterior":
         return found(
             record, model, prior, configuration, folder,
-            kinetics_told=own, begun=begun, on_progress=progress,
+            kinetics_told=own, on_progress=progress,
         )  # fmt: skip
-    fit, held = begun() if begun else begin(record, model, prior, configuration, own)
+    near = ReferenceMotion.load(run.folder / "reference.npz")
+    fit, held = begin(record, model, prior, configuration, own, near)
     return found(fit, held, run.subject, record, model, configuration, progress)
 
 
@@ -743,14 +719,14 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
     )
 
 
-def body_stages(run: Run, begun: "Callable[[], Begun] | None" = None) -> list[Stage]:
+def body_stages(run: Run) -> list[Stage]:
     """What the record of `run` says of the body, in words for the report: a wing's stage; none
-    without that wing, or if nothing is to be identified. What was `begun` is not computed again.
+    without that wing, or if nothing is to be identified.
     """
     nothing = run.configuration.identification.method == "none"
     if nothing or "body" not in wings.names(wings.PARTS):
         return []
-    return [wings.load(wings.PARTS, "body").stage(run, begun)]
+    return [wings.load(wings.PARTS, "body").stage(run)]
 
 
 def push_stage(run: Run) -> Stage:

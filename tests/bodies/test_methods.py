@@ -9,9 +9,11 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.identification import begin
 from gaitval.identification.prior import prior_sd
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study import stages
 from gaitval_bodies import methods
@@ -73,12 +75,15 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
 
     monkeypatch.setattr(methods, "rollouts_identification", rollouts)
     monkeypatch.setattr(stages, "_identified_from", lambda run: ("record", "model", True))
+    monkeypatch.setattr(ReferenceMotion, "load", lambda path: path.name)
+    begun = ("fit", "held")
+    monkeypatch.setattr(begin, "begin", lambda *given: begun if given[-1] == "reference.npz" else 0)
     configuration = load_configuration(settings=["identification.method=rollouts"])
     run = SimpleNamespace(
-        subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told")
-    )
-    begun = ("fit", "held")
-    assert stages._searched(run, SD, tmp_path, lambda: begun) == "found"
+        subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
+        folder=tmp_path,
+    )  # fmt: skip
+    assert stages._searched(run, SD, tmp_path) == "found"
     assert asked == [(*begun, subject, "record", "model", configuration, "told")]
 
 

@@ -21,15 +21,21 @@ def written(tmp_path, monkeypatch):
     """A folder with the file of a made-up result."""
     found = made_up(0.5, 0.004)
     monkeypatch.setattr("gaitval_bodies.shared_errors.identified", lambda *_: found)
+    monkeypatch.setattr("gaitval.identification.begin.begin", lambda *_: (None, None))
+    monkeypatch.setattr("gaitval.reference.motion.ReferenceMotion.load", lambda _: None)
     write_urdf(MODEL, tmp_path / "model.urdf")
-    body_stage.write(run_in(tmp_path, "posterior"), lambda: (None, None))
+    body_stage.write(run_in(tmp_path, "posterior"))
     return tmp_path, found
 
 
 def run_in(folder, method):
     """A run of S05 in a folder, whose body is identified by a method."""
     configuration = load_configuration(settings=[f"identification.method={method}"])
-    return SimpleNamespace(folder=folder, subject=load_subject("S05"), configuration=configuration)
+    subject = load_subject("S05")
+    told = SimpleNamespace(record=subject.record())
+    return SimpleNamespace(
+        folder=folder, subject=subject, configuration=configuration, told=lambda: told
+    )
 
 
 def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):

@@ -16,7 +16,8 @@ from gaitval.identification.verdicts import combinations, judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.population import noise_of_expected
-from gaitval.reference.dynamic_fit import weighted_laws
+from gaitval.reference import dynamic_fit
+from gaitval.reference.dynamic_fit import consistent_reference, weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.posterior import PROFILE_STEPS, Profile, identify, profiles
@@ -52,6 +53,25 @@ def held(fit):
 @pytest.fixture(scope="module")
 def solution(fit, held):
     return fit.solve(start=held, smallest_gain=1e-5)
+
+
+def test_the_body_as_scaled_begins_with_its_reference(person, fit, held, monkeypatch):
+    """It ends where a fit from a standstill ends, with fewer equations."""
+    counted = []
+
+    def counting(*arguments):
+        counted.append(1)
+        return normal_equations(*arguments)
+
+    normal_equations = dynamic_fit.normal_equations
+    reference = consistent_reference(person.subject.record(), scale_subject(person.subject).model)
+    monkeypatch.setattr(dynamic_fit, "normal_equations", counting)
+    found = fit.as_scaled(reference)
+    warm = len(counted)
+    still = fit.as_scaled()
+    assert 2 * warm < len(counted) - warm
+    assert found.cost == pytest.approx(still.cost, rel=0.01)
+    np.testing.assert_array_equal(still.change, held.change)
 
 
 def test_another_body_changes_the_laws_as_its_derivatives_say(fit, held):

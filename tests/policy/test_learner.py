@@ -14,10 +14,10 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy import learner as module
 from gaitval.policy.device import choose_device, update_seconds
 from gaitval.policy.learner import Learner
-from gaitval.policy.observation import OBSERVATION_SIZES, PARAMETERS_OBSERVED
+from gaitval.policy.observation import OBSERVATION_CLIP, OBSERVATION_SIZES, PARAMETERS_OBSERVED
 from gaitval.policy.policy_update import _tanh
 from gaitval.policy.rollout_buffer import RolloutBuffer
-from gaitval.policy.storage import OBSERVATION_CLIP, Policy
+from gaitval.policy.storage import Policy
 
 STEPS, COUNT, SIZE = 24, 4, OBSERVATION_SIZES["extended"]
 

@@ -17,11 +17,10 @@ from gaitval.configuration import EnvironmentSettings
 from gaitval.errors import PolicyError
 from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.observation import OBSERVATION_SIZES
+from gaitval.policy.observation import OBSERVATION_CLIP, OBSERVATION_SIZES
 from gaitval.policy.storage import (
     NETWORK,
     NORMALISATION,
-    OBSERVATION_CLIP,
     Policy,
     load_policy,
     load_start,

@@ -333,7 +333,6 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
         stand_in(f"{name}_stage")
     monkeypatch.setattr("gaitval_bodies.stage.stage", stand_in_of(body_stage.stage))
     monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
-    monkeypatch.setattr(study, "begin_identifying", lambda _: None)  # there is no body
     monkeypatch.setattr(study, "general_policy", lambda: None)
     return epsilons
 
