@@ -9,15 +9,16 @@ changes are of the height of the pelvis and the lowest harmonics of hip, knee, a
 angles. How curves answer is known from other people's walks and learned from every walk of the
 search (`slopes`); the steps are Gauss-Newton's.
 
-The target is the reference, not the record: data held out from the run stay held out, and errors of
-the reference remain. A Gaussian prior holds every change near zero, so only changes that affect the
-walk are free; their effective number is reported.
+The target is the reference, moved by `TO_RECORD` of the way to the record that it was fitted to, if
+that is given. A walk obeys the laws of motion anyway, so it can have part of what the fit gave up
+for them. Data held out from the run stay held out. A Gaussian prior holds every change near zero,
+so only changes that affect the walk are free; their effective number is reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
 a motion that differs from the reference by about a degree.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -25,6 +26,8 @@ from itertools import chain
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
@@ -53,6 +56,8 @@ _FLAT = 4
 """Harmonics above this have a prior of the same angular acceleration: without, forces ring."""
 _SHARES = (1.0, 0.7, 0.4)
 """Shares of the change that was found. The largest one that does no harm is used."""
+TO_RECORD = 0.3
+"""Chosen by walks of people that no table contains (experiments/correction_target.py)."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
 
@@ -106,10 +111,11 @@ class Corrected:
 
 
 def beside_reference(
-    environment: WalkingEnvironment, cases: Sequence["Case"]
+    environment: WalkingEnvironment, cases: Sequence["Case"], to_record: float = 0.0
 ) -> list["Walked | None"]:
     """Walk with at most eight changed references side by side (`cases`, of one policy and body),
-    each beside the unchanged one of `environment`; None for a walker that fell.
+    each beside the unchanged one of `environment`, or `to_record` of the way to the record; None
+    for a walker that fell.
     """
     task, first = environment.task, cases[0]
     tasks = [
@@ -125,16 +131,28 @@ def beside_reference(
         # The first and last strikes may be outside, and half a cycle of the other foot.
         cycles=task.configuration.validation.settling_cycles + _CYCLES + 2,
     )
-    return [_compared(task, rollout) for rollout in rollouts]
+    wanted = target(task, to_record)
+    return [_compared(task, rollout, wanted) for rollout in rollouts]
 
 
-def _compared(task: WalkingTask, rollout: Rollout) -> Walked | None:
-    """A walk beside the task's reference; None if it fell."""
+def target(task: WalkingTask, to_record: float) -> dict[Kind, dict[str, Array]]:
+    """Curves of the task's reference, moved by a share of the way to those of its record."""
+    curves = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
+    if to_record:
+        for kind, recorded in by_kind(recorded_curves(task.record)).items():
+            for name, curve in recorded.items():
+                curves[kind][name] += to_record * (curve - curves[kind][name])
+    return curves
+
+
+def _compared(
+    task: WalkingTask, rollout: Rollout, wanted: Mapping[Kind, Mapping[str, Array]]
+) -> Walked | None:
+    """A walk beside the curves that are wanted; None if it fell."""
     cycles = find_cycles(rollout, task.configuration).first(_CYCLES)
     if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
         return None
     walked = by_kind(curves_of(task, rollout, cycles))
-    wanted = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
     parts, scatters = [], []
     errors: dict[tuple[Kind, str], float] = {}
     for kind, curves in wanted.items():
@@ -163,10 +181,11 @@ class Case:
     start_phase: float
 
 
-def _walks(pool: RolloutPool, cases: Sequence[Case]) -> Iterator[Walked | None]:
+def _walks(pool: RolloutPool, to_record: float, cases: Sequence[Case]) -> Iterator[Walked | None]:
     """`beside_reference` of any number of cases."""
+    walk = partial(beside_reference, to_record=to_record)
     # What goes before and after the walks of a group takes as long as they: workers share it.
-    return chain.from_iterable(pool.each(beside_reference, in_groups(cases, pool.workers)))
+    return chain.from_iterable(pool.each(walk, in_groups(cases, pool.workers)))
 
 
 def correction_of(numbers: Array) -> Adjustment:
@@ -185,11 +204,12 @@ def correct(
     policy: Policy,
     mu: Array,
     *,
+    asked: GaitRecord | None = None,
     slopes: Slopes | None = None,
     journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Corrected:
-    """Find the change of the reference with which a policy walks most like the reference.
+    """Find the change of the reference with which a policy walks most like its target.
 
     It is long because the search and the walks that decide on its use share one journal.
 
@@ -204,12 +224,16 @@ def correct(
     task : body, reference and constants.
     policy : the trained policy; it is not changed.
     mu : (14,) body parameters.
+    asked : the record that the reference was fitted to, with the accuracies of the person's own or
+        estimated kinetics; None: the target is the reference alone.
     slopes : what is known of them beforehand, by rad and m; by default, what other people's walks
         say.
     journal : keeps every walk; an interrupted call is continued from it, with the same result.
     on_progress : called after each step with `steps`, `total` and `error`.
     """
-    settings = task.configuration.correction
+    settings, to_record = task.configuration.correction, 0.0
+    if asked is not None:
+        task, to_record = replace(task, record=asked), TO_RECORD
     start = task.configuration.validation.start_phases[0]
     sd = prior_sd(settings.harmonics)
 
@@ -226,7 +250,7 @@ def correct(
         def walk(points: Sequence[Array], *phases: float) -> list[Walked | None]:
             """At every point from each phase."""
             return journal.results(
-                partial(_walks, pool),
+                partial(_walks, pool, to_record),
                 [
                     Case(policy, mu, correction_of(sd * point), phase)
                     for phase in phases

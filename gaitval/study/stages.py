@@ -580,6 +580,7 @@ def correct_stage(run: Run) -> Stage:
             identified_task(run, mu),
             stored_policy(run, run.folder / "policy"),
             mu,
+            asked=asked(run).record,
             journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )
@@ -599,7 +600,7 @@ def correct_stage(run: Run) -> Stage:
         ),
         outputs=("correction.json",),
         values={
-            **run.sections(*SIMULATION_SECTIONS, "correction"),
+            **run.sections(*SIMULATION_SECTIONS, "correction", "record"),
             # How far other walks go does not change the cycles that are compared.
             "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
         },

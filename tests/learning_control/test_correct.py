@@ -15,7 +15,7 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
-from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES
+from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, recorded_curves
 from gaitval.journal import Journal
 from gaitval.learning_control.correct import (
     Case,
@@ -23,12 +23,14 @@ from gaitval.learning_control.correct import (
     beside_reference,
     correct,
     prior_sd,
+    target,
 )
 from gaitval.learning_control.search import effective_number, harm, search
 from gaitval.learning_control.slopes import NOISE, Slopes, places, shared_slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
@@ -189,6 +191,24 @@ def test_a_walk_is_compared_with_its_reference_and_no_record(quick, walker):
     assert found.deviations @ found.deviations == pytest.approx(12 * weighed)
 
 
+def test_the_target_lies_between_the_reference_and_the_record(quick, walker):
+    curves = [target(quick, share) for share in (0.0, 0.3, 1.0)]
+    reference = reference_curves(quick.reference, quick.model.mass, quick.record.left_phase)
+    recorded = by_kind(recorded_curves(quick.record))
+    for kind, name in (("angles", "knee_angle_r"), ("moments", "hip_flexion_l"),
+                       ("forces", "medial_l")):  # fmt: skip
+        first, between, last = (each[kind][name] for each in curves)
+        np.testing.assert_array_equal(first, by_kind(reference)[kind][name])
+        np.testing.assert_allclose(last, recorded[kind][name])
+        np.testing.assert_allclose(between, 0.7 * first + 0.3 * last)
+    none = Case(*walker, Adjustment(np.zeros((len(JOINTS), 1)), 0.0), 0.0)
+    there, near = (
+        beside_reference(WalkingEnvironment(quick), [none], share)[0].rmse["forces", "medial_l"]
+        for share in (0.0, 1.0)
+    )
+    assert there != near
+
+
 def test_a_walk_that_falls_says_nothing(quick, walker):
     policy, mu = walker
     numbers = np.zeros((len(JOINTS), 1))
@@ -205,11 +225,11 @@ def test_walks_do_not_depend_on_the_workers_nor_on_where_a_kill_was(quick, walke
     cases = [Case(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]
     cases = [replace(each, correction=_tenth(each.correction)) for each in cases]
     with RolloutPool(quick, workers=1) as pool:
-        alone = list(_walks(pool, cases))
+        alone = list(_walks(pool, 0.3, cases))
     assert any(alone)
     with RolloutPool(quick, workers=2) as pool:
-        both = list(_walks(pool, cases))
-        rest = list(_walks(pool, cases[3:]))
+        both = list(_walks(pool, 0.3, cases))
+        rest = list(_walks(pool, 0.3, cases[3:]))
     for one, other in zip(alone + alone[3:], both + rest, strict=True):
         assert (one is None) == (other is None)
         assert one is None or one.as_list() == other.as_list()
