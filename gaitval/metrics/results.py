@@ -282,7 +282,7 @@ class IdentificationResult(FoundParameters):
 
 
 class CorrectedCurve(Result):
-    """RMSE of a curve from the reference before and after the correction, in `units`."""
+    """RMSE of a curve from its target before and after the correction, in `units`."""
 
     kind: Literal["angles", "moments", "forces"]
     curve: str
