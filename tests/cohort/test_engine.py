@@ -15,6 +15,7 @@ from gaitval import partial_files
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval_cohort import cluster, engine, task
 from gaitval_cohort.engine import require, run_cohort
+from gaitval_cohort.process import FORKS
 from gaitval_cohort.store import FINISHED, LOG, SUMMARY
 from gaitval_cohort.table import Study
 
@@ -200,14 +201,34 @@ def test_a_worker_that_ends_takes_its_study_with_it(tmp_path, monkeypatch):
     import time
 
     script = (
-        f"from gaitval_cohort.task import run_order; run_order({order(tmp_path, 'c_sleep60')!r})"
+        f"from gaitval_cohort.task import run_order; run_order({order(tmp_path, 'c_sleep20')!r})"
     )
     worker = subprocess.Popen([sys.executable, "-c", script], env=environment())
     end = time.monotonic() + 60
-    while not (children := psutil.Process(worker.pid).children()) and time.monotonic() < end:
+    while not (tmp_path / "c_sleep20" / "step0.txt").exists() and time.monotonic() < end:
         time.sleep(0.05)
+    children = psutil.Process(worker.pid).children(recursive=True)
+    assert len(children) == 1 + FORKS, "a study, and what it is forked from"
     worker.kill()
     worker.wait()
     _, alive = psutil.wait_procs(children, timeout=20)
     assert not alive
-    assert os.path.exists(tmp_path / "c_sleep60" / LOG)
+    assert os.path.exists(tmp_path / "c_sleep20" / LOG)
+
+
+@pytest.mark.skipif(not FORKS, reason="studies are forked on Linux only")
+def test_studies_are_forked_from_a_process_that_outlives_them(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
+    monkeypatch.setattr(task, "_waiting", [])
+    assert task.run_order(order(tmp_path, "b_sleep0"))["status"] == "finished"
+    (starter,) = task._waiting
+    killed = task.run_order(order(tmp_path, "die_sleep0"))
+    assert (killed["status"], "SIGKILL" in killed["reason"]) == ("lost", True)
+    assert task.run_order(order(tmp_path, "die_sleep0"))["status"] == "finished"
+    assert task._waiting == [starter]
+    starter.process.kill()
+    starter.process.wait()
+    assert task.run_order(order(tmp_path, "c_sleep0"))["status"] == "finished"
+    (another,) = task._waiting
+    assert another is not starter
+    another.end()

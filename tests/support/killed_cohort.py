@@ -58,7 +58,7 @@ def workers_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
 
 
 def studies_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
-    """Processes of studies that run."""
+    """Processes of studies that run, and those that they are forked from."""
     try:
         family = psutil.Process(process.pid).children(recursive=True)
     except psutil.NoSuchProcess:
@@ -121,7 +121,9 @@ def killed(
         if done < kills and running and candidates:
             chosen = chance.choice(candidates)
             with contextlib.suppress(psutil.Error):
-                busy += any(each.ppid() == chosen.pid for each in running)
+                # a worker's child starts studies, and a child of that is one
+                starters = {each.pid for each in chosen.children()}
+                busy += any(each.ppid() in starters for each in running)
             chosen.kill()
             done += 1
     if process.poll() is None:
