@@ -173,7 +173,8 @@ def _markers(path: Path, section: _Section) -> Recording:
         axes = [name.lower()[:1] for name in section.columns[begin:end]]
         name = section.devices[begin]
         if axes[:3] != ["x", "y", "z"]:
-            if name.startswith("*"):
+            # Nexus's own model, or a quantity that it made of a marker, such as its magnitude
+            if name.startswith(("*", "|")):
                 continue
             raise RecordError(
                 f"{path}: line {section.line + 3}: the columns of marker {name} are "

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from typing import Final
 
+from gaitval_markers.body import MIDDLE
 from gaitval_markers.draft import CERTAIN, Draft, Guess
 
 WEIGHTS: Final = {"ASIS": 5, "PSIS": 5, "Sacrum": 5, "Ankle": 2, "Heel": 2, "MT2": 2}
@@ -75,13 +76,13 @@ def said_of(guess: Guess) -> str:
 
 def _in_order(guesses: list[Guess]) -> Iterator[Guess]:
     """From the pelvis down and then up, the right side first."""
-    parts = ["pelvis", "thigh", "shank", "ankle", "foot", "torso", "upper_arm", "forearm"]
+    parts = ["pelvis", "thigh", "shank", "ankle", "foot", *MIDDLE[1:], "upper_arm", "forearm"]
 
     def key(guess: Guess) -> tuple[int, int]:
         site = guess.site
         if site is None:
             return (9, 0)
-        trunk = site.part in ("pelvis", "torso")
+        trunk = site.part in MIDDLE
         return (parts.index(site.part), 0 if trunk else "RL".find(site.side))
 
     yield from sorted(guesses, key=key)

@@ -9,11 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.errors import ConfigurationError
+from gaitval.gait.motion_checks import both_known
+from gaitval.inverse.inverse_dynamics import residuals
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.request import Tell
 from gaitval.session.session import Import
-from gaitval.session.trial import work_out_trial
+from gaitval.session.trial import WalkingTrial, work_out_trial
 from gaitval_measurement.balance import moment_of, plate_middle
 from gaitval_measurement.estimate import Examined, alone, kind_of
 from gaitval_measurement.said import WORDS, title
@@ -63,6 +65,15 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
                 without_faults(recording, by_plate),
             )
         )  # fmt: skip
+    (force, moment), (force_now, moment_now) = _left(found.trials), _left(trials)
+    force, moment = force_now / force, moment_now / moment
+    if force * moment > 1.0:
+        tell(
+            "warnings",
+            f"--correct {','.join(kinds)}: forces and motion contradict each other more than "
+            f"before (residual force {force:.1f} times, moment {moment:.1f} times), so these "
+            "faults are not there, or not so large. Leave the option out",
+        )
     moments, forces = mean_kinetics(found.request, trials)
     return replace(
         found,
@@ -72,6 +83,21 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
         angles=mean_angles(found.body.model, trials),
         weight_ratio=check_mass(found.request, trials),
     )
+
+
+def _left(walks: Sequence[WalkingTrial]) -> tuple[float, float]:
+    """N and Nm, root mean square over trials of what Newton's law for the whole body leaves."""
+    found = [
+        residuals(walk.dynamics, known)
+        for walk in walks
+        if walk.dynamics is not None and walk.loads is not None
+        for known in [both_known(walk.loads)]
+        if known.any()
+    ]
+    if not found:
+        return 1.0, 1.0
+    forces, moments = np.array([(each.force_rms, each.moment_rms) for each in found]).T
+    return float(np.sqrt(np.mean(forces**2))), float(np.sqrt(np.mean(moments**2)))
 
 
 def _recordings(found: Import) -> list[Recording]:

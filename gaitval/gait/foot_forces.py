@@ -112,7 +112,7 @@ def assign_forces(
             f"{processing.force_threshold_n:g} N for the length of a step. If somebody walked on "
             "the plates, the forces are not in N or are from another trial: export them again. "
             "If not, give a trial in which somebody did."
-        )
+        ).with_way_on("--kinematics-only")
     check_synchrony(recording, shares.touched, landmarks)
     findings += judge_unshown(recording, feet, shares.touched, shares.valid)
     filtered = low_pass(

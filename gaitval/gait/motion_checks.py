@@ -94,13 +94,13 @@ def aid_doubts(aid: str, needed: Array, loads: FootForces) -> Iterator[QualityFl
 
 def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
     """What the plates carry over what the motion needs; None with too little of both feet."""
-    known = _known(loads)
+    known = both_known(loads)
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
         return None
     return float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
 
 
-def _known(loads: FootForces) -> Flags:
+def both_known(loads: FootForces) -> Flags:
     """Where the forces of both feet are known, less `EDGE_SECONDS` at the edges.
 
     Where a foot lands that no plate shows, its force is missing a little before the markers show
@@ -134,7 +134,7 @@ def motion_doubts(
         About the frame rate; if that is right, about each plate's fore-aft force, the mean
         horizontal force and the vertical force.
     """
-    known = _known(loads)
+    known = both_known(loads)
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
         return
     weight = mass_kg * STANDARD_GRAVITY

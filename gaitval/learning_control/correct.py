@@ -136,12 +136,15 @@ def beside_reference(
 
 
 def target(task: WalkingTask, to_record: float) -> dict[Kind, dict[str, Array]]:
-    """Curves of the task's reference, moved by a share of the way to those of its record."""
+    """Curves of the task's reference; those that are fitted moved by a share of the way to those of
+    its record. The others, which show whether a correction does harm, stay the reference's.
+    """
     curves = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
     if to_record:
         for kind, recorded in by_kind(recorded_curves(task.record)).items():
             for name, curve in recorded.items():
-                curves[kind][name] += to_record * (curve - curves[kind][name])
+                if fitted(kind, name):
+                    curves[kind][name] += to_record * (curve - curves[kind][name])
     return curves
 
 

@@ -9,7 +9,9 @@ import io
 import json
 import math
 import os
+import struct
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +81,60 @@ def limit_time(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (whole, whole + 1))
 
 
+def with_whole_offsets(data: bytes) -> bytes | None:
+    """A file whose ANALOG:OFFSET is stored as floats, as some programs write it although the format
+    wants integers, with the same numbers as integers; None for any other file.
+
+    Parameters
+    ----------
+    data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
+    """
+    first = (data[0] - 1) * 512
+    at, last = first + 4, first + 512 * data[first + 2]
+    if data[first + 3] != 84:  # of another processor, whose floats are others
+        return None
+    while data[at]:
+        length, group = struct.unpack_from("2b", data, at)
+        name, pointer = data[at + 2 : at + 2 + abs(length)], at + 2 + abs(length)
+        (step,) = struct.unpack_from("<H", data, pointer)
+        if group > 0 and name.upper() == b"OFFSET" and data[pointer + 2] == 4:
+            begin = pointer + 4 + data[pointer + 3]
+            count = math.prod(data[pointer + 4 : begin])
+            numbers = struct.unpack_from(f"<{count}f", data, begin)
+            if any(each != round(each) or abs(each) > 32767 for each in numbers):
+                return None
+            parts = (
+                data[:pointer],
+                struct.pack("<HB", step - 2 * count if step else 0, 2),
+                data[pointer + 3 : begin],
+                struct.pack(f"<{count}h", *map(round, numbers)),
+                data[begin + 4 * count : last],
+                bytes(2 * count),  # the data begin where they did
+                data[last:],
+            )
+            return b"".join(parts)
+        if not step:
+            return None
+        at = pointer + step
+    return None
+
+
+def opened(path: Path) -> Any:
+    """What ezc3d finds in a file."""
+    try:
+        return ezc3d.c3d(str(path))
+    except Exception:
+        data = None
+        with contextlib.suppress(IndexError, struct.error, ValueError, OverflowError):
+            data = with_whole_offsets(path.read_bytes())
+        if data is None:
+            raise
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy.c3d"
+        copy.write_bytes(data)
+        return ezc3d.c3d(str(copy))
+
+
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
@@ -88,7 +144,7 @@ def main() -> None:
     limit_memory(path.stat().st_size)
     limit_time(float(sys.argv[2]))
     try:
-        file = ezc3d.c3d(str(path))
+        file = opened(path)
         described = {
             "parameters": {
                 group: {

@@ -105,6 +105,10 @@ class Recording(Displayed):
         """Trajectory (T, 3) m of one marker."""
         return self.markers[:, self.names.index(name)]
 
+    def alike(self, one: str, other: str) -> bool:
+        """Whether two markers have the same trajectory: one is a copy of the other."""
+        return np.array_equal(self.marker(one), self.marker(other), equal_nan=True)
+
     def turned(self, rotation: Array) -> "Recording":
         """The same trial in the project's axes.
 

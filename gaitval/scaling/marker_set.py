@@ -5,7 +5,7 @@ Names are compared ignoring capitals, dots, blanks, "_" and "-", and anything be
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal, TypeVar
 
@@ -110,9 +110,21 @@ class MarkerSet:
         """Markers that are on the person in walking and not optional."""
         return tuple(n for n, d in self.markers.items() if not (d.static_only or d.optional))
 
-    def renamed(self, names: Iterable[str]) -> dict[str, str]:
-        """For each of `names` in a file, its name in this set; names of other markers are left out.
-        Raises RecordError if two are the same marker, for example because two people were recorded.
+    def renamed(
+        self, names: Iterable[str], alike: Callable[[str, str], bool] = lambda _, __: False
+    ) -> dict[str, str]:
+        """For each of `names` in a file, its name in this set; names of other markers are left out,
+        and copies, of which the first is kept.
+
+        Parameters
+        ----------
+        names : of the file.
+        alike : whether two of them have the same trajectory.
+
+        Raises
+        ------
+        RecordError : two that are not alike are the same marker, for example because two people
+            were recorded.
         """
         known = self._known()
         found: dict[str, str] = {}
@@ -122,6 +134,8 @@ class MarkerSet:
                 continue
             if marker in found.values():
                 other = next(seen for seen, as_ in found.items() if as_ == marker)
+                if alike(other, name):
+                    continue
                 raise RecordError(
                     f"the markers {other!r} and {name!r} are both {marker} of the marker set "
                     f"{self.name}. Keep one of them; if several people were recorded, keep one "
@@ -163,9 +177,8 @@ class MarkerSet:
 
     def ignored(self, names: Iterable[str]) -> tuple[str, ...]:
         """Names of a file that do not belong to this set, such as computed joint centres."""
-        names = tuple(names)
-        found = self.renamed(names)
-        return tuple(name for name in names if name not in found)
+        known = self._known()
+        return tuple(name for name in names if plain_name(name) not in known)
 
     def on_landmarks(self, points: Mapping[str, _Point]) -> dict[str, _Point]:
         """The points (given by marker of this set) that are on landmarks, by landmark."""

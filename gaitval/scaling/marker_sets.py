@@ -47,10 +47,9 @@ def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> 
     belong to.
 
     Of the sets with at least `RECOGNISED_SHARE` of their required markers among the names, it is
-    the one with the most markers there. Raises RecordError if two names are the same marker; no set
-    fits, or two fit nearly equally and mean different places by a name. The message lists what was
-    found, what the nearest set is missing and which names may be those, and shows how to write your
-    own set.
+    the one with the most markers there. Raises RecordError if no set fits, or two fit nearly
+    equally and mean different places by a name. The message lists what was found, what the nearest
+    set is missing and which names may be those, and shows how to write your own set.
     """
     names = tuple(names)
     scored = sorted(
@@ -76,8 +75,6 @@ def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> 
             raise RecordError(undecided((best, best_score), (other, score), doubtful)).with_way_on(
                 f"--marker-set {best.name}", f"--marker-set {other.name}"
             )
-    # For its error, if two names are one marker.
-    best.renamed(names)
     return best
 
 

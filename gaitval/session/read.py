@@ -362,7 +362,7 @@ def named(recording: Recording, marker_set: MarkerSet) -> Recording:
     `recording`, or one is there twice.
     """
     with about_file(recording.source):
-        names = marker_set.renamed(recording.names)
+        names = marker_set.renamed(recording.names, recording.alike)
     missing = [marker for marker in marker_set.essential if marker not in names.values()]
     if len(missing) > (1.0 - RECOGNISED_SHARE) * len(marker_set.essential):
         raise RecordError(

@@ -9,6 +9,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import file_hash, versions
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
+from gaitval.gait.motion_checks import both_known
 from gaitval.inverse.inverse_dynamics import Residuals, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
@@ -52,10 +53,12 @@ def verdicts(found: Import) -> list[Verdict]:
 
 
 def trial_residuals(walk: WalkingTrial) -> list[tuple[str, Residuals]]:
-    """Residuals of `walk` where both feet's forces are known, as recorded and made consistent."""
+    """Residuals of `walk` where both feet's forces are known, as recorded and made consistent. The
+    edges are left out: a low-passed motion feels a foot that no plate shows before it lands.
+    """
     if walk.dynamics is None or walk.loads is None:
         return []
-    known = np.asarray(walk.loads.valid.all(axis=1))
+    known = both_known(walk.loads)
     if not known.any():
         return []
     found = [("", residuals(walk.dynamics, known))]
@@ -196,10 +199,11 @@ _SAID: Final = (*_DECIDED, "warnings")
 
 
 def _where_known(walk: WalkingTrial, residual: Array) -> Array:
-    """NaN where the plates do not show both feet: the force missing there is not a residual."""
+    """NaN where the plates do not show both feet, as in `trial_residuals`: what is missing there
+    is no residual.
+    """
     assert walk.loads is not None
-    known = np.asarray(walk.loads.valid.all(axis=1))
-    return np.where(known[:, None], residual, np.nan)
+    return np.where(both_known(walk.loads)[:, None], residual, np.nan)
 
 
 def limit_rows(found: Import) -> list[page.GateRow]:

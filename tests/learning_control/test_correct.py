@@ -201,6 +201,11 @@ def test_the_target_lies_between_the_reference_and_the_record(quick, walker):
         np.testing.assert_array_equal(first, by_kind(reference)[kind][name])
         np.testing.assert_allclose(last, recorded[kind][name])
         np.testing.assert_allclose(between, 0.7 * first + 0.3 * last)
+    # what shows harm is compared with the reference alone
+    assert not fitted("angles", "pelvis_tilt_r")
+    np.testing.assert_array_equal(
+        curves[2]["angles"]["pelvis_tilt_r"], by_kind(reference)["angles"]["pelvis_tilt_r"]
+    )
     none = Case(*walker, Adjustment(np.zeros((len(JOINTS), 1)), 0.0), 0.0)
     there, near = (
         beside_reference(WalkingEnvironment(quick), [none], share)[0].rmse["forces", "medial_l"]
