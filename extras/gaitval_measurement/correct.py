@@ -23,6 +23,9 @@ from gaitval_measurement.said import WORDS, title
 KINDS: Final = ("delay", "place", "rotation", "gain", "cross-talk")
 """Faults that a recording can be corrected for; others are those of the body or of the cameras, or
 have taken away what cannot be brought back."""
+WORSE: Final = 1.1
+"""Times the residuals, beyond which a correction does harm; that of a small error that is not there
+changes them by less."""
 
 Change = Callable[[Array, Array], tuple[Array, Array]]
 
@@ -67,7 +70,7 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
         )  # fmt: skip
     (force, moment), (force_now, moment_now) = _left(found.trials), _left(trials)
     force, moment = force_now / force, moment_now / moment
-    if force * moment > 1.0:
+    if force * moment > WORSE**2:
         tell(
             "warnings",
             f"--correct {','.join(kinds)}: forces and motion contradict each other more than "

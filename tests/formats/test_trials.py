@@ -77,6 +77,7 @@ def test_what_was_written_comes_in(name: str, trial: Recording, tmp_path: Path) 
         {"on_plate": False},
         {"prefix": ""},
         {"moments": 1.0, "unit": "N.m"},
+        {"magnitudes": True},
     ],
 )
 def test_vicon_as_other_settings_write_it(options, trial, tmp_path) -> None:

@@ -12,6 +12,7 @@ from gaitval.session import session as importing
 from gaitval.session.read import read_session
 from gaitval.session.session import work_out
 from gaitval.session.write import _record
+from gaitval_measurement import correct
 from gaitval_measurement.correct import wanted
 from gaitval_measurement.estimate import alone, kind_of
 from gaitval_measurement.said import CHECK, rows, title
@@ -92,6 +93,17 @@ def test_a_correction_brings_the_moments_back(imported):
     before = mended.measurement.uncorrected["ankle_angle_r"]
     np.testing.assert_allclose(before.mean, wrong.moments["ankle_angle_r"].mean)
     assert any(step == "correct" for step, _ in mended.decisions)
+
+
+def test_a_correction_of_a_fault_that_is_not_there_is_said_to_do_harm(imported, monkeypatch):
+    said = [
+        text for step, text in imported(None, correct=("gain",)).decisions if step == "warnings"
+    ]
+    assert not any("--correct gain" in text for text in said)
+    monkeypatch.setattr(correct, "alone", lambda _: {"cross-talk x 1": (0.15, 0.01)})
+    harmed = imported(None, correct=("cross-talk",))
+    said = [text for step, text in harmed.decisions if step == "warnings"]
+    assert any("contradict each other more than before" in text for text in said)
 
 
 def test_what_cannot_be_corrected_is_refused_by_name():

@@ -1,6 +1,7 @@
 """C3D files: what a laboratory's program may write is read as meant, or refused with a reason."""
 
 import re
+import struct
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -43,6 +44,24 @@ class Plate:
     origin: Array = field(default_factory=lambda: ORIGIN.copy())
     calibration: Array | None = None
     units: Sequence[str] = ("N",) * 3 + ("Nmm",) * 3
+
+
+def with_float_offsets(whole: bytes, offset: float) -> bytes:
+    """A file whose ANALOG:OFFSET are floats of this value, with zeros before it that are spare."""
+    at = whole.index(b"OFFSET") + len("OFFSET")
+    (step,) = struct.unpack_from("<H", whole, at)
+    assert whole[at + 2] == 2
+    begin = at + 4 + whole[at + 3]
+    count = int(np.prod([*whole[at + 4 : begin]]))
+    first = 512 * (whole[0] - 1)
+    last = first + 512 * whole[first + 2]
+    assert not any(whole[last - 2 * count : last])
+    parts = (
+        whole[:at], struct.pack("<HB", step + 2 * count, 4), whole[at + 3 : begin],
+        struct.pack(f"<{count}f", *[offset] * count), whole[begin + 2 * count : last - 2 * count],
+        whole[last:],
+    )  # fmt: skip
+    return b"".join(parts)
 
 
 def write(
@@ -551,6 +570,24 @@ class TestRefusals:
     def test_not_a_c3d_file(self, tmp_path):
         (tmp_path / "a.c3d").write_text("Time,X,Y\n" * 200)
         self.refuse(tmp_path / "a.c3d", "not a C3D file", "0x50")
+
+    @pytest.mark.parametrize("offset", [0, 3, 0.5])
+    def test_offsets_stored_as_floats(self, tmp_path, offset):
+        """As Visual3D has written them; ezc3d asks for integers, as the format does."""
+        path = write(tmp_path / "a.c3d", plates=[plate_of(2)])
+        whole = path.read_bytes()
+        path.write_bytes(with_float_offsets(whole, offset))
+        with pytest.raises(ValueError, match="OFFSET"):
+            ezc3d.c3d(str(path))
+        if offset == 0.5:
+            self.refuse(path, "OFFSET parameter is not an INT")
+            return
+        (tmp_path / "b.c3d").write_bytes(whole)
+        ours, theirs = (c3d_contents.read_contents(tmp_path / f"{name}.c3d") for name in "ab")
+        np.testing.assert_array_equal(ours.points, theirs.points)
+        assert set(ours.get("ANALOG", "OFFSET")) == {offset}
+        scale = np.array(ours.get("ANALOG", "SCALE")) * ours.get("ANALOG", "GEN_SCALE")[0]
+        np.testing.assert_allclose(ours.analogs, theirs.analogs - offset * scale, rtol=1e-5)
 
     def test_the_byte_order_of_sgi(self, tmp_path):
         path = write(tmp_path / "a.c3d")

@@ -65,7 +65,7 @@ def about_middle(plate: Plate) -> np.ndarray:
 
 def vicon_csv(
     path: Path, trial: Recording, *, separator: str = ",", on_plate: bool = True,
-    prefix: str = "Anna:", moments: float = 1e3, unit: str = "N.mm",
+    prefix: str = "Anna:", moments: float = 1e3, unit: str = "N.mm", magnitudes: bool = False,
 ) -> Path:  # fmt: skip
     """As Nexus exports it: devices with EMG, model outputs, trajectories; forces on the plate."""
     sign, s = (-1.0 if on_plate else 1.0), separator
@@ -96,10 +96,14 @@ def vicon_csv(
     labels = [f"{prefix}{name}" for name in trial.names] + [f"{prefix}*12" if prefix else "*12"]
     paths = np.concatenate([trial.markers, trial.markers[:, :1]], axis=1)
     lines += ["", "Trajectories", f"{trial.marker_rate:g}"]
-    lines += [s.join(["", ""] + [cell for name in labels for cell in (name, "", "")])]
-    lines += [s.join(["Frame", "Sub Frame"] + ["X", "Y", "Z"] * len(labels))]
-    lines += [s.join(["", ""] + ["mm"] * 3 * len(labels))]
-    for i, row in enumerate(1e3 * paths.reshape(len(paths), -1)):
+    lengths = np.linalg.norm(paths, axis=2) if magnitudes else np.zeros((len(paths), 0))
+    more = labels[: lengths.shape[1]]
+    lines += [s.join(["", ""] + [cell for name in labels for cell in (name, "", "")]
+                     + [f"| {name} |" for name in more])]  # fmt: skip
+    lines += [s.join(["Frame", "Sub Frame"] + ["X", "Y", "Z"] * len(labels)
+                     + ["Magnitude( X )"] * len(more))]  # fmt: skip
+    lines += [s.join(["", ""] + ["mm"] * (3 * len(labels) + len(more)))]
+    for i, row in enumerate(1e3 * np.hstack([paths.reshape(len(paths), -1), lengths])):
         lines.append(f"{first + i}{s}0{s}{_row(row, s)}")
     path.write_text("\n".join([*lines, ""]), encoding="utf-8-sig")
     return path
