@@ -204,7 +204,7 @@ OWN: Final = {
     "gaitval/learning_control/slopes.py:_stored": "shared_slopes.safetensors of the package",
     "gaitval/metrics/tolerances.py:load_registry": "tolerances.toml of the package",
     "gaitval/mocap/c3d_contents.py:read_contents": "what the reader's own process has written",
-    "gaitval/mocap/c3d_process.py:main": "a process of its own, after `check_size`",
+    "gaitval/mocap/c3d_process.py:opened": "in a process of its own, after `check_size`",
     "gaitval/mocap/c3d_writing.py:write_c3d": "makes an empty one",
     "gaitval/partial_files.py:own_folder": "locks a folder that it has made",
     "gaitval/partial_files.py:remove_abandoned": "locks a file, and reads nothing",

@@ -16,7 +16,6 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
-from unittest.mock import patch
 
 import numpy as np
 
@@ -88,8 +87,7 @@ def walked(
     wanted = by_kind(recorded_curves(truth))
     found = {}
     for share in SHARES:
-        with patch.object(rules, "TO_RECORD", share):
-            correction = rules.correct(task, policy, mu, asked=asked).correction
+        correction = rules.correct(task, policy, mu, asked=asked, to_record=share).correction
         changed = adjusted(task.reference, task.reference_body, correction)
         group = WalkingGroup([WalkingTask(model, asked, changed, configuration)] * WIDTH)
         rollouts = record_together(

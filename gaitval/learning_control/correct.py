@@ -9,8 +9,8 @@ changes are of the height of the pelvis and the lowest harmonics of hip, knee, a
 angles. How curves answer is known from other people's walks and learned from every walk of the
 search (`slopes`); the steps are Gauss-Newton's.
 
-The target is the reference, moved by `TO_RECORD` of the way to the record that it was fitted to, if
-that is given. A walk obeys the laws of motion anyway, so it can have part of what the fit gave up
+The target is the reference, moved a part of the way (`TO_RECORD`, `TO_ESTIMATE`) to the record that
+it was fitted to, if that is given. A walk obeys the laws of motion anyway, so it can have part of what the fit gave up
 for them. Data held out from the run stay held out. A Gaussian prior holds every change near zero,
 so only changes that affect the walk are free; their effective number is reported.
 
@@ -56,8 +56,10 @@ _FLAT = 4
 """Harmonics above this have a prior of the same angular acceleration: without, forces ring."""
 _SHARES = (1.0, 0.7, 0.4)
 """Shares of the change that was found. The largest one that does no harm is used."""
-TO_RECORD = 0.3
-"""Chosen by walks of people that no table contains (experiments/correction_target.py)."""
+TO_RECORD, TO_ESTIMATE = 0.3, 1.0
+"""Of the way, with the person's own kinetics, which contradict one another, and with estimated ones,
+which do so less. Chosen by walks of people that no table contains
+(experiments/correction_target.py)."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
 
@@ -208,6 +210,7 @@ def correct(
     mu: Array,
     *,
     asked: GaitRecord | None = None,
+    to_record: float = TO_RECORD,
     slopes: Slopes | None = None,
     journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
@@ -227,16 +230,19 @@ def correct(
     task : body, reference and constants.
     policy : the trained policy; it is not changed.
     mu : (14,) body parameters.
-    asked : the record that the reference was fitted to, with the accuracies of the person's own or
-        estimated kinetics; None: the target is the reference alone.
+    asked : the record that the reference was fitted to, with the person's own or estimated
+        kinetics; None: the target is the reference alone.
+    to_record : part of the way to `asked`.
     slopes : what is known of them beforehand, by rad and m; by default, what other people's walks
         say.
     journal : keeps every walk; an interrupted call is continued from it, with the same result.
     on_progress : called after each step with `steps`, `total` and `error`.
     """
-    settings, to_record = task.configuration.correction, 0.0
-    if asked is not None:
-        task, to_record = replace(task, record=asked), TO_RECORD
+    settings = task.configuration.correction
+    if asked is None:
+        to_record = 0.0
+    else:
+        task = replace(task, record=asked)
     start = task.configuration.validation.start_phases[0]
     sd = prior_sd(settings.harmonics)
 

@@ -573,7 +573,7 @@ def correct_stage(run: Run) -> Stage:
     """Policy and mu of `run` → the change of the reference with which the walk is most like it."""
 
     def correct() -> None:
-        from gaitval.learning_control.correct import correct
+        from gaitval.learning_control.correct import TO_ESTIMATE, TO_RECORD, correct
 
         mu = body_parameters(run.folder / "identification.json")
         result = correct(
@@ -581,6 +581,7 @@ def correct_stage(run: Run) -> Stage:
             stored_policy(run, run.folder / "policy"),
             mu,
             asked=asked(run).record,
+            to_record=TO_ESTIMATE if run.knew_no_kinetics else TO_RECORD,
             journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )
