@@ -10,9 +10,10 @@ angles. How curves answer is known from other people's walks and learned from ev
 search (`slopes`); the steps are Gauss-Newton's.
 
 The target is the reference, moved a part of the way (`TO_RECORD`, `TO_ESTIMATE`) to the record that
-it was fitted to, if that is given. A walk obeys the laws of motion anyway, so it can have part of what the fit gave up
-for them. Data held out from the run stay held out. A Gaussian prior holds every change near zero,
-so only changes that affect the walk are free; their effective number is reported.
+it was fitted to, if that is given. A walk obeys the laws of motion anyway, so it can have part of
+what the fit gave up for them. Data held out from the run stay held out. A Gaussian prior holds
+every change near zero, so only changes that affect the walk are free; their effective number is
+reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
 a motion that differs from the reference by about a degree.
@@ -57,8 +58,8 @@ _FLAT = 4
 _SHARES = (1.0, 0.7, 0.4)
 """Shares of the change that was found. The largest one that does no harm is used."""
 TO_RECORD, TO_ESTIMATE = 0.3, 1.0
-"""Of the way, with the person's own kinetics, which contradict one another, and with estimated ones,
-which do so less. Chosen by walks of people that no table contains
+"""Of the way, with the person's own kinetics, which contradict one another, and with estimated
+ones, which do so less. Chosen by walks of people that no table contains
 (experiments/correction_target.py)."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
