@@ -305,7 +305,10 @@ def balance(
     effects = {name: data.effect[:, i] for i, name in enumerate(data.names)}
     plates = [name.removeprefix("gain ") for name in data.names if name.startswith("gain ")]
     for fault in ALL:
-        effects[f"{fault} all"] = np.sum([effects[f"{fault} {p}"] for p in plates], axis=0)
+        # no plate may have been stepped on
+        effects[f"{fault} all"] = sum(
+            (effects[f"{fault} {p}"] for p in plates), np.zeros(len(kinds))
+        )
     reach = 0.0
     if plates:
         # The plates turn as one block, so each also moves.

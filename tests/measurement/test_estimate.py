@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import multivariate_normal
 
+from gaitval_measurement.balance import Data
 from gaitval_measurement.estimate import (
     Balance,
     Cause,
@@ -14,6 +15,7 @@ from gaitval_measurement.estimate import (
     _matters,
     _of_set,
     _sizes,
+    balance,
     faults_of,
     scales,
     weigh,
@@ -124,3 +126,15 @@ def test_plates_that_turn_together_matter_by_how_far_they_move_aside(name, reach
 def test_how_the_rates_of_a_file_fall_is_not_scaled_with_a_persons_own_pattern():
     factors = scales(("force z", "pressure along", "fall of markers"), 4.0)
     np.testing.assert_allclose(factors, [[4.0, 4.0, 2.0], [4.0, 4.0, 2.0], [2.0, 2.0, 1.0]])
+
+
+def test_a_session_in_which_no_plate_was_stepped_on():
+    """What all plates have in common is then nothing."""
+    names, count = ("mass", "scale"), 12
+    data = Data(
+        names=names, kind=("force z",) * count, group=("right",) * count,
+        phase=np.linspace(0.0, 0.9, count), value=np.full(count, 0.01), noise=np.full(count, 0.01),
+        effect=np.ones((count, len(names))), middles={},
+    )  # fmt: skip
+    found = balance(data, 1.7)
+    assert not found.effects[:, found.order["place x all"]].any()
