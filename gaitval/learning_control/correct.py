@@ -139,8 +139,13 @@ def beside_reference(
 
 
 def target(task: WalkingTask, to_record: float) -> dict[Kind, dict[str, Array]]:
-    """Curves of the task's reference; those that are fitted moved by a share of the way to those of
-    its record. The others, which show whether a correction does harm, stay the reference's.
+    """Curves that a walk is to have, by kind and name, in the units of `CURVE_UNITS`.
+
+    Parameters
+    ----------
+    task : whose reference has them; those that are fitted are moved towards those of its record.
+        The others, which show whether a correction does harm, stay the reference's.
+    to_record : part of the way.
     """
     curves = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
     if to_record:

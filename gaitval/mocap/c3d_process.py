@@ -120,7 +120,12 @@ def with_whole_offsets(data: bytes) -> bytes | None:
 
 
 def opened(path: Path) -> Any:
-    """What ezc3d finds in a file."""
+    """What ezc3d finds in a file.
+
+    Parameters
+    ----------
+    path : of the file. Raises what ezc3d does, where its offsets are not the reason.
+    """
     try:
         return ezc3d.c3d(str(path))
     except Exception:
