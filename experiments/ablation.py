@@ -28,12 +28,13 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.push_recovery import PushTrial, required_pushes, trials, without_drift
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import record_rollout, score_rollout
+from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import train
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
+from gaitval_devices.scores import score_rollout
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "reports" / "ablation.json"

@@ -1,4 +1,4 @@
-"""How soon memory is given back that is no longer needed, by the C library and by Python."""
+"""When memory is given back that is no longer needed, by the C library and by Python."""
 
 import atexit
 import ctypes
@@ -8,10 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-_TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8  # of <malloc.h>
-_LARGE: Final = 4 * 1024 * 1024
-"""Bytes of a block that is given back as soon as it is free. A training asks for blocks of up to
-2 MiB all the time: to have them anew from the system took it a fortieth longer."""
+_ARENA_MAX: Final = -8  # of <malloc.h>
 
 
 def seldom_search() -> None:
@@ -39,18 +36,13 @@ def without_search() -> Iterator[None]:
             gc.enable()
 
 
-def give_back_soon() -> None:
-    """Make glibc give back large blocks at once, and share one heap among threads.
-
-    By default it raises the size of what it gives back with every large block that was freed, and
-    keeps the others: after a training that was a sixth of a process. With another C library nothing
-    happens.
+def share_heap() -> None:
+    """Let threads share one heap of glibc, which would give each its own and keep what is free in
+    it. With another C library nothing happens.
     """
     library = _glibc()
     if library is not None:
-        for what, value in ((_MMAP_THRESHOLD, _LARGE), (_TRIM_THRESHOLD, _LARGE), (_ARENA_MAX, 1)):
-            # Setting a threshold also stops glibc from raising it by itself (mallopt(3)).
-            library.mallopt(what, value)
+        library.mallopt(_ARENA_MAX, 1)
 
 
 def give_back_now() -> None:

@@ -9,50 +9,76 @@ import pytest
 
 from gaitval.memory import without_search
 
-PROGRAM = """
-import sys
-from gaitval.memory import give_back_now, give_back_soon
+BLOCKS = """
+from gaitval.memory import give_back_now
 
 def resident():
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * 4096
 
-if "soon" in sys.argv:
-    give_back_soon()
 first = bytearray(24 << 20)
-del first  # glibc gives it back, and by itself keeps all smaller ones from then on
+del first  # glibc gives it back, and keeps all smaller ones from then on
 blocks = [bytearray(8 << 20) for _ in range(9)]
 for block in blocks:
     block[::4096] = b"x" * len(block[::4096])
 last = blocks.pop()  # above the others, so that the heap cannot just be shortened
 before = resident()
 del block, blocks
-if "now" in sys.argv:
-    give_back_now()
+print(before - resident())
+give_back_now()
 print(before - resident())
 """
 
+THREADS = """
+import sys, threading
+from gaitval.memory import share_heap
 
-def given_back(*how: str) -> int:
+if "share" in sys.argv:
+    share_heap()
+together = threading.Barrier(4)
+
+def work():
+    together.wait()
+    kept = [bytearray(50_000) for _ in range(100)]
+    together.wait()
+
+threads = [threading.Thread(target=work) for _ in range(4)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+with open("/proc/self/maps") as file:
+    spans = [line.split()[0].split("-") for line in file]
+# a heap of a thread begins at a multiple of the 64 MiB that are reserved for it
+print(sum(int(first, 16) % (64 << 20) == 0 for first, _ in spans))
+"""
+
+
+def printed(program: str, *how: str) -> list[int]:
+    """The numbers that a program prints."""
     # glibc reads settings there too, and with some of them there is nothing to do.
     ours = ("MALLOC_", "GLIBC_TUNABLES")
     environment = {name: value for name, value in os.environ.items() if not name.startswith(ours)}
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *how],
+        [sys.executable, "-c", program, *how],
         capture_output=True,
         text=True,
         check=True,
         env=environment,
     )
-    return int(done.stdout)
+    return [int(line) for line in done.stdout.split()]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="glibc's settings, and /proc")
-def test_large_blocks_are_given_back():
-    wanted = 60 << 20  # of 64 MiB
-    assert given_back() < wanted  # else there would be nothing to do
-    assert given_back("soon") > wanted
-    assert given_back("now") > wanted
+def test_free_blocks_are_given_back():
+    kept, given = printed(BLOCKS)
+    assert kept < 60 << 20 < given  # of 64 MiB
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="glibc's settings, and /proc")
+def test_threads_share_one_heap():
+    (own,), (shared,) = printed(THREADS), printed(THREADS, "share")
+    assert shared < own
 
 
 LOOPS = """

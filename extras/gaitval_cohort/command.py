@@ -145,8 +145,11 @@ def cohort(
         display.plain(f"{out / TABLE}: {len(studies)} studies")
         return
     from gaitval_cohort.engine import run_cohort
-    from gaitval_cohort.report import write_report
     from gaitval_cohort.store import Store
+
+    def load() -> None:
+        """Load the report of all, which takes 2 s."""
+        import gaitval_cohort.report  # noqa: F401
 
     address = store or str(out / "studies")
     with _shown() as tell:
@@ -159,7 +162,10 @@ def cohort(
             threads=threads,
             retries=retries,
             tell=tell,
+            meanwhile=load,
         )
+    from gaitval_cohort.report import write_report
+
     page = write_report(out, Store(address), outcomes)
     failed = [each for each in outcomes if each["status"] != "finished"]
     for each in failed:

@@ -87,6 +87,7 @@ def run_cohort(
     without_tls: bool = False,
     function: str = REAL,
     tell: Tell | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> list[Json]:
     """Run every study that is not finished; one that fails stops no other.
 
@@ -98,6 +99,7 @@ def run_cohort(
     retries : how often a study is started again after its worker or its process was lost.
     function : "module:function" that does a study.
     tell : called whenever something has happened.
+    meanwhile : called once the first studies are on their way; it may take seconds.
 
     Returns
     -------
@@ -150,6 +152,9 @@ def run_cohort(
                 if outcome is not None:
                     outcomes[outcome["name"]] = outcome
                     say(outcome, client)
+                elif meanwhile is not None:
+                    meanwhile()
+                    meanwhile = None
     return [outcomes[study.name] for study in studies]
 
 

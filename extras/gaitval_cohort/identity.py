@@ -60,7 +60,7 @@ def fingerprint(study: Study, function: str = REAL) -> str:
     parts: Json = {
         "gaitval": __version__,
         "function": function,
-        "code": code_of(function_of(function), PACKAGE, Path(__file__).parent),
+        "code": code_of(function, PACKAGE, Path(__file__).parent),
         "settings": settings,
         "start": study.start,
         "record": record_parts(study),

@@ -24,7 +24,7 @@ from typing import Any, Final, NoReturn
 
 from gaitval.artefacts import write_json
 from gaitval.errors import GaitvalError
-from gaitval.memory import give_back_soon, seldom_search
+from gaitval.memory import seldom_search, share_heap
 from gaitval.study.stage import Observer
 from gaitval_cohort.answers import Summary
 from gaitval_cohort.identity import function_of
@@ -124,7 +124,7 @@ def peak_memory() -> int:
 
 def main() -> None:
     """Entry point."""
-    give_back_soon()
+    share_heap()
     seldom_search()
     answers = os.dup(1)
     while order := _line():

@@ -35,7 +35,6 @@ from gaitval.artefacts import read_toml, write_text
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
-from gaitval.refused_values import in_subject
 from gaitval_devices.aim import Aim
 from gaitval_devices.controllers import AnyController
 from gaitval_devices.tables import Angle, Table
@@ -344,6 +343,8 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
     try:
         found = _File.model_validate({"devices": tables}).devices
     except ValidationError as error:
+        from gaitval.refused_values import in_subject
+
         lines = [in_subject(_File, problem) for problem in error.errors()]
         raise ConfigurationError(
             f"{where}: not a device:\n  "

@@ -13,7 +13,6 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import RolloutScore, score_rollout
 from gaitval.policy.storage import Policy
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -22,6 +21,7 @@ from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import WalkCurves, walk_curves
 from gaitval_devices.device import Device, devices_of
 from gaitval_devices.learning import EFFORT, adapt
+from gaitval_devices.scores import RolloutScore, score_rollout
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
 
 CYCLES: Final = 20.0

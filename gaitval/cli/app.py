@@ -20,7 +20,7 @@ from typer.main import get_command
 from gaitval import __version__, wings
 from gaitval.cli import display
 from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.memory import give_back_soon, seldom_search
+from gaitval.memory import seldom_search, share_heap
 
 STOPPED = 130
 """Exit code after Ctrl-C, as in shells."""
@@ -466,7 +466,7 @@ def _end_in_order() -> None:
 
 def main() -> None:
     """Entry point of the `gaitval` command."""
-    give_back_soon()
+    share_heap()
     seldom_search()
     _end_in_order()
     # Processes that are started here take no modules from the folder that this one is run in, where

@@ -20,7 +20,7 @@ times the time. A walker at the edge of falling may fall in one engine and not i
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import chain
 from typing import Any, Final
@@ -140,6 +140,22 @@ def largest_survived(
     fell = ascend(range(len(cases)), step, np.full(len(cases), ceiling))
     ascend(fell, resolution, reached + step - resolution)
     return reached.reshape(len(phases), len(directions))
+
+
+def _once(survived: Survived) -> Survived:
+    """`survived`, asked once for every push: some are both required and on the way to the largest,
+    with directions that differ in their last digit.
+    """
+    known: dict[Push, bool] = {}
+
+    def remembered(pushes: Sequence[Push]) -> list[bool]:
+        asked = [replace(push, direction=round(push.direction, 12)) for push in pushes]
+        new = [at for at, push in enumerate(asked) if push not in known]
+        stood = survived([pushes[at] for at in new])
+        known.update(zip((asked[at] for at in new), stood, strict=True))
+        return [known[push] for push in asked]
+
+    return remembered
 
 
 @dataclass(frozen=True)
@@ -347,6 +363,7 @@ def push_recovery(
     # shown pushes run in the pool's engine; `_stand` asks for the compiled one
     with RolloutPool(without_drift(task), workers=workers, engine="dart") as pool:
 
+        @_once
         def survived(pushes: Sequence[Push]) -> list[bool]:
             return journal.results(
                 partial(_stand, pool), trials(task, policy, mu, pushes), write=bool, read=bool

@@ -11,7 +11,6 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from copy import copy
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
@@ -32,61 +31,12 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class RolloutScore:
-    """Score of a rollout.
-
-    Attributes
-    ----------
-    reward : mean reward of a planned step; steps after a fall count as zero.
-    cycles : gait cycles walked.
-    fell : the rollout ended early.
-    """
-
-    reward: float
-    cycles: float
-    fell: bool
-
-
 def in_groups(items: Sequence[Item], at_least: int = 1) -> list[Sequence[Item]]:
     """`items` in order, in as few groups of at most eight as hold them, but `at_least` so many."""
     # Minus the floor of minus the quotient is the quotient rounded up.
     count = max(-(-len(items) // WIDTH), min(at_least, len(items)))
     ends = [len(items) * number // count for number in range(1, count + 1)]
     return [items[first:end] for first, end in itertools.pairwise([0, *ends])]
-
-
-def score_rollout(
-    environment: WalkingEnvironment,
-    policy: Policy,
-    *,
-    mu: Array,
-    start_phase: float,
-    seconds: float,
-    push: tuple[float, float, float] | None = None,
-) -> RolloutScore:
-    """Simulate `seconds` of walking without keeping the trajectory.
-
-    Parameters
-    ----------
-    environment : to walk in; its engine simulates.
-    policy : used without noise.
-    mu : (14,) body parameters.
-    start_phase : phase of the right gait cycle at the start.
-    seconds : planned duration.
-    push : see `WalkingEnvironment`.
-    """
-    options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
-    environment.centre(policy.act, mu, key=policy.key)
-    observation, _ = environment.reset(seed=0, options=options)
-    planned = round(seconds / environment.walker.action_seconds)
-    total, fell, info = 0.0, False, {"cycles": 0.0}
-    for _ in range(planned):
-        observation, reward, fell, _, info = environment.step(policy.act(observation))
-        if fell:
-            break
-        total += reward
-    return RolloutScore(total / planned, float(info["cycles"]), fell)
 
 
 def _actions_together(

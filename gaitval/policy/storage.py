@@ -65,6 +65,14 @@ class Policy:
         """(size,) by which observations are divided. 1e-8 is VecNormalize's."""
         return np.asarray(np.sqrt(self.tensors["observation_variance"] + 1e-8))
 
+    @cached_property
+    def _layers(self) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+        """Matrix (inputs, outputs) and shift of each layer."""
+        return [
+            (self.tensors[weight].T, self.tensors[bias])
+            for weight, bias in zip(NETWORK[::2], NETWORK[1::2], strict=True)
+        ]
+
     @property
     def key(self) -> str:
         """Hash of the numbers that actions depend on."""
@@ -75,18 +83,20 @@ class Policy:
 
     def act(self, observation: NDArray[Any]) -> NDArray[np.float32]:
         """Mean action (A,) or (B, A) for an `observation` (size,) or (B, size), not normalised."""
-        t = self.tensors
         x = np.empty(observation.shape, dtype=np.float32)
         size = observation.shape[-1]
         normalise(
-            observation.reshape(-1, size), t["observation_mean"], self.deviation,
+            observation.reshape(-1, size), self.tensors["observation_mean"], self.deviation,
             x.reshape(-1, size),
         )  # fmt: skip
-        for weight, bias in (NETWORK[0:2], NETWORK[2:4]):
-            x = x @ t[weight].T
-            x += t[bias]
-            np.tanh(x, out=x)
-        return np.asarray(x @ t[NETWORK[4]].T + t[NETWORK[5]], dtype=np.float32)
+        *hidden, (weight, bias) = self._layers
+        for matrix, shift in hidden:
+            x = x @ matrix
+            x += shift
+            np.tanh(x, x)
+        x = x @ weight
+        x += bias
+        return x
 
 
 def of_body(model: BodyModel, subject: str) -> dict[str, str]:

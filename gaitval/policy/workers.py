@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from multiprocessing import util
 from multiprocessing.context import ForkServerContext, SpawnContext
 
-from gaitval.memory import give_back_soon
+from gaitval.memory import share_heap
 
 
 def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
@@ -57,15 +57,14 @@ def _place_of_sockets() -> None:
 
 
 def begin_as_worker() -> None:
-    """What a worker process does first: it will end as soon as the one that started it has ended,
-    and give memory back.
+    """What a worker process does first: it will end as soon as the one that started it has ended.
 
     A worker that waits for work never notices that its parent has gone, because it holds both ends
     of the queue itself. The watch is a thread that waits on the parent's sentinel, which exists on
     every system; Linux's signal at a parent's death would also come when only a thread of the
     parent ends.
     """
-    give_back_soon()
+    share_heap()
     parent = mp.parent_process()
     if parent is None:
         return

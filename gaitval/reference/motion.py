@@ -22,7 +22,7 @@ It is long because each part of the motion has its derivation beside it.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
@@ -257,31 +257,46 @@ def _toe_extension(
     return periodic_through(extension, 10)
 
 
-def _joint_curves(
-    record: GaitRecord, phase: Array, offsets: dict[str, float]
-) -> tuple[Array, Array]:
-    """Actuated coordinates without the lumbar ones (N, 25) and their rates per unit phase."""
-    value, rate = np.zeros((len(phase), len(ACTUATED))), np.zeros((len(phase), len(ACTUATED)))
+class _Joints(NamedTuple):
+    """Actuated coordinates (N, 25) and their rates per unit phase."""
 
-    def put(name: str, curve: PeriodicCurve, at: Array) -> None:
-        value[:, ACTUATED.index(name)] = curve(at)
-        rate[:, ACTUATED.index(name)] = curve.derivative(at)
+    value: Array
+    rate: Array
 
+    def put(self, name: str, curve: PeriodicCurve, at: Array) -> None:
+        """Let the coordinate `name` follow a `curve`, at the phases (N,) of its side."""
+        self.value[:, ACTUATED.index(name)] = curve(at)
+        self.rate[:, ACTUATED.index(name)] = curve.derivative(at)
+
+
+def _without_offsets(record: GaitRecord, phase: Array) -> _Joints:
+    """All but the lumbar coordinates and the toes, without offsets."""
+    joints = _Joints(*np.zeros((2, len(phase), len(ACTUATED))))
+    swing = ARM_SWING[0] + ARM_SWING[1] * record.speed
     for side in SIDES:
         suffix = side[0]
         at = side_phase(record, side, phase)
         for name in RECORDED_ANGLES:
-            put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
-        put(f"mtp_angle_{suffix}", _toe_extension(record, side, phase, offsets), at)
-        swing = ARM_SWING[0] + ARM_SWING[1] * record.speed
+            joints.put(f"{name}_{suffix}", record.angles[f"{name}_{suffix}"], at)
         # Minus a cosine: the arm is furthest back at heel strike of its side, when the leg is
         # forward.
-        put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-swing,), (0.0,)), at)
-        put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
-        put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
+        joints.put(f"arm_flex_{suffix}", PeriodicCurve(0.0, (-swing,), (0.0,)), at)
+        joints.put(f"arm_add_{suffix}", PeriodicCurve(-ARM_ABDUCTION, (0.0,), (0.0,)), at)
+        joints.put(f"elbow_flex_{suffix}", PeriodicCurve(ELBOW_FLEXION, (0.0,), (0.0,)), at)
+    return joints
+
+
+def _joint_curves(
+    record: GaitRecord, phase: Array, offsets: dict[str, float], without: _Joints
+) -> _Joints:
+    """All but the lumbar coordinates, from those of `_without_offsets`."""
+    joints = _Joints(*map(np.copy, without))
+    for side in SIDES:
+        toes = _toe_extension(record, side, phase, offsets)
+        joints.put(f"mtp_angle_{side[0]}", toes, side_phase(record, side, phase))
     for name, offset in offsets.items():
-        value[:, ACTUATED.index(name)] += offset
-    return value, rate
+        joints.value[:, ACTUATED.index(name)] += offset
+    return joints
 
 
 def _sole_heights(tree: Tree, frames: Array) -> Array:
@@ -322,6 +337,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
     # Position zero: only differences of heights and places count here.
     positions[:, :3] = Rotation.from_matrix(rotation).as_rotvec()
     names_of_spheres = [sphere.name for sphere in model.spheres]
+    without = _without_offsets(record, phase)
     slope = {}  # sideways / vertical force on the flat foot
     for side in SIDES:
         force = record.ground_reaction(side, own[side][flat[side]])
@@ -329,7 +345,7 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
 
     def residuals(values: Array) -> Array:
         offsets = dict(zip(names, values, strict=True))
-        positions[:, ROOT_DOFS:] = _joint_curves(record, phase, offsets)[0]
+        positions[:, ROOT_DOFS:] = _joint_curves(record, phase, offsets, without).value
         frames = segment_frames(model, positions)
         heights = _sole_heights(tree, frames)
         centre = whole_body_path(tree, frames)
@@ -476,7 +492,8 @@ def build_reference(
     phase = np.arange(SAMPLES) / SAMPLES
     time = record.stride_time
     offsets = _ground_offsets(record, model)
-    joint, joint_rate = _joint_curves(record, phase, offsets)
+    without = _without_offsets(record, phase)
+    joint, joint_rate = _joint_curves(record, phase, offsets, without)
     angles, angle_rates = _pelvis_curves(record, phase)
     rotation = pelvis_rotation(angles[:, 0], angles[:, 1], angles[:, 2])
     lumbar = slice(ACTUATED.index("lumbar_extension"), ACTUATED.index("lumbar_rotation") + 1)

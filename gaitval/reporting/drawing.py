@@ -43,13 +43,18 @@ _language: ContextVar[str] = ContextVar("language", default=SOURCE)
 
 @contextmanager
 def new_figure(
-    height: float, *, width: float = WIDTH, axes_line: float = SETTINGS["axes.linewidth"]
+    height: float,
+    *,
+    width: float = WIDTH,
+    axes_line: float = SETTINGS["axes.linewidth"],
+    placed: bool = False,
 ) -> Iterator[Figure]:
     """A figure in the common style, `height` by `width` inches, with axes' lines of `axes_line`
-    points; it must be drawn within the block.
+    points; it must be drawn within the block. Axes that are not `placed` by who draws it are placed
+    by matplotlib, which draws all of it once more for that.
     """
     with matplotlib.rc_context(SETTINGS | {"axes.linewidth": axes_line}):
-        yield Figure(figsize=(width, height), layout="constrained")
+        yield Figure(figsize=(width, height), layout=None if placed else "constrained")
 
 
 def drawn(draw: Draw, language: str = SOURCE) -> str:

@@ -10,8 +10,10 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
@@ -111,6 +113,11 @@ class Panel(NamedTuple):
     bursts: Mapping[str, float] = {}
     error: str = ""
 
+    @property
+    def kind(self) -> str:
+        """Of the quantity: angles, moments, forces or power; empty for an empty place."""
+        return self.name.partition("/")[0]
+
 
 def title(name: str) -> str:
     """The title of the panel of a quantity `name`, "kind/curve"; its unit is beside the axis."""
@@ -142,30 +149,51 @@ def grid(
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
     by `words`, the band by `norm`. `linked` panels show the moment of the replay.
     """
-    with new_figure(height * len(panels) + 0.45) as figure:
-        every = figure.subplots(len(panels), len(panels[0]), sharex=True, squeeze=False)
+    with new_figure(height * len(panels) + 0.45, placed=True) as figure:
+        every = _subplots(figure, panels)
         for number, (row, axes_of_row) in enumerate(zip(panels, every, strict=True)):
             for column, (panel, axes) in enumerate(zip(row, axes_of_row, strict=True)):
                 if linked and panel.curves:
                     link(axes, "cycle", "both", number * len(row) + column)
                 _draw(axes, panel)
-                kind = panel.name.partition("/")[0]
-                if kind and (column == 0 or kind != row[column - 1].name.partition("/")[0]):
-                    axes.set_ylabel(UNITS[kind])
+                if _begins(row, column):
+                    axes.set_ylabel(UNITS[panel.kind])
         for axes in every[-1]:
             axes.set_xlabel("% of gait cycle")
         shown = [panel for row in panels for panel in row]
         handles = _handles(shown, words, norm)
         figure.legend(
-            handles=handles, loc="outside upper center", ncols=-(-len(handles) // 2), fontsize=8.0
-        )
+            handles=handles, loc="upper center", ncols=-(-len(handles) // 2), fontsize=8.0,
+            borderaxespad=0.0,
+        )  # fmt: skip
         return svg(figure, figure_name)
+
+
+def _begins(row: Sequence[Panel], column: int) -> bool:
+    """Whether a panel is the first of its kind in its row, which says the unit."""
+    kind = row[column].kind
+    return bool(kind) and (column == 0 or kind != row[column - 1].kind)
+
+
+def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.object_]:
+    """The axes of `panels`, below a legend of two lines; numbers are inches."""
+    width, height = figure.get_size_inches()
+    rows, columns = len(panels), len(panels[0])
+    units = any(_begins(row, column) for row in panels for column in range(1, columns))
+    left, right, bottom, top, across, down = 0.55, 0.08, 0.4, 0.56, 0.55 if units else 0.42, 0.28
+    wide = (width - left - right - across * (columns - 1)) / columns
+    high = (height - bottom - top - down * (rows - 1)) / rows
+    figure.subplots_adjust(
+        left / width, bottom / height, 1.0 - right / width, 1.0 - top / height,
+        across / wide, down / high,
+    )  # fmt: skip
+    return figure.subplots(rows, columns, sharex=True, squeeze=False)
 
 
 def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
     """The curves of a grid of `panels` as CSV: record, mean and SD of each side, and the norm."""
     shown = [panel for row in panels for panel in row if panel.name]
-    kinds = {panel.name.partition("/")[0] for panel in shown}
+    kinds = {panel.kind for panel in shown}
     columns: dict[str, Column] = {"percent": PERCENT}
     for panel in shown:
         # moments and powers of a joint have the same name

@@ -50,13 +50,14 @@ class _Place(NamedTuple):
     name: str | None
 
 
-def code_of(function: Callable[..., object], *packages: Path) -> dict[str, str]:
+def code_of(function: Callable[..., object] | str, *packages: Path) -> dict[str, str]:
     """Hash of every source and data file that a stage's function uses.
 
     Parameters
     ----------
-    function : of a module of the package; a function inside another counts as the outer one. A
-        function from elsewhere has no sources here.
+    function : of a module of the package, or its name, "module:function", for which nothing is
+        loaded; a function inside another counts as the outer one. A function from elsewhere has no
+        sources here.
     packages : folders of the packages whose sources count; this one if none is given.
 
     Returns
@@ -65,7 +66,11 @@ def code_of(function: Callable[..., object], *packages: Path) -> dict[str, str]:
     `gaitval/scaling/scaling.py`.
     """
     among = packages or (PACKAGE,)
-    start = _Place(function.__module__, function.__qualname__.partition(".")[0])
+    if isinstance(function, str):
+        module, _, name = function.partition(":")
+    else:
+        module, name = function.__module__, function.__qualname__
+    start = _Place(module, name.partition(".")[0])
     return dict(_code(start, among)) if _file(start.module, among) else {}
 
 

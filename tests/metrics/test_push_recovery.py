@@ -28,9 +28,9 @@ from gaitval.metrics.push_recovery import (
 )
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import score_rollout
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
+from gaitval_devices.scores import score_rollout
 
 MU = nominal_parameters()
 

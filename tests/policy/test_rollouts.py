@@ -28,12 +28,12 @@ from gaitval.policy.rollouts import (
     in_groups,
     record_rollout,
     record_together,
-    score_rollout,
 )
 from gaitval.policy.storage import load_policy
 from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
+from gaitval_devices.scores import score_rollout
 
 ACTIONS = 150
 MU = nominal_parameters()

@@ -239,6 +239,12 @@ def test_every_stage_knows_the_code_that_it_runs(name: str) -> None:
     assert not strangers or not [each for each in {*found} - ROUND if each.startswith(strangers)]
 
 
+def test_a_function_can_be_named_without_loading_it() -> None:
+    named = code_of("gaitval.study.stages:scale_stage")
+    assert named == code_of(function("scale_stage", "gaitval.study.stages"))
+    assert "gaitval/scaling/scaling.py" in named
+
+
 def test_the_templates_of_the_body_are_code_of_scale() -> None:
     assert "models/xacro/leg.xacro" in code_of(function("scale_stage", "gaitval.study.stages"))
 

@@ -8,9 +8,9 @@ from gaitval.datasets.subject_file import BUILTIN
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import score_rollout
 from gaitval.policy.storage import load_policy, load_start
 from gaitval.study.run import general_policy
+from gaitval_devices.scores import score_rollout
 
 WALKED = ("S05",)
 """Whom it walks in every run of the tests; all of them in CI."""
