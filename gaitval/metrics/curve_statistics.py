@@ -135,32 +135,6 @@ def one_sample_test(
     return _tested(labelled, where, alpha, permutations, seed)
 
 
-def paired_test(
-    first: Array,
-    second: Array,
-    *,
-    where: NDArray[np.bool_] | None = None,
-    alpha: float = ALPHA,
-    permutations: int = PERMUTATIONS,
-    seed: int = 0,
-) -> CurveTest:
-    """Where curves of the same people differ: `one_sample_test` of the differences of pairs.
-
-    `first` and `second` are (N, n) curves of N pairs, at least 6 for a p below 0.05. Options
-    (`where`, `alpha`, `permutations`, `seed`) and errors (ValueError) are those of
-    `one_sample_test`.
-    """
-    if np.shape(first) != np.shape(second):
-        raise ValueError(
-            f"pairs must have the same shape, but the first curves have {np.shape(first)} and the "
-            f"second {np.shape(second)}."
-        )
-    differences = _checked(first, "the first curves") - _checked(second, "the second curves")
-    return one_sample_test(
-        differences, where=where, alpha=alpha, permutations=permutations, seed=seed
-    )
-
-
 def two_sample_test(
     first: Array,
     second: Array,

@@ -159,8 +159,8 @@ class ImportOptions(BaseModel):
     plate_axis: Annotated[
         tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_pairs), Shown("N=x|y|z")
     ] = ()
-    """A force plate whose force along this axis of the file has the wrong sign; its free moment is
-    reversed, too."""
+    """A force plate whose force along this axis of the file has the wrong sign; its free moment
+    follows."""
     correct: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("FAULT")] = ()
     """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
     (of plates), or several with commas. Both results are shown."""

@@ -10,7 +10,7 @@ import numpy as np
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import LETTERS
-from gaitval.mocap.recording import Recording
+from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.request import Request
 
 
@@ -37,9 +37,8 @@ def with_said_plates(
     recording: Recording, feet: Sequence[tuple[str, Side]], turned: Sequence[tuple[str, str]]
 ) -> Recording:
     """A `recording` whose plates have the feet that the user says (`--plate 2=right`), and no force
-    along an axis of the file turned the wrong way (`turned`, `--plate-axis 2=y`): force and free
-    moment of these change their signs, the centre of pressure stays. Raises RecordError if a plate
-    is not there.
+    along an axis of the file turned the wrong way (`turned`, `--plate-axis 2=y`; `_turned`). Raises
+    RecordError if a plate is not there.
     """
     plates = {plate.name: plate for plate in recording.plates}
     for option, name in (
@@ -54,8 +53,28 @@ def with_said_plates(
     for name, side in feet:
         plates[name] = replace(plates[name], foot=side)
     for name, axis in turned:
-        plate, sign = plates[name], np.where(np.array([*LETTERS]) == axis, -1.0, 1.0)
-        plates[name] = replace(
-            plate, force=plate.force * sign, free_moment=-plate.free_moment, moment=None
-        )
+        plates[name] = _turned(plates[name], [*LETTERS].index(axis))
     return replace(recording, plates=tuple(plates.values()))
+
+
+def _turned(plate: Plate, axis: int) -> Plate:
+    """A `plate` whose force along an `axis` (0, 1, 2) is reversed; the centre of pressure stays.
+
+    The free moment is what the forces leave of the moment about the vertical through the plate's
+    centre. That may have been reversed as well, as in a plate that was set up as its mirror image,
+    or not, as with a channel of the wrong sign: the smaller free moment decides. Where the file
+    gives no corners, the free moment is reversed.
+    """
+    force = plate.force * np.where(np.arange(3) == axis, -1.0, 1.0)
+    arm = plate.centre_of_pressure - plate.corners.mean(axis=0)
+    up = int(np.argmax(np.abs(plate.free_moment).sum(axis=0)))
+    free = [-plate.free_moment]
+    if np.isfinite(plate.corners).all():
+        whole = (plate.free_moment + np.cross(arm, plate.force))[:, up]
+        given = np.isfinite(arm).all(axis=1)
+        rest = np.where(given, np.cross(arm, force)[:, up], 0.0)
+        free = [np.zeros_like(plate.free_moment) for _ in range(2)]
+        for found, sign in zip(free, (-1.0, 1.0), strict=True):
+            found[:, up] = np.where(given, sign * whole - rest, 0.0)
+    least = min(free, key=lambda each: float(np.square(each).sum()))
+    return replace(plate, force=force, free_moment=least, moment=None)
