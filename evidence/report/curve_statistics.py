@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter1d
 import evidence
 from experiments.gps_controls import strides
 from gaitval.arrays import Array
-from gaitval.metrics.curve_statistics import ALPHA, paired_test, two_sample_test
+from gaitval.metrics.curve_statistics import ALPHA, one_sample_test, two_sample_test
 
 PERMUTATIONS = 10_000
 MEASURES = {"*": {"code": ("gaitval/metrics/curve_statistics.py",)}}
@@ -74,9 +74,11 @@ def thresholds(case: Case, permutations: int = PERMUTATIONS) -> tuple[Thresholds
     """Ours and spm1d's."""
     import spm1d
 
-    test = paired_test if case.paired else two_sample_test
-    ours = test(case.first, case.second, permutations=permutations)
     pair = (case.first, case.second)
+    if case.paired:
+        ours = one_sample_test(case.first - case.second, permutations=permutations)
+    else:
+        ours = two_sample_test(*pair, permutations=permutations)
     np.random.seed(0)  # noqa: NPY002 - spm1d draws from it
     theirs = spm1d.stats.nonparam.ttest_paired if case.paired else spm1d.stats.nonparam.ttest2
     permuted = theirs(*pair).inference(
