@@ -73,6 +73,9 @@ PLAUSIBLE_TILT = (-15.0, 40.0)
 """Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
 about 12 +- 6."""
 
+MARKERS = "markers in standing"
+"""What to call measurements by markers; without a standing trial they are of a pose of the walk."""
+
 PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
 """Half the distance between the hip joints, and between the shoulder joints, divided by stature.
 For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expected."""
@@ -285,14 +288,13 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
         )
     if problems:
         raise ScalingError(
-            f"the {_origin(measured)} of {subject.identifier} gives an implausible body:\n"
-            "  "
+            f"the {_origin(measured)} of {subject.identifier} give an implausible body:\n  "
             + "\n  ".join(problems)
             + "\nCheck "
             + (
                 "the names and units of the markers, the stature, and that the floor is at z = 0 "
                 "(its height is --floor)."
-                if _origin(measured) == "standing trial"
+                if _origin(measured) == MARKERS
                 else "the measured lengths, their unit (metres), and the stature."
             )
         )
@@ -301,4 +303,4 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
 def _origin(measured: Measurements) -> str:
     """What to call the measurements in messages."""
     sources = measured.sources.values()
-    return "standing trial" if all(s.startswith("markers") for s in sources) else "measured body"
+    return MARKERS if all(s.startswith("markers") for s in sources) else "measured lengths"
