@@ -83,7 +83,7 @@ def read_session(
     for trial, recording in zip(request.trials, walking, strict=True):
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
-            tell("markers", f"{trial.name}: without {', '.join(lacking)}")
+            tell("markers", f"{request.called(trial)}: without {', '.join(lacking)}")
     landmarks = marker_set.landmarks
     if request.axes is None:
         # From the standing trial, in which the person is upright.
@@ -109,7 +109,7 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, tell
     )
-    doubts += [(request.trials[0].name, doubt) for doubt in of_walk]
+    doubts += [(request.called(request.trials[0]), doubt) for doubt in of_walk]
     turned = []
     for number, trial in enumerate(request.trials):
         with of_trial(number):
@@ -125,8 +125,8 @@ def read_session(
                 *displaced_doubts(displaced(distances, marker_set)),
                 *foot_marker_doubts(standing, recording, landmarks),
             ):
-                tell("warnings", f"{trial.name}: {doubt}")
-                doubts.append((trial.name, doubt))
+                tell("warnings", f"{request.called(trial)}: {doubt}")
+                doubts.append((request.called(trial), doubt))
             if not recording.plates and not request.kinematics_only:
                 raise RecordError(
                     f"{recording.source}: no force plates in the trial, so there are no moments "
@@ -182,7 +182,7 @@ def _standing(
 
         standing = standing_in_walk(first, marker_set)
         doubts.append(of_walk(len(standing.markers)))
-        tell("warnings", f"{request.trials[0].name}: {doubts[0]}")
+        tell("warnings", f"{request.called(request.trials[0])}: {doubts[0]}")
     else:
         standing, report = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks

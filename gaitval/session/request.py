@@ -239,6 +239,11 @@ class Request(ImportOptions):
             recorded=self.recorded_name,
         )
 
+    def called(self, trial: Path) -> str:
+        """The name of a trial's file, with its folder if another one's is the same."""
+        alike = sum(each.name == trial.name for each in self.trials)
+        return trial.name if alike < 2 else f"{trial.parent.name}/{trial.name}"
+
     @property
     def trial(self) -> str:
         """Name of the subject's trial: as given, else that of its file, or the first of several."""

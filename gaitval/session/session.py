@@ -115,7 +115,7 @@ def work_out(
         except RecordError as error:
             if error.trial is None or len(request.trials) == 1:
                 raise
-            noted("trials", f"{request.trials[error.trial].name} is left out: {error}")
+            noted("trials", f"{request.called(request.trials[error.trial])} is left out: {error}")
             request = request.without_trial(error.trial)
     walks = _usable_walks(request, processing, known, noted)
     require_cycles(walks)
@@ -171,7 +171,7 @@ def _scaled(
         doubts=(
             *session.doubts,
             *(
-                (trial.name, doubt)
+                (request.called(trial), doubt)
                 for trial, doubts in zip(request.trials, body.doubts, strict=True)
                 for doubt in doubts
             ),
@@ -189,11 +189,12 @@ def _usable_walks(
     assert body is not None
     walks, failed = list[WalkingTrial](), list[tuple[str, RecordError]]()
     for trial, recording in zip(request.trials, session.walking, strict=True):
+        name = request.called(trial)
         try:
-            walk = work_out_trial(request, processing, session, body, trial.name, recording, noted)
+            walk = work_out_trial(request, processing, session, body, name, recording, noted)
             known.trials.append(walk)
         except RecordError as error:
-            failed.append((trial.name, error))
+            failed.append((name, error))
     # What cannot be right in one trial is no chance in another of the same plates.
     wrong = {doubt.check for walk in known.trials for doubt in walk.doubts if doubt.certain}
     for walk in known.trials:

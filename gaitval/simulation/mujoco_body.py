@@ -128,14 +128,6 @@ class MujocoBody:
         mujoco.mj_forward(self.model, self.data)
         return np.linalg.solve(self._transform(), self.data.qacc)
 
-    def mass_matrix(self) -> Array:
-        """(31, 31), after `accelerations`."""
-        full = np.zeros((COORDINATE_COUNT, COORDINATE_COUNT))  # symmetric
-        for row, unit in zip(full, np.eye(COORDINATE_COUNT), strict=True):
-            mujoco.mj_mulM(self.model, self.data, row, unit)
-        transform = self._transform()
-        return np.asarray(transform.T @ full @ transform)
-
     def _rotation(self) -> Array:
         """(3, 3) from the pelvis's axes to the world's."""
         matrix = np.empty(9)

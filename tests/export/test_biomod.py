@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulation_fixtures import mujoco_mass_matrix
 
 from gaitval.coordinates import RANGES
 from gaitval.inverse.marked_body import marker_positions
@@ -92,7 +93,7 @@ def test_its_energy_is_that_of_the_walk(walked: Walked, peer, walk) -> None:
         mujoco.set(positions[frame], velocities[frame])
         mujoco.accelerations(np.zeros(31))
         rates = velocities[frame]
-        expected = 0.5 * rates @ mujoco.mass_matrix() @ rates
+        expected = 0.5 * rates @ mujoco_mass_matrix(mujoco) @ rates
         found = peer.KineticEnergy(walk["q"][:, frame], walk["qdot"][:, frame])
         assert found == pytest.approx(expected, rel=1e-9)
 

@@ -115,3 +115,10 @@ def test_a_recording_of_wbds_is_of_its_person_and_says_what_was_assumed(trials, 
 )
 def test_a_trial_is_called_as_given_or_as_its_file(trials, about, name):
     assert request_of(*trials, **about).trial == name
+
+
+def test_trials_of_one_file_name_are_told_apart_by_their_folders():
+    trials = (Path("walk1/c3dfile.c3d"), Path("walk2/c3dfile.c3d"), Path("walk2/other.c3d"))
+    request = Request.model_construct(trials=trials)
+    called = [request.called(each) for each in trials]
+    assert called == ["walk1/c3dfile.c3d", "walk2/c3dfile.c3d", "other.c3d"]

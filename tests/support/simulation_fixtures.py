@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import dartpy
+import mujoco
 import numpy as np
 
 from gaitval.configuration import Configuration, ContactSettings
@@ -22,6 +23,7 @@ from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.storage import NETWORK, Policy
 from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.mujoco_body import MujocoBody
 from gaitval.simulation.walker import WalkingTask
 
 GRAVITY = 9.81
@@ -292,3 +294,12 @@ def symmetric(model: BodyModel, record: GaitRecord) -> tuple[BodyModel, GaitReco
     ]
     segments = tuple(half(segment) for segment in model.segments)
     return replace(model, segments=segments, spheres=(*right, *left)), record
+
+
+def mujoco_mass_matrix(body: MujocoBody) -> np.ndarray:
+    """(31, 31) of the project's coordinates, after `accelerations`."""
+    full = np.zeros((31, 31))
+    for row, unit in zip(full, np.eye(31), strict=True):  # it is symmetric
+        mujoco.mj_mulM(body.model, body.data, row, unit)
+    transform = body._transform()
+    return transform.T @ full @ transform
