@@ -37,6 +37,9 @@ THREADS: Final = (
 SAFE: Final = "PYTHONSAFEPATH"
 """Variable that keeps a Python from modules in the folder that it is started in, whose others may
 be: a `pickle.py` there would run."""
+TRIM: Final = "MALLOC_TRIM_THRESHOLD_"
+"""Variable by which Dask lets its workers give back memory in small pieces; it would cost a study
+two seconds of the system's time."""
 OF_CLUSTER: Final = "gaitval-dask-"
 OF_STUDY: Final = "gaitval-study-"
 """First letters of temporary folders."""
@@ -118,7 +121,8 @@ def _outcome(order: Json, found: Json, began: float, peak: int) -> Json:
 def pinned(threads: int) -> dict[str, str]:
     """The environment of a study's process, with so many `threads`."""
     own = {SAFE: "1", "PYTHONUNBUFFERED": "1"}
-    return {**os.environ, **dict.fromkeys(THREADS, str(threads)), **own}
+    given = {name: value for name, value in os.environ.items() if name != TRIM}
+    return {**given, **dict.fromkeys(THREADS, str(threads)), **own}
 
 
 class Starter:

@@ -52,7 +52,7 @@ def markers(
     from gaitval.errors import RecordError
     from gaitval.mocap.reading import read_recording
     from gaitval_markers.draft import CERTAIN, draft_markers
-    from gaitval_markers.files import as_toml, said_of
+    from gaitval_markers.files import UNRECOGNISED, as_toml, said_of
     from gaitval_markers.picture import draw
 
     target = out or Path(f"{file.stem}_markers.toml")
@@ -89,6 +89,8 @@ def markers(
             f"Names: only {draft.names_agree:.0%} of those that say a place agree with where their "
             "markers are, so names were not used: labels may be exchanged."
         )
+    if not draft.recognised:
+        display.plain(f"{UNRECOGNISED} Give a --standing in which the person does.")
     display.plain(
         f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, used."
     )

@@ -112,6 +112,11 @@ class Draft:
     moved: bool
 
     @property
+    def recognised(self) -> bool:
+        """Whether the whole body was."""
+        return all(guess.recognised for guess in self.guesses)
+
+    @property
     def names_count(self) -> bool:
         """Whether the names were used."""
         return bool(self.names_agree >= NAMES_COUNT)

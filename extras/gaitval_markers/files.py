@@ -14,6 +14,13 @@ SOFT: Final = {"thigh": 0.5, "torso": 0.5}
 """Of markers that only track these segments."""
 
 
+UNRECOGNISED: Final = (
+    "The body was not recognised, so nothing is used unseen: more than a tenth of the markers are "
+    "on no known place, or the person does not stand on both feet."
+)
+"""Why a draft is only a proposal."""
+
+
 def as_toml(draft: Draft, title: str, source: str) -> str:
     """The text of the file: guesses that are certain enough as lines, the others as comments."""
     sure = [guess for guess in draft.guesses if guess.used and guess.site and guess.site.use]
@@ -31,10 +38,14 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
         *(_line(guess, draft) for guess in _in_order(sure)),
     ]
     if unsure:
+        why = (
+            f"Below {CERTAIN:.0%}, or the name says another place: not used."
+            if draft.recognised
+            else UNRECOGNISED
+        )
         lines += [
             "",
-            f"# Below {CERTAIN:.0%}, or the name says another place: not used. Take the # "
-            "away from those that are right.",
+            f"# {why} Take the # away from those that are right.",
             *(f"# {_line(guess, draft)}" for guess in _in_order(unsure)),
         ]
     if left_out or draft.computed:

@@ -245,11 +245,12 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
             certain=twist > LONGEST_LEVER_M, plate=name,
         )  # fmt: skip
     late = float(np.mean([one.late_twist for one in figures]))
+    has = "has" if len(figures) > 1 else "may have"  # one stance may be of an odd step
     if late < TURNED_FREE_MOMENT_M:
         yield QualityFlag(
             "direction of the free moment", where, late, TURNED_FREE_MOMENT_M, "m",
             f"in late stance the ground turns the foot outwards ({-1000 * late:.1f} mm times the "
-            "vertical force), which in walking is inwards: the free moment has the wrong sign",
+            f"vertical force), which in walking is inwards: the free moment {has} the wrong sign",
             plate=name,
         )  # fmt: skip
 

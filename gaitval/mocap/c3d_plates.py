@@ -113,7 +113,7 @@ def _plate(
         from gaitval.mocap.plate_sensors import stored_calibration
 
         calibration = stored_calibration(where, contents, kind, index, CALIBRATIONS[kind])
-    channels = contents.analogs[:, [n - 1 for n in numbers]]
+    channels = _unwrapped(where, contents, numbers)
     if not np.isfinite(channels).all():
         warnings.warn(
             f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
@@ -122,13 +122,12 @@ def _plate(
             stacklevel=2,
         )
         return None
-    if calibration is not None:
-        # The matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
-        force, moment = plate_wrench(kind, channels, origin / metres, calibration)
-        moment = moment * metres
-    else:
+    if calibration is None:
         channels = channels * _channel_units(path, where, contents, kind, numbers, metres, channels)
-        force, moment = plate_wrench(kind, channels, origin)
+    # A matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
+    unit = 1.0 if calibration is None else metres
+    force, moment = _wrench(where, kind, channels, origin / unit, corners / unit, calibration)
+    moment = moment * unit
     first, last = _zero_samples(contents, index, per_frame, len(force))
     if last > first and abs(force[first:last, 2].mean()) < LARGEST_ZERO_N:
         force = force - force[first:last].mean(axis=0)
@@ -144,6 +143,49 @@ def _plate(
     plate = make_plate(str(index + 1), corners, force, moment)
     _check_moments(where, plate, centre)
     return plate
+
+
+def _unwrapped(where: str, contents: Contents, numbers: Sequence[int]) -> Array:
+    """The channels (T, C) of a plate, continued where they jump by the whole range of 16 bits."""
+    channels = contents.analogs[:, [n - 1 for n in numbers]]
+    scales = [65536.0 * contents.number("ANALOG", "GEN_SCALE") * float(each)
+              for each in contents.get("ANALOG", "SCALE")]  # fmt: skip
+    for column, number in enumerate(numbers):
+        period = abs(scales[number - 1]) if number <= len(scales) else 0.0
+        jumps = np.count_nonzero(np.abs(np.diff(channels[:, column])) > 0.9 * period)
+        if period and jumps and np.abs(channels[:, column]).max() <= 0.51 * period:
+            channels[:, column] = np.unwrap(channels[:, column], 0.9 * period, period=period)
+            warnings.warn(
+                f"{where}: channel {number} went beyond the 16 bits that the file has for it, "
+                f"{jumps} times; that was undone. Scale it smaller in the recording program",
+                *(RecordWarning, 2),
+            )
+    return channels
+
+
+def _wrench(
+    where: str, kind: int, channels: Array, origin: Array, corners: Array, matrix: Array | None
+) -> tuple[Array, Array]:
+    """`plate_wrench`, with an `origin` that brings the load onto the plate."""
+    force, moment = plate_wrench(kind, channels, origin, matrix)
+    if kind in (2, 4, 5) and not _on_plate(force, moment, corners):
+        turned = plate_wrench(kind, channels, origin * (-1.0, -1.0, 1.0), matrix)
+        if _on_plate(*turned, corners):
+            warnings.warn(
+                f"{where}: its load is beside the plate unless FORCE_PLATFORM:ORIGIN is reversed "
+                "along the surface. So it is read. Enter it as the format says",
+                *(RecordWarning, 2),
+            )
+            return turned
+    return force, moment
+
+
+def _on_plate(force: Array, moment: Array, corners: Array) -> bool:
+    """Whether more than half of the load is over the plate; both (T, 3) in the plate's axes."""
+    heavy = np.abs(force[:, 2]) > CERTAIN_LOAD_N
+    place = np.column_stack([-moment[heavy, 1], moment[heavy, 0]]) / force[heavy, 2:]
+    sides = np.linalg.norm(corners[[0, 0]] - corners[[1, 3]], axis=1)
+    return not heavy.any() or bool(np.mean((np.abs(place) < 0.55 * sides).all(axis=1)) > 0.5)
 
 
 def _span(corners: Array) -> bool:

@@ -73,9 +73,6 @@ PLAUSIBLE_TILT = (-15.0, 40.0)
 """Forward tilt of the plane of the ASIS and PSIS in standing, degrees; adults have
 about 12 +- 6."""
 
-MARKERS = "markers in standing"
-"""What to call measurements by markers; without a standing trial they are of a pose of the walk."""
-
 PLAUSIBLE_HALF_WIDTH = {"hip": (0.035, 0.085), "shoulder": (0.065, 0.140)}
 """Half the distance between the hip joints, and between the shoulder joints, divided by stature.
 For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expected."""
@@ -294,7 +291,7 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
             + (
                 "the names and units of the markers, the stature, and that the floor is at z = 0 "
                 "(its height is --floor)."
-                if _origin(measured) == MARKERS
+                if "markers" in _origin(measured)
                 else "the measured lengths, their unit (metres), and the stature."
             )
         )
@@ -302,5 +299,5 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
 
 def _origin(measured: Measurements) -> str:
     """What to call the measurements in messages."""
-    sources = measured.sources.values()
-    return MARKERS if all(s.startswith("markers") for s in sources) else "measured lengths"
+    by_markers = all(each.startswith("markers") for each in measured.sources.values())
+    return "markers in standing" if by_markers else "measured lengths"

@@ -73,8 +73,7 @@ def _turned(plate: Plate, axis: int) -> Plate:
         whole = (plate.free_moment + np.cross(arm, plate.force))[:, up]
         given = np.isfinite(arm).all(axis=1)
         rest = np.where(given, np.cross(arm, force)[:, up], 0.0)
-        free = [np.zeros_like(plate.free_moment) for _ in range(2)]
-        for found, sign in zip(free, (-1.0, 1.0), strict=True):
-            found[:, up] = np.where(given, sign * whole - rest, 0.0)
+        along = np.where(given, np.array([[-1.0], [1.0]]) * whole - rest, 0.0)
+        free = [each[:, None] * np.eye(3)[up] for each in along]
     least = min(free, key=lambda each: float(np.square(each).sum()))
     return replace(plate, force=force, free_moment=least, moment=None)

@@ -140,6 +140,8 @@ def order(folder, name, fingerprint="f"):
 def test_threads_of_a_study_are_pinned(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
     assert {task.pinned(3)[name] for name in task.THREADS} == {"3"}
+    monkeypatch.setenv(task.TRIM, "65536")  # as Dask does in its workers
+    assert task.TRIM not in task.pinned(3)
     script = (
         "import numba, threadpoolctl, torch, numpy\n"
         "found = {pool['num_threads'] for pool in threadpoolctl.threadpool_info()}\n"

@@ -94,3 +94,11 @@ def test_over_ground_the_strike_that_ends_the_cycle_is_the_one_that_began_it():
     over_ground = force.copy()
     over_ground[100] = 0.0
     assert fit_force(over_ground, 0.62, "a.csv") == fit_force(force, 0.62, "a.csv")
+
+
+def test_two_strikes_that_differ_are_closed_half_way():
+    """One cycle, whose ends were timed some samples apart: no closed curve is near both."""
+    force = stance_force()
+    force[0, 2], force[100, 2] = 0.18, 0.32
+    fitted = fit_force(force, 0.62, "a.csv").up
+    assert fitted.mean + np.sum(fitted.cosine) == pytest.approx(0.25, abs=FORCE_TOLERANCE)

@@ -71,3 +71,22 @@ def test_more_points_than_anybody_wears_are_refused(
     done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(tmp_path / "mine.toml")])
     assert isinstance(done.exception, GaitvalError)
     assert "more than the 120 that are matched to a body" in str(done.exception)
+
+
+def test_why_nothing_is_used_unseen_is_said(
+    stander: Recording, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    count = len(stander.names)
+    names = tuple(f"M{number}" for number in range(count))
+    markers_away = stander.markers + np.where(np.arange(count) % 3 == 0, 1.5, 0.0)[:, None]
+    lying = replace(stander, names=names, markers=markers_away)
+    monkeypatch.setattr(reading, "read_recording", lambda path, plates=True: lying)
+    out = tmp_path / "mine.toml"
+    done = CliRunner().invoke(
+        markers.app, ["walk.c3d", "--standing", "stand.c3d", "--out", str(out)]
+    )
+    assert done.exit_code == 0, done.output
+    words = " ".join(done.output.split())
+    assert "The body was not recognised, so nothing is used unseen" in words
+    assert f"0 of {count} markers" in words
+    assert "# The body was not recognised" in out.read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ import re
 import struct
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -341,6 +341,34 @@ class TestPlates:
         plate = plate_of(2)
         plate.origin = -plate.origin
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
+
+    @pytest.mark.parametrize("kind", [2, 4])
+    def test_an_origin_reversed_along_the_surface(self, tmp_path, kind):
+        """Sensors in a corner: the load is on the plate by one sign of the origin only."""
+        corner = np.array([0.3, -0.3, 0.0])
+        force, moment = wrench_in_plate(CORNERS)
+        stored = np.r_[force, 1e3 * (moment + np.cross(corner, force))]
+        matrix = None if kind == 2 else np.eye(6)
+        units = ("N",) * 3 + ("Nmm",) * 3
+        right, wrong = (
+            Plate(kind, np.tile(stored, (32, 1)), origin=each, calibration=matrix, units=units)
+            for each in (corner, -corner)
+        )
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[right])).plates[0])
+        with pytest.warns(RecordWarning, match="force plate 1: its load is beside the plate"):
+            found = read_c3d(write(tmp_path / "b.c3d", plates=[wrong]))
+        assert_carries(found.plates[0])
+
+    def test_channels_that_went_beyond_16_bits(self, tmp_path):
+        course = np.sin(np.pi * np.arange(200) / 199.0)
+        plate = plate_of(2, scale=course)
+        channels = np.mod(plate.channels + 32768.0, 65536.0) - 32768.0
+        over = np.flatnonzero(np.any(np.abs(channels - plate.channels) > 1.0, axis=0))
+        assert over.tolist() == [3, 4]
+        path = write(tmp_path / "a.c3d", plates=[replace(plate, channels=channels)])
+        with pytest.warns(RecordWarning, match=r"channel [45] went beyond the 16 bits"):
+            found = read_c3d(path)
+        assert_carries(found.plates[0], course)
 
     def test_a_calibration_stored_by_rows(self, tmp_path):
         plate = plate_of(4)
