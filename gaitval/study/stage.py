@@ -225,10 +225,7 @@ def end_stage(begun: Begun, seconds: float) -> None:
     """Record that the stage `begun` has run, and for how many `seconds`."""
     stage, folder = begun.stage, begun.folder
     outputs = {name: file_hash(folder / name) for name in stage.outputs}
-    records = _records(folder)  # another stage may have started or ended meanwhile
-    records[stage.name] = {"inputs": begun.inputs, "code": begun.code, "outputs": outputs}
-    write_json(folder / RECORDS, records)
-    _add_provenance(
+    _add_provenance(  # first: a stage that is recorded as ended is not run again
         folder,
         stage.name,
         {
@@ -238,6 +235,9 @@ def end_stage(begun: Begun, seconds: float) -> None:
             "inputs": begun.inputs,
         },
     )
+    records = _records(folder)  # another stage may have started or ended meanwhile
+    records[stage.name] = {"inputs": begun.inputs, "code": begun.code, "outputs": outputs}
+    write_json(folder / RECORDS, records)
     if stage.workspace and stage.emptied:
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
         with suppress(OSError):  # other stages may have theirs beside it

@@ -26,6 +26,7 @@ from gaitval.policy.storage import save_policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import one_stage
 from gaitval.study import run as study
+from gaitval.study import stage as stage_module
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.one_stage import finished_rounds, run_one
 from gaitval.study.own_start import start_from
@@ -244,6 +245,25 @@ def test_kill_while_writing_leaves_the_old_output_and_runs_again(folder: Path) -
     assert (folder / "double.txt").read_text() == "42"
     assert why_run(doubling(folder), folder) == "was interrupted"
     assert run_stage(doubling(folder), folder)
+
+
+def test_a_stage_whose_times_could_not_be_written_runs_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else they would be missing for good: a stage that has ended is not run again."""
+    written = stage_module.write_json
+
+    def failing(path: Path, *values: object) -> None:
+        if path.name == "provenance.json":
+            raise ArtefactError(f"{path}: cannot be written")
+        written(path, *values)
+
+    monkeypatch.setattr(stage_module, "write_json", failing)
+    with pytest.raises(ArtefactError, match="cannot be written"):
+        run_stage(doubling(folder), folder)
+    monkeypatch.undo()
+    assert run_stage(doubling(folder), folder)
+    assert "double" in read_json(folder / "provenance.json")["stages"]
 
 
 def test_times_are_in_the_provenance_only(folder: Path) -> None:
