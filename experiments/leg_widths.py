@@ -32,10 +32,10 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
-from gaitval.identification.verdicts import combinations
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.combinations import combinations
 from gaitval_bodies.shared_errors import NAMES, NARROWER, SKIN, STUCK
 from gaitval_virtual.harsh import harsh_person
 

@@ -19,9 +19,9 @@ from experiments.real_people import fit_of
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.identification.verdicts import combinations
 from gaitval.model.parameters import nominal_parameters
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.combinations import combinations
 from gaitval_bodies.shared_errors import NAMES, NARROWER, SKIN, STUCK, SharedFit
 
 ROOT = Path(__file__).resolve().parent.parent

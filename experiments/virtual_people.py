@@ -24,7 +24,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.identification.verdicts import combinations, judged, judged_combinations
+from gaitval.identification.verdicts import judged
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
@@ -35,6 +35,7 @@ from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_start
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
+from gaitval_bodies.combinations import combinations, judged_combinations
 from gaitval_bodies.posterior import walked_with
 from gaitval_virtual.person import virtual_person
 

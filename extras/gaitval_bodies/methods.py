@@ -18,7 +18,7 @@ from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.unidentified import unidentified
-from gaitval.identification.verdicts import correlation, judged, judged_combinations, parameter_sum
+from gaitval.identification.verdicts import judged
 from gaitval.metrics.results import FoundParameters
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
@@ -26,6 +26,7 @@ from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution
 from gaitval_bodies.bars import in_words
+from gaitval_bodies.combinations import correlation, judged_combinations, parameter_sum
 from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.shared_errors import STUCK, identified
 

@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.identification.verdicts import Judged, judged_combinations
+from gaitval.identification.verdicts import Judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
+from gaitval_bodies.combinations import judged_combinations
 from gaitval_bodies.joints import FunctionalLeg, with_joints
 from gaitval_bodies.pooled import SAME
 from gaitval_bodies.shared_errors import Shared

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.opensim.coordinates import (
@@ -17,7 +18,6 @@ from gaitval.opensim.motion import write_external_loads, write_ground_reaction, 
 from gaitval.opensim.osim import write_osim
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
-from gaitval_virtual.ground_wrenches import ground_wrenches
 
 LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""

@@ -21,6 +21,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
@@ -36,7 +37,6 @@ from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
-from gaitval_virtual.ground_wrenches import ground_wrenches
 from gaitval_virtual.person import VirtualError, drawn_parameters, walked
 from gaitval_virtual.standing import landmarks_on, standing_pose
 

@@ -10,6 +10,7 @@ from opensim_peer import inverse_dynamics_tool, read_table, run
 from evidence.opensim_motion import read_motion
 from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
 from gaitval.opensim.coordinates import TO_OPENSIM
@@ -18,7 +19,6 @@ from gaitval_export.opensim_folder import FILES, LOADED_N, foot_forces, write_op
 from gaitval_export.virtual_markers import JOINT_CENTRES
 from gaitval_export.walked import Walked
 from gaitval_judge.opensim.model_file import read_model
-from gaitval_virtual.ground_wrenches import ground_wrenches
 
 INSIDE = slice(50, -50)
 """Both differentiate by splines, which are free at the ends."""

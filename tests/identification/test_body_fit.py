@@ -12,7 +12,6 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit, angle_sd
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
-from gaitval.identification.verdicts import combinations, judged_combinations
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.population import noise_of_expected
@@ -20,6 +19,7 @@ from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import consistent_reference, weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
+from gaitval_bodies.combinations import combinations, judged_combinations
 from gaitval_bodies.posterior import PROFILE_STEPS, Profile, identify, profiles
 from gaitval_virtual.person import virtual_person
 
