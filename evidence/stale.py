@@ -132,9 +132,10 @@ EQUAL: Final = (
     ),
     Equal(
         "db7806e740",
-        "8f8e33a748",
+        "1a2de58757",
         (
             *("gaitval/gait/force_checks.py", "gaitval/gait/mean_curves.py"),
+            *("gaitval/identification/verdicts.py", "extras/gaitval_bodies/*.py"),
             *("gaitval/mocap/c3d_plates.py", "gaitval/scaling/scaling.py"),
             *("gaitval/session/said_plates.py", "gaitval/study/stage.py"),
             *("extras/gaitval_export/*.py", "extras/gaitval_markers/*.py"),
