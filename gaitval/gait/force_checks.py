@@ -210,7 +210,7 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
             "a walking foot is pushed back first and forward later, but here the fore-aft impulse "
             f"changes by {100 * braking:.1f} % of the vertical one from early to late stance (at "
             f"least {100 * LEAST_BRAKING:.0f} %): the fore-aft force has the wrong sign or axis, "
-            f"or is missing. {_mend(name, 'along')}",
+            f"or is missing. {_fix(name, 'along')}",
             certain=braking < -LEAST_BRAKING, plate=name,
         )  # fmt: skip
     inward = float(np.mean([one.inward for one in figures]))
@@ -220,12 +220,12 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
             "push towards the middle line", where, inward, LEAST_INWARD, "1",
             f"the foot is pushed outwards by {-100 * inward:.1f} % of the vertical impulse, but "
             "the body, which the force carries, is inwards of it: the sideways force has the "
-            f"wrong sign or axis. {_mend(name, 'across')}",
+            f"wrong sign or axis. {_fix(name, 'across')}",
             certain=inward < -CERTAINLY_OUTWARD and lean > LEAST_LEAN, plate=name,
         )  # fmt: skip
 
 
-def _mend(name: str, where: str) -> str:
+def _fix(name: str, where: str) -> str:
     """What to do about a force of the plate `name` with the wrong sign `where` it acts."""
     return (
         f"Check the plate's corners and calibration, or give --plate-axis {name}= with the axis of "

@@ -103,7 +103,7 @@ def fit_force(force: Array, stance: float, path: Path | str) -> Force:
     if force[100, 2] == 0.0 < force[0, 2]:
         # over ground the next landing is beside the plates; it is the same instant of the cycle
         force = np.vstack([force[:100], force[:1]])
-    elif np.abs(force[100] - force[0]).max() > 6.0 * FORCE_TOLERANCE:
+    elif np.abs(force[100] - force[0]).max() > 2.0 * REFUSED * FORCE_TOLERANCE:
         # two strikes that were timed samples apart: no closed curve is near both
         ends = 0.5 * (force[:1] + force[100:])
         force = np.vstack([ends, force[1:100], ends])

@@ -148,17 +148,18 @@ def _plate(
 def _unwrapped(where: str, contents: Contents, numbers: Sequence[int]) -> Array:
     """The channels (T, C) of a plate, continued where they jump by the whole range of 16 bits."""
     channels = contents.analogs[:, [n - 1 for n in numbers]]
-    scales = [65536.0 * contents.number("ANALOG", "GEN_SCALE") * float(each)
-              for each in contents.get("ANALOG", "SCALE")]  # fmt: skip
+    scales, whole = contents.get("ANALOG", "SCALE"), contents.number("ANALOG", "GEN_SCALE")
     for column, number in enumerate(numbers):
-        period = abs(scales[number - 1]) if number <= len(scales) else 0.0
+        scale = float(scales[number - 1]) if number <= len(scales) else 0.0
+        period = 65536.0 * abs(whole * scale)
         jumps = np.count_nonzero(np.abs(np.diff(channels[:, column])) > 0.9 * period)
         if period and jumps and np.abs(channels[:, column]).max() <= 0.51 * period:
             channels[:, column] = np.unwrap(channels[:, column], 0.9 * period, period=period)
             warnings.warn(
                 f"{where}: channel {number} went beyond the 16 bits that the file has for it, "
                 f"{jumps} times; that was undone. Scale it smaller in the recording program",
-                *(RecordWarning, 2),
+                RecordWarning,
+                stacklevel=2,
             )
     return channels
 
@@ -174,7 +175,8 @@ def _wrench(
             warnings.warn(
                 f"{where}: its load is beside the plate unless FORCE_PLATFORM:ORIGIN is reversed "
                 "along the surface. So it is read. Enter it as the format says",
-                *(RecordWarning, 2),
+                RecordWarning,
+                stacklevel=2,
             )
             return turned
     return force, moment

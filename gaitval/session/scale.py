@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -94,12 +93,10 @@ def scale_body(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
         )
     checked = []
-    for number, walking in enumerate(session.walking):
+    for number in range(len(session.walking)):
         with of_trial(number):
             checked.append(
-                _with_right_labels(
-                    scaled.model, placement, session, walking, str(request.static), tell
-                )
+                _with_right_labels(scaled.model, placement, session, number, request, tell)
             )
     first = checked[0][0]
     names = [marker.name for marker in placement.markers]
@@ -178,14 +175,14 @@ def _with_right_labels(
     model: BodyModel,
     placement: MarkerPlacement,
     session: SessionRecordings,
-    walking: Recording,
-    static: str,
+    number: int,
+    request: Request,
     tell: Tell,
 ) -> tuple[Recording, list[QualityFlag]]:
-    """A walking trial in which no two markers have each other's names: those that have are put
-    right, and this is reported, or refused (`exchanged_markers.put_right`).
+    """The walking trial `number`, in which no two markers have each other's names: those that have
+    are put right, and this is reported, or refused (`exchanged_markers.put_right`).
     """
-    doubts: list[QualityFlag] = []
+    walking, doubts = session.walking[number], list[QualityFlag]()
     while True:
         markers = [
             marker
@@ -198,11 +195,10 @@ def _with_right_labels(
             return walking, doubts
         from gaitval.session.exchanged_markers import put_right
 
-        walking, doubt = put_right(
-            exchange, session.marker_set, walking, static, again=len(doubts) < len(markers)
-        )
+        standing, again = str(request.static), len(doubts) < len(markers)
+        walking, doubt = put_right(exchange, session.marker_set, walking, standing, again=again)
         doubts.append(doubt)
-        tell("warnings", f"{Path(walking.source.split(', ')[0]).name}: {doubt}")
+        tell("warnings", f"{request.called(request.trials[number])}: {doubt}")
 
 
 REMARKED_ROTATION: Final = float(np.radians(8.0))

@@ -84,7 +84,6 @@ class MujocoBody:
         joints = [self.model.joint(name) for name in COORDINATES[6:]]
         self.places = np.array([joint.qposadr[0] for joint in joints])
         self.rates = np.array([joint.dofadr[0] for joint in joints])
-        self._turned = self._rotation()  # as the pelvis is in `data`
 
     def set_servo(self, stiffness: Array, damping: Array) -> None:
         """Springs about zero and dampers (25,) at the joints, Nm/rad and Nms/rad."""
@@ -98,7 +97,6 @@ class MujocoBody:
         self.data.qpos[0:3] = q[3:6]
         self.data.qpos[3:7] = rotation.as_quat(scalar_first=True)
         self.data.qpos[self.places] = q[6:]
-        self._turned = self._rotation()
         self.data.qvel[:] = self._transform() @ qd
 
     def state(self) -> tuple[Array, Array]:
@@ -108,8 +106,7 @@ class MujocoBody:
         mujoco.mju_quat2Vel(q[:3], self.data.qpos[3:7], 1.0)
         q[3:6] = self.data.qpos[0:3]
         q[6:] = self.data.qpos[self.places]
-        self._turned = self._rotation()
-        qd[:3] = self._turned @ self.data.qvel[3:6]
+        qd[:3] = self._rotation() @ self.data.qvel[3:6]
         qd[3:6] = self.data.qvel[0:3]
         qd[6:] = self.data.qvel[self.rates]
         return q, qd
@@ -137,7 +134,7 @@ class MujocoBody:
     def _transform(self) -> Array:
         transform = np.zeros((COORDINATE_COUNT, COORDINATE_COUNT))
         transform[0:3, 3:6] = np.eye(3)
-        transform[3:6, 0:3] = self._turned.T
+        transform[3:6, 0:3] = self._rotation().T
         transform[self.rates, np.arange(6, COORDINATE_COUNT)] = 1.0
         return transform
 
@@ -145,5 +142,5 @@ class MujocoBody:
         applied = self.data.qfrc_applied
         # f_mujoco = T⁻ᵀ f; T is orthogonal, so its blocks are only exchanged and turned.
         applied[0:3] = forces[3:6]
-        applied[3:6] = self._turned.T @ forces[:3]
+        applied[3:6] = self._rotation().T @ forces[:3]
         applied[self.rates] = forces[6:]
