@@ -132,12 +132,13 @@ EQUAL: Final = (
     ),
     Equal(
         "db7806e740",
-        "1a2de58757",
+        "b521cee121",
         (
             *("gaitval/gait/force_checks.py", "gaitval/gait/mean_curves.py"),
             *("gaitval/identification/verdicts.py", "extras/gaitval_bodies/*.py"),
             *("gaitval/mocap/c3d_plates.py", "gaitval/scaling/scaling.py"),
-            *("gaitval/session/said_plates.py", "gaitval/study/stage.py"),
+            *("gaitval/session/*.py", "gaitval/study/stage.py"),
+            "gaitval/simulation/mujoco_body.py",
             *("extras/gaitval_export/*.py", "extras/gaitval_markers/*.py"),
             "extras/gaitval_virtual/*.py",
         ),
