@@ -1,10 +1,10 @@
 """Faults planted in public recordings: which are warned of, and by which name.
 
 The constants of `gaitval_measurement.expected` and its thresholds were chosen on recordings of
-McGill (biomechZoo) and Stanford (OpenCap); the rows are of other laboratories and of the sample. A
-recording that has a warning of its own when it is clean is not planted with another: WBDS01's right
-plate, of which the shift that the built-in subject S01 corrects (23 mm, of other trials) is taken
-away first.
+McGill (biomechZoo), Stanford (OpenCap) and Basel; the rows are of other laboratories and of the
+sample. A recording that has a warning of its own when it is clean is not planted with another:
+WBDS01's right plate, of which the shift that the built-in subject S01 corrects (23 mm, of other
+trials) is taken away first.
 """
 
 import json
@@ -48,9 +48,9 @@ FROM: Final = option(
     help="folder of the clones, OWNER+NAME, as for experiments.public_recordings",
 )
 ONLY: Final = option("--only", nargs="*", help="recordings; those stored of this commit are kept")
-SEED: Final = option("--seed", type=int, default=20261125, help="of the sizes that are drawn")
-"""Used once, after its number was in this file. The list of 3911 was used before; its misses were
-then studied, so it is one that the estimate was developed on."""
+SEED: Final = option("--seed", type=int, default=20261126, help="of the sizes that are drawn")
+"""Used once, after its number was in this file. Those of 3911 and 20261125 were used before, for
+constants that were chosen on two laboratories."""
 STORE: Final = ROOT / "reports" / "measurement" / "planted.jsonl"
 SAMPLE: Final = {
     "name": "sample",

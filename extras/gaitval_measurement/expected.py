@@ -1,9 +1,9 @@
 """What sound recordings show: means and spreads of the data of `balance`, and of usual faults.
 
-All are of 14 recordings of two laboratories (12 children and adolescents of McGill and Shriners,
-Montreal, and four ways of walking of one adult, Stanford, who counts as 1.2 people);
-`experiments/measurement_constants.py` prints them. The figures that the evidence reports are of
-other laboratories.
+Those of the data are of 33 recordings of 25 people of three laboratories: children and adolescents
+of McGill and Shriners, Montreal; people of Basel, mostly children, who walk faster and have no
+standing trials; one adult of Stanford. `experiments/measurement_constants.py` prints them. The
+figures that the evidence reports are of other laboratories.
 """
 
 from collections.abc import Mapping
@@ -14,12 +14,12 @@ import numpy as np
 from gaitval.arrays import Array
 
 HALF_STRIDE: Final[Mapping[str, tuple[float, ...]]] = {
-    "force x": (0.028, -0.028, 0.006, 0.027, 0.006, -0.020, -0.033, -0.024, 0.007, 0.042),
-    "force y": (-0.022, -0.006, -0.001, 0.004, 0.004, -0.005, 0.005, 0.006, -0.010, -0.001),
-    "force z": (0.042, -0.018, 0.035, 0.036, 0.003, 0.002, -0.013, -0.014, -0.023, -0.062),
-    "moment x": (-0.002, -0.002, 0.002, 0.009, 0.009, 0.004, 0.005, 0.003, -0.012, -0.017),
-    "moment y": (0.024, 0.020, 0.013, 0.009, 0.010, 0.012, 0.013, 0.011, 0.020, 0.047),
-    "moment z": (-0.001, 0.001, -0.001, -0.003, -0.002, -0.001, 0.001, 0.000, -0.005, -0.004),
+    "force x": (0.022, -0.017, 0.007, 0.010, -0.002, -0.015, -0.023, -0.013, 0.006, 0.028),
+    "force y": (-0.021, -0.014, 0.001, 0.011, 0.010, -0.005, 0.001, 0.001, -0.006, -0.006),
+    "force z": (0.019, 0.005, 0.018, 0.027, 0.014, 0.011, -0.006, -0.016, -0.011, -0.034),
+    "moment x": (-0.002, -0.002, 0.004, 0.008, 0.007, 0.003, 0.003, 0.001, -0.006, -0.011),
+    "moment y": (0.027, 0.024, 0.020, 0.017, 0.013, 0.015, 0.016, 0.014, 0.016, 0.037),
+    "moment z": (-0.001, 0.001, -0.001, -0.003, -0.002, -0.002, -0.001, -0.002, -0.004, -0.004),
 }
 """What the plates show too much in tenths of half a stride: what filters, soft tissue and the
 masses of the segments leave. The second half has the opposite sign where `ODD`. All but the mean of
@@ -31,12 +31,12 @@ LEAST_ACCELERATION: Final = 0.02
 """A body that hardly moves is taken to move this much."""
 ODD: Final = frozenset(("force y", "moment x", "moment z"))
 SPREAD: Final[Mapping[str, tuple[float, ...]]] = {
-    "force x": (0.022, 0.021, 0.021, 0.015, 0.012, 0.012, 0.012, 0.016, 0.017, 0.024),
-    "force y": (0.016, 0.012, 0.010, 0.008, 0.009, 0.009, 0.009, 0.012, 0.013, 0.012),
-    "force z": (0.038, 0.030, 0.028, 0.021, 0.016, 0.016, 0.016, 0.016, 0.020, 0.033),
-    "moment x": (0.008, 0.008, 0.007, 0.005, 0.005, 0.005, 0.005, 0.005, 0.007, 0.008),
-    "moment y": (0.008, 0.007, 0.006, 0.005, 0.005, 0.005, 0.005, 0.007, 0.010, 0.010),
-    "moment z": (0.004, 0.003, 0.002, 0.002, 0.002, 0.002, 0.003, 0.004, 0.005, 0.005),
+    "force x": (0.018, 0.020, 0.017, 0.018, 0.012, 0.011, 0.011, 0.017, 0.016, 0.022),
+    "force y": (0.015, 0.014, 0.015, 0.014, 0.011, 0.010, 0.011, 0.013, 0.014, 0.012),
+    "force z": (0.039, 0.031, 0.026, 0.019, 0.015, 0.019, 0.017, 0.020, 0.024, 0.040),
+    "moment x": (0.007, 0.007, 0.007, 0.006, 0.005, 0.004, 0.005, 0.006, 0.008, 0.010),
+    "moment y": (0.013, 0.012, 0.012, 0.011, 0.009, 0.009, 0.008, 0.009, 0.012, 0.014),
+    "moment z": (0.003, 0.002, 0.002, 0.001, 0.001, 0.003, 0.003, 0.005, 0.006, 0.005),
 }
 """SD of a person's own pattern beside that mean, from bin to bin of the stride."""
 FALLS: Final = {"fall of force": (-0.75, 0.5), "fall of markers": (-2.4, 0.7)}
@@ -44,14 +44,14 @@ FALLS: Final = {"fall of force": (-0.75, 0.5), "fall of markers": (-2.4, 0.7)}
 STRIDE_LENGTH: Final = 0.05
 """Correlation length of that pattern, strides: neighbouring bins correlate by 0.3."""
 PRESSURE_MEAN: Final[Mapping[str, tuple[float, ...]]] = {
-    "pressure along": (0.000, 0.015, 0.033, 0.053, 0.065, 0.0715, 0.0726, 0.063),
-    "pressure across": (-0.0054, -0.0062, -0.0062, -0.0052, -0.0031, -0.0001, 0.0030, 0.0062),
+    "pressure along": (0.0022, 0.0158, 0.0327, 0.0518, 0.0645, 0.0716, 0.0741, 0.0665),
+    "pressure across": (-0.0057, -0.0069, -0.0069, -0.0061, -0.0042, -0.0017, 0.0009, 0.0040),
 }
 """Centre of pressure ahead of the ankle's centre, and towards the middle line, over stature, in
 tenths of the stance from 10 to 90 %."""
 PRESSURE_SPREAD: Final[Mapping[str, tuple[float, ...]]] = {
-    "pressure along": (0.0096, 0.0116, 0.0170, 0.0173, 0.0135, 0.0088, 0.0055, 0.0060),
-    "pressure across": (0.0030, 0.0030, 0.0030, 0.0034, 0.0040, 0.0043, 0.0043, 0.0047),
+    "pressure along": (0.0074, 0.0082, 0.0122, 0.0135, 0.0110, 0.0076, 0.0053, 0.0056),
+    "pressure across": (0.0031, 0.0032, 0.0033, 0.0035, 0.0037, 0.0040, 0.0041, 0.0044),
 }
 STANCE_LENGTH: Final = 0.25
 """Correlation length of a foot's own roll-over, stances."""
@@ -100,6 +100,11 @@ AMPLITUDES: Final = ("acceleration", "turning")
 moves there as well."""
 
 
+def relative(acceleration: float) -> float:
+    """Of a walk with this acceleration to that of `ACCELERATION`, what its pattern is larger by."""
+    return min(acceleration / ACCELERATION, 1.5)
+
+
 def expected(kind: str, phase: Array, height_m: float, acceleration: float) -> Array:
     """What sound recordings show of a `kind` of datum at `phase`, of a person of `height_m` whose
     walk has this `acceleration` (of `ACCELERATION`).
@@ -107,7 +112,7 @@ def expected(kind: str, phase: Array, height_m: float, acceleration: float) -> A
     if kind in HALF_STRIDE:
         half = np.array(HALF_STRIDE[kind])
         still = half.mean() if kind == "moment y" else 0.0
-        half = still + (half - still) * min(acceleration / ACCELERATION, 1.5)
+        half = still + (half - still) * relative(acceleration)
         whole = np.concatenate([half, -half if kind in ODD else half])
         return np.asarray(whole[np.floor(phase * len(whole)).astype(int)])
     if kind in FALLS:

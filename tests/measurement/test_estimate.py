@@ -106,6 +106,18 @@ def test_what_all_plates_have_is_one_cause():
     assert not _apart(frozenset({GAINS[0], MASS}), 1)
     assert _apart(frozenset({GAINS[0], MASS}), 2)
     assert _apart(frozenset({GAINS[0]}), 1)
+    crossed, offset, other = (Cause(n, (n,)) for n in ("cross-talk 1", "offset 1", "offset 2"))
+    assert not _apart(frozenset({crossed, offset}), 2)
+    assert _apart(frozenset({crossed, other}), 2)
+
+
+def test_a_wrong_frame_rate_is_rarer_than_a_wrong_plate(model):
+    of, _, _ = model
+    seen = of({})
+    rate = Cause("rate", ("mass",))
+    weighed = weigh(seen, (*GAINS, MASS, rate), None)
+    odds = weighed[frozenset({MASS})] - weighed[frozenset({rate})]
+    assert np.exp(odds) == pytest.approx((0.25 / 0.75) / (0.15 / 0.85))
 
 
 def test_a_fault_may_be_along_one_axis(model):
