@@ -6,7 +6,8 @@ FOLDER has the clones of `experiments/public_recordings.toml`, of the laboratori
 are chosen on (`evidence.measurement.faults.CHOSEN_ON`), and one more that only this uses (`BASEL`).
 A person counts once, whatever the number of recordings. A laboratory's mean is as good as its
 number of people and as laboratories differ: with as much between laboratories as between people,
-its weight is n / (n + 1). The spread is that of people, and of the laboratories' means.
+its weight is n / (n + 1); half of that without standing trials, where bodies are less sure. The
+spread is that of people, and of the laboratories' means.
 """
 
 import argparse
@@ -34,6 +35,8 @@ BASEL = "fmoissenet+GaitEventsAlgorithms/NormSubjects"
 """A laboratory of Basel: 29 recordings of 17 people, most of them children, without
 standing trials; https://github.com/fmoissenet/GaitEventsAlgorithms, commit be9ca55e. Nothing of it
 is kept here."""
+WITHOUT_STANDING = 0.5
+"""Weight of such a laboratory beside others."""
 EXPLAINED = 0.68
 """Share of the printed spreads that `expected` has: they hold what scatters from stride to stride
 and what `expected.NUISANCE` explains."""
@@ -108,6 +111,7 @@ def of_laboratories(rows: Mapping[str, Sequence[tuple[str, Array]]]) -> tuple[Ar
     """Mean over the laboratories, and spread of anybody of any laboratory."""
     known = [of_people(each) for each in rows.values()]
     weight = np.array([count / (count + 1) for *_, count in known])
+    weight *= [WITHOUT_STANDING if laboratory == "Basel" else 1.0 for laboratory in rows]
     weight /= weight.sum()
     means = np.array([mean for mean, *_ in known])
     mean = weight @ means

@@ -14,12 +14,12 @@ import numpy as np
 from gaitval.arrays import Array
 
 HALF_STRIDE: Final[Mapping[str, tuple[float, ...]]] = {
-    "force x": (0.022, -0.017, 0.007, 0.010, -0.002, -0.015, -0.023, -0.013, 0.006, 0.028),
-    "force y": (-0.021, -0.014, 0.001, 0.011, 0.010, -0.005, 0.001, 0.001, -0.006, -0.006),
-    "force z": (0.019, 0.005, 0.018, 0.027, 0.014, 0.011, -0.006, -0.016, -0.011, -0.034),
-    "moment x": (-0.002, -0.002, 0.004, 0.008, 0.007, 0.003, 0.003, 0.001, -0.006, -0.011),
-    "moment y": (0.027, 0.024, 0.020, 0.017, 0.013, 0.015, 0.016, 0.014, 0.016, 0.037),
-    "moment z": (-0.001, 0.001, -0.001, -0.003, -0.002, -0.002, -0.001, -0.002, -0.004, -0.004),
+    "force x": (0.023, -0.019, 0.006, 0.014, 0.001, -0.016, -0.025, -0.016, 0.006, 0.031),
+    "force y": (-0.022, -0.012, 0.001, 0.007, 0.009, -0.006, 0.001, 0.001, -0.007, -0.005),
+    "force z": (0.027, -0.001, 0.022, 0.030, 0.011, 0.011, -0.006, -0.013, -0.013, -0.042),
+    "moment x": (-0.003, -0.002, 0.003, 0.008, 0.007, 0.003, 0.004, 0.002, -0.007, -0.012),
+    "moment y": (0.028, 0.024, 0.019, 0.016, 0.013, 0.015, 0.016, 0.014, 0.018, 0.041),
+    "moment z": (-0.001, 0.001, -0.001, -0.003, -0.002, -0.002, -0.001, -0.002, -0.005, -0.005),
 }
 """What the plates show too much in tenths of half a stride: what filters, soft tissue and the
 masses of the segments leave. The second half has the opposite sign where `ODD`. All but the mean of
@@ -31,12 +31,12 @@ LEAST_ACCELERATION: Final = 0.02
 """A body that hardly moves is taken to move this much."""
 ODD: Final = frozenset(("force y", "moment x", "moment z"))
 SPREAD: Final[Mapping[str, tuple[float, ...]]] = {
-    "force x": (0.018, 0.020, 0.017, 0.018, 0.012, 0.011, 0.011, 0.017, 0.016, 0.022),
-    "force y": (0.015, 0.014, 0.015, 0.014, 0.011, 0.010, 0.011, 0.013, 0.014, 0.012),
-    "force z": (0.039, 0.031, 0.026, 0.019, 0.015, 0.019, 0.017, 0.020, 0.024, 0.040),
+    "force x": (0.018, 0.021, 0.017, 0.017, 0.012, 0.011, 0.011, 0.017, 0.017, 0.023),
+    "force y": (0.015, 0.014, 0.015, 0.014, 0.011, 0.010, 0.011, 0.014, 0.014, 0.012),
+    "force z": (0.039, 0.031, 0.025, 0.018, 0.015, 0.020, 0.017, 0.020, 0.025, 0.040),
     "moment x": (0.007, 0.007, 0.007, 0.006, 0.005, 0.004, 0.005, 0.006, 0.008, 0.010),
-    "moment y": (0.013, 0.012, 0.012, 0.011, 0.009, 0.009, 0.008, 0.009, 0.012, 0.014),
-    "moment z": (0.003, 0.002, 0.002, 0.001, 0.001, 0.003, 0.003, 0.005, 0.006, 0.005),
+    "moment y": (0.014, 0.013, 0.012, 0.011, 0.010, 0.009, 0.008, 0.009, 0.012, 0.013),
+    "moment z": (0.004, 0.002, 0.002, 0.001, 0.001, 0.003, 0.004, 0.005, 0.006, 0.005),
 }
 """SD of a person's own pattern beside that mean, from bin to bin of the stride."""
 FALLS: Final = {"fall of force": (-0.75, 0.5), "fall of markers": (-2.4, 0.7)}
@@ -44,14 +44,14 @@ FALLS: Final = {"fall of force": (-0.75, 0.5), "fall of markers": (-2.4, 0.7)}
 STRIDE_LENGTH: Final = 0.05
 """Correlation length of that pattern, strides: neighbouring bins correlate by 0.3."""
 PRESSURE_MEAN: Final[Mapping[str, tuple[float, ...]]] = {
-    "pressure along": (0.0022, 0.0158, 0.0327, 0.0518, 0.0645, 0.0716, 0.0741, 0.0665),
-    "pressure across": (-0.0057, -0.0069, -0.0069, -0.0061, -0.0042, -0.0017, 0.0009, 0.0040),
+    "pressure along": (0.0015, 0.0152, 0.0320, 0.0505, 0.0630, 0.0704, 0.0730, 0.0653),
+    "pressure across": (-0.0056, -0.0067, -0.0068, -0.0059, -0.0040, -0.0015, 0.0011, 0.0040),
 }
 """Centre of pressure ahead of the ankle's centre, and towards the middle line, over stature, in
 tenths of the stance from 10 to 90 %."""
 PRESSURE_SPREAD: Final[Mapping[str, tuple[float, ...]]] = {
-    "pressure along": (0.0074, 0.0082, 0.0122, 0.0135, 0.0110, 0.0076, 0.0053, 0.0056),
-    "pressure across": (0.0031, 0.0032, 0.0033, 0.0035, 0.0037, 0.0040, 0.0041, 0.0044),
+    "pressure along": (0.0074, 0.0082, 0.0123, 0.0136, 0.0111, 0.0077, 0.0052, 0.0054),
+    "pressure across": (0.0031, 0.0032, 0.0033, 0.0035, 0.0037, 0.0040, 0.0042, 0.0045),
 }
 STANCE_LENGTH: Final = 0.25
 """Correlation length of a foot's own roll-over, stances."""
