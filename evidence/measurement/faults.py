@@ -48,9 +48,9 @@ FROM: Final = option(
     help="folder of the clones, OWNER+NAME, as for experiments.public_recordings",
 )
 ONLY: Final = option("--only", nargs="*", help="recordings; those stored of this commit are kept")
-SEED: Final = option("--seed", type=int, default=20261127, help="of the sizes that are drawn")
-"""Used once, after its number was in this file. Those of 3911, 20261125 and 20261126 were used
-before, for earlier constants."""
+SEED: Final = option("--seed", type=int, default=20261128, help="of the sizes that are drawn")
+"""Used once, after its number was in this file. Those of 3911 and 20261125 to 20261127 were
+used before, for earlier constants."""
 STORE: Final = ROOT / "reports" / "measurement" / "planted.jsonl"
 SAMPLE: Final = {
     "name": "sample",

@@ -114,7 +114,8 @@ class MarkerSet:
         self, names: Iterable[str], alike: Callable[[str, str], bool] = lambda _, __: False
     ) -> dict[str, str]:
         """For each of `names` in a file, its name in this set; names of other markers are left out,
-        and copies, of which the first is kept.
+        and copies, of which the first is kept. Of two names of one marker, that is it which the set
+        spells so: OpenCap's files have a "RKnee" of the video beside "r_knee_study".
 
         Parameters
         ----------
@@ -134,7 +135,13 @@ class MarkerSet:
                 continue
             if marker in found.values():
                 other = next(seen for seen, as_ in found.items() if as_ == marker)
-                if alike(other, name):
+                spelled = (marker, *self.markers[marker].aliases)
+                here, there = (n.rsplit(":", 1)[-1] in spelled for n in (name, other))
+                if alike(other, name) or (there and not here):
+                    continue
+                if here and not there:
+                    del found[other]
+                    found[name] = marker
                     continue
                 raise RecordError(
                     f"the markers {other!r} and {name!r} are both {marker} of the marker set "

@@ -9,15 +9,19 @@ from gaitval_measurement.balance import Data
 from gaitval_measurement.estimate import (
     Balance,
     Cause,
+    Found,
     Lag,
+    DELAY,
     _apart,
     _evidence,
+    _left_by_delay,
     _matters,
     _of_set,
     _sizes,
     balance,
     faults_of,
     scales,
+    standing_up,
     weigh,
 )
 from gaitval_measurement.expected import USUAL
@@ -118,6 +122,37 @@ def test_a_wrong_frame_rate_is_rarer_than_a_wrong_plate(model):
     weighed = weigh(seen, (*GAINS, MASS, rate), None)
     odds = weighed[frozenset({MASS})] - weighed[frozenset({rate})]
     assert np.exp(odds) == pytest.approx((0.25 / 0.75) / (0.15 / 0.85))
+
+
+def _forces(value):
+    """Data of the vertical force, in the order of the fixture's frames."""
+    return Data(
+        names=NAMES, kind=("force z",) * COUNT, group=("",) * COUNT,
+        phase=np.linspace(0.0, 0.95, COUNT), value=value, noise=np.full(COUNT, 0.01),
+        effect=np.zeros((COUNT, len(NAMES))), middles={},
+    )  # fmt: skip
+
+
+def _found(cause, *values):
+    return Found(cause, np.array(values), np.full(len(values), 0.01), 0.9, 0.9, (), True)
+
+
+def test_a_fault_whose_removal_leaves_more_is_not_there(model):
+    seen = model[0]({"mass": 0.1, "gain 2": -0.1})
+    mass, gain = _found(MASS, 0.1), _found(GAINS[1], -0.1)
+    data = _forces(seen.rest)
+    assert standing_up((mass, gain), data, seen, 1.7) == (mass, gain)
+    wrong = _found(GAINS[0], 0.1)
+    assert standing_up((mass, gain, wrong), data, seen, 1.7) == (mass, gain)
+
+
+@pytest.mark.parametrize(("late", "is_there"), [(0.01, True), (0.03, False)])
+def test_a_delay_without_which_newtons_law_holds_less_is_not_there(model, late, is_there):
+    # Beside what everybody shows both leave as much.
+    seen = model[0]({})
+    shifted, recorded = _forces(np.full(COUNT, late)), _forces(np.full(COUNT, 0.02))
+    found = (_found(DELAY, 0.02),)
+    assert _left_by_delay(found, (shifted, seen), (recorded, seen), 1.7) is is_there
 
 
 def test_a_fault_may_be_along_one_axis(model):
