@@ -83,6 +83,7 @@ MEASURES = {
             "gaitval/study/stage.py",
             "gaitval/session/write.py",
             "gaitval/session/batch.py",
+            "extras/gaitval_formats/batch_imports.py",
             "gaitval/reporting/page.py",
             "extras/gaitval_gate/stored.py",
             "extras/gaitval_gate/baseline.py",

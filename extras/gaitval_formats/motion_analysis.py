@@ -12,6 +12,7 @@ Nm; its size shows which. Looked up in November 2026.
 """
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +20,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_or_fault
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import text_lines
@@ -90,11 +91,12 @@ def read_motion_analysis_forces(
         rows = [" ".join(row.split()) for row in rows]
     whole_rows(path, rows, first, width, separator)
     table = numbers(path, rows, first, width, separator)[:, 1:]
-    plates = tuple(
-        _plate(path, str(number + 1), table[:, 7 * number : 7 * number + 7], recording)
-        for number in range(len(names) // 7)
-    )
-    return rate, recording.start, plates
+    plates = []
+    for number in range(len(names) // 7):
+        name, own = str(number + 1), table[:, 7 * number : 7 * number + 7]
+        make = partial(_plate, path, name, own, recording)
+        plates.append(plate_or_fault(name, len(own), make))
+    return rate, recording.start, tuple(plates)
 
 
 def _check_counts(path: Path, header: dict[str, str], names: list[str], rows: list[str]) -> None:

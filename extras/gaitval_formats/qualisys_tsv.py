@@ -10,6 +10,7 @@ versions), looked up in November 2026.
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.force_plates import plate_axes, plate_or_fault
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.text_table import text_lines, with_gaps
@@ -84,7 +85,8 @@ def read_qualisys_tsv(path: Path) -> Recording:
     if not beside:
         return recording
     force_rate, begin, plates = _forces(beside, recording)
-    return with_plates(recording, beside[0], plates, rate=force_rate, start=begin)
+    several = path.with_name(f"{path.stem}_f_*{path.suffix}")
+    return with_plates(recording, several, plates, rate=force_rate, start=begin)
 
 
 def read_qualisys_forces(path: Path, recording: Recording) -> Forces:
@@ -170,7 +172,8 @@ def _plate(path: Path, recording: Recording) -> tuple[float, float, Plate]:
         places = {**places, "the origin": np.zeros(3)}
     name = _first(table, "FORCE_PLATE_NAME") or path.stem
     wrench = force, pressure, moment
-    plate = placed_plate(path, name, recording, wrench, places, _MOMENTS, corners)
+    make = partial(placed_plate, path, name, recording, wrench, places, _MOMENTS, corners)
+    plate = plate_or_fault(name, len(force), make)
     return rate, recording.start if begin is None else begin, plate
 
 

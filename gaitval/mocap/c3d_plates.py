@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,7 @@ from gaitval.mocap.force_plates import (
     CHANNELS,
     make_plate,
     plate_axes,
+    plate_or_fault,
     plate_wrench,
 )
 from gaitval.mocap.recording import Plate
@@ -61,7 +63,8 @@ def read_plates(
         )
     plates = []
     for index in range(used):
-        plate = _plate(path, contents, index, markers, per_frame)
+        make = partial(_plate, path, contents, index, markers, per_frame)
+        plate = plate_or_fault(str(index + 1), len(contents.analogs), make)
         if plate is not None:
             plates.append(plate)
     return tuple(plates), per_frame * marker_rate if plates else 0.0

@@ -7,12 +7,16 @@ A plate's own axes come from its corners, which are numbered by the quadrants of
 1 (+x, +y), 2 (-x, +y), 3 (-x, -y), 4 (+x, -y). With the usual numbering its z points down.
 """
 
-from typing import Final
+from collections.abc import Callable
+from typing import Final, TypeVar
 
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.errors import RecordError
 from gaitval.mocap.recording import Plate
+
+_Made = TypeVar("_Made", bound=Plate | None)
 
 CHANNELS: Final[dict[int, int]] = {1: 6, 2: 6, 3: 8, 4: 6, 5: 8, 6: 12, 7: 8}
 """Number of analog channels of each supported plate type."""
@@ -32,6 +36,17 @@ whose plates are not zeroed)."""
 
 CERTAIN_LOAD_N: Final = 200.0
 """A force above this is a person's, not an offset or noise, N."""
+
+
+def plate_or_fault(name: str, samples: int, make: Callable[[], _Made]) -> _Made | Plate:
+    """The plate that `make` gives. Where that raises a RecordError, a plate of this `name` without
+    forces in any of its `samples`, with the error as its fault: nobody may have stepped on it.
+    """
+    try:
+        return make()
+    except RecordError as error:
+        gap, nothing = np.full((samples, 3), np.nan), np.zeros((samples, 3))
+        return Plate(name, np.full((4, 3), np.nan), nothing, gap, nothing, fault=str(error))
 
 
 def plate_axes(corners: Array) -> Array:

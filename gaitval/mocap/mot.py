@@ -6,11 +6,13 @@ axes.
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from gaitval.errors import RecordError
+from gaitval.mocap.force_plates import plate_or_fault
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
@@ -159,7 +161,8 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         # The lowest free number from this plate's own on, because other plates may be named by
         # numbers.
         unnamed = next(n for n in map(str, range(number, 2 * len(found) + 1)) if n not in found)
-        plates.append(pressed_plate(path, name or unnamed, force, point, torque))
+        make = partial(pressed_plate, path, name or unnamed, force, point, torque)
+        plates.append(plate_or_fault(name or unnamed, len(force), make))
     return sample_rate(path, table.time), float(table.time[0]), tuple(plates)
 
 

@@ -26,7 +26,9 @@ SPREAD_FRAMES: Final = 50
 """Number of frames, evenly spaced, that this is taken from."""
 
 
-def read_recording(path: Path, *, forces: Path | None = None, plates: bool = True) -> Recording:
+def read_recording(
+    path: Path, *, forces: Path | None = None, plates: bool = True, faulty: bool = False
+) -> Recording:
     """Read a trial: C3D, TRC, a marker file of WBDS, or what a wing reads.
 
     Parameters
@@ -36,6 +38,7 @@ def read_recording(path: Path, *, forces: Path | None = None, plates: bool = Tru
         `…grf.txt` of WBDS, or what a wing reads, in the same axes and on the same clock (WBDS: from
         the first frame).
     plates : read a C3D file's force plates, too.
+    faulty : keep plates that cannot be used, which then have a `fault`.
 
     Returns
     -------
@@ -57,11 +60,14 @@ def read_recording(path: Path, *, forces: Path | None = None, plates: bool = Tru
         recording = read_other(path)
     recording = _each_once(recording)
     _check_markers(recording)
-    if forces is None:
-        return recording
-    from gaitval.mocap.separate_forces import with_forces
+    if forces is not None:
+        from gaitval.mocap.separate_forces import with_forces
 
-    return with_forces(recording, Path(forces))
+        recording = with_forces(recording, Path(forces))
+    for plate in () if faulty else recording.plates:
+        if plate.fault:
+            raise RecordError(plate.fault)
+    return recording
 
 
 def _each_once(recording: Recording) -> Recording:

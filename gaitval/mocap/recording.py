@@ -41,6 +41,7 @@ class Plate:
         plate is not loaded; None if the file gives only the centre of pressure. A plate that was
         not zeroed can be corrected with this moment, but not with a centre of pressure.
     foot : the only foot that is ever on it, if the user says so.
+    fault : why it cannot be used; then there are no forces of it.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Plate:
     free_moment: Array
     moment: Array | None = None
     foot: Side | None = None
+    fault: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Forces of another file than the markers': put together, if they can be of the same trial."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -9,7 +10,7 @@ import numpy as np
 from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N
+from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_or_fault
 from gaitval.mocap.other_formats import further
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
@@ -70,7 +71,8 @@ def with_plates(
 
     Raises
     ------
-    RecordError : the rates do not divide, or the forces are of another time or another place.
+    RecordError : the rates do not divide, or the forces are of another time. Those that are of
+        another place are the fault of their plate.
     """
     ratio = rate / recording.marker_rate
     per_frame = round(ratio)
@@ -108,16 +110,20 @@ def with_plates(
         )
         for plate in plates
     )
-    both = replace(
+    shown = recording.markers[skipped : skipped + kept]
+    middle = np.repeat(_middle(shown), per_frame, axis=0)
+    placed = [
+        plate_or_fault(each.name, len(each.force), partial(_placed, each, path, shown, middle))
+        for each in cut
+    ]
+    return replace(
         recording,
         source=f"{recording.source}, {path}",
-        markers=recording.markers[skipped : skipped + kept],
+        markers=shown,
         start=begin,
-        plates=cut,
+        plates=tuple(placed),
         force_rate=rate,
     )
-    _check_place(both, path, per_frame)
-    return both
 
 
 def _middle(markers: Array) -> Array:
@@ -135,51 +141,52 @@ def _middle(markers: Array) -> Array:
     return middle
 
 
-def _check_place(recording: Recording, path: Path, per_frame: int) -> None:
-    """Refuse forces that do not act under the markers, or do not push the person up."""
-    points = recording.markers.reshape(-1, 3)
+def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
+    """The `plate`, of which the forces act under the `markers` (T, M, 3) and push the person up,
+    whose `middle` (N, 3) is given for each sample. Raises RecordError where they do not.
+    """
+    size = np.linalg.norm(plate.force, axis=1)
+    strong = size > CERTAIN_LOAD_N
+    if not strong.any():
+        return plate
+    points = markers.reshape(-1, 3)
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    middle = _middle(recording.markers)
-    for plate in recording.plates:
-        size = np.linalg.norm(plate.force, axis=1)
-        strong = size > CERTAIN_LOAD_N
-        if not strong.any():
-            continue
-        pressure = plate.centre_of_pressure[strong]
-        where = np.median(pressure, axis=0)
-        outside = np.maximum(low - where, where - high).max()
-        if outside > LARGEST_DISTANCE_M:
-            # If a thousandth of the distances fits, the points are in millimetres.
-            shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
-            why = (
-                "it looks like millimetres: divide the points (px, py, pz) by 1000"
-                if shrunk < LARGEST_DISTANCE_M
-                else "the forces are of another trial or in other axes than the markers, or the "
-                "markers are in another unit than their file says. Export both together"
-            )
-            raise RecordError(
-                f"{path}: plate {plate.name}: the centre of pressure is at "
-                f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside "
-                f"the space of the markers, which extends from {np.round(low, 2).tolist()} to "
-                f"{np.round(high, 2).tolist()} m; {why}."
-            )
-        towards = np.repeat(middle, per_frame, axis=0)[strong] - pressure
-        # 1 if every force points from its point to the middle of the markers.
-        cosine = np.nanmean(
-            (plate.force[strong] / size[strong, None] * towards).sum(axis=1)
-            / np.linalg.norm(towards, axis=1)
+    pressure = plate.centre_of_pressure[strong]
+    where = np.median(pressure, axis=0)
+    outside = np.maximum(low - where, where - high).max()
+    if outside > LARGEST_DISTANCE_M:
+        # If a thousandth of the distances fits, the points are in millimetres.
+        shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
+        why = (
+            "it looks like millimetres: divide the points (px, py, pz) by 1000"
+            if shrunk < LARGEST_DISTANCE_M
+            else "the forces are of another trial or in other axes than the markers, or the "
+            "markers are in another unit than their file says. Export both together"
         )
-        mean = np.round(plate.force[strong].mean(axis=0), 1).tolist()
-        if cosine < -SMALLEST_COSINE:
-            raise RecordError(
-                f"{path}: plate {plate.name}: the force (mean {mean} N) points from the person "
-                "into the plate: these are forces on the plate, but those on the person are "
-                "needed. Reverse the signs of the forces and torques."
-            )
-        if cosine < SMALLEST_COSINE:
-            raise RecordError(
-                f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
-                f"person, but {np.degrees(np.arccos(cosine)):.0f}° away: the forces are in other "
-                "axes than the markers, or act at the points of the other foot or of another "
-                "trial. Export markers and forces of the trial together."
-            )
+        raise RecordError(
+            f"{path}: plate {plate.name}: the centre of pressure is at "
+            f"{np.round(where, 3).tolist()} m (median under load), {outside:.3g} m outside "
+            f"the space of the markers, which extends from {np.round(low, 2).tolist()} to "
+            f"{np.round(high, 2).tolist()} m; {why}."
+        )
+    towards = middle[strong] - pressure
+    # 1 if every force points from its point to the middle of the markers.
+    cosine = np.nanmean(
+        (plate.force[strong] / size[strong, None] * towards).sum(axis=1)
+        / np.linalg.norm(towards, axis=1)
+    )
+    mean = np.round(plate.force[strong].mean(axis=0), 1).tolist()
+    if cosine < -SMALLEST_COSINE:
+        raise RecordError(
+            f"{path}: plate {plate.name}: the force (mean {mean} N) points from the person "
+            "into the plate: these are forces on the plate, but those on the person are "
+            "needed. Reverse the signs of the forces and torques."
+        )
+    if cosine < SMALLEST_COSINE:
+        raise RecordError(
+            f"{path}: plate {plate.name}: the force (mean {mean} N) does not point to the "
+            f"person, but {np.degrees(np.arccos(cosine)):.0f}° away: the forces are in other "
+            "axes than the markers, or act at the points of the other foot or of another "
+            "trial. Export markers and forces of the trial together."
+        )
+    return plate

@@ -4,6 +4,7 @@ All in the laboratory's axes.
 """
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
+from gaitval.mocap.force_plates import plate_or_fault
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import XYZ, numbers_of, sample_rate, text_lines, with_gaps
@@ -121,5 +123,6 @@ def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         torque = np.zeros_like(force)
         # y is up in WBDS, so the free moment is about y; Nmm to Nm.
         torque[:, 1] = table[:, places["Ty"]] * 1e-3
-        plates.append(pressed_plate(path, name, force, point, torque))
+        make = partial(pressed_plate, path, name, force, point, torque)
+        plates.append(plate_or_fault(name, len(force), make))
     return WBDS_FORCE_RATE, 0.0, tuple(plates)

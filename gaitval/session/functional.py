@@ -251,7 +251,7 @@ def _figures(found: FunctionalHip | FunctionalKnee | None) -> tuple[str, str, st
 
 
 def _read(file: Path, processing: ProcessingSettings, session: SessionRecordings) -> Recording:
-    recording = named(read_recording(file), session.marker_set)
+    recording = named(read_recording(file, faulty=True), session.marker_set)
     recording, _ = clean(
         recording.turned(session.axes.rotation),
         session.marker_set.segments,

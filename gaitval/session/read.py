@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -68,7 +68,7 @@ def read_session(
                 from gaitval.session.said_plates import as_said
 
                 found = as_said(found, request)
-            walking.append(found)
+            walking.append(_sound(found, request, tell))
     standing = _standing_file(request, walking, tell)
     for recording in (*(() if request.stands_in_walk else (standing,)), *walking):
         tell("read", _described(recording))
@@ -255,10 +255,28 @@ def _read(tell: Tell, path: Path, forces: Path | None = None, *, plates: bool = 
     """`read_recording`, which says what it passed over."""
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
-        recording = read_recording(path, forces=forces, plates=plates)
+        recording = read_recording(path, forces=forces, plates=plates, faulty=True)
     for each in passed_over:
         tell("warnings", f"{each.message}.")
     return recording
+
+
+def _sound(recording: Recording, request: Request, tell: Tell) -> Recording:
+    """A walk without plates that cannot be used, where nobody asks for forces. Raises RecordError
+    for one where somebody does.
+    """
+    sound = tuple(plate for plate in recording.plates if not plate.fault)
+    for plate in recording.plates:
+        if plate.fault and request.kinematics_only:
+            tell("warnings", f"{plate.fault} The plate is left out")
+        elif plate.fault and not sound:
+            raise RecordError(plate.fault).with_way_on("--kinematics-only")
+        elif plate.fault:
+            raise RecordError(
+                f"{plate.fault} Or leave the plate out with --no-plate {plate.name}, if nobody "
+                "steps on it."
+            ).with_way_on(f"--no-plate {plate.name}")
+    return replace(recording, plates=sound, force_rate=recording.force_rate if sound else 0.0)
 
 
 def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -> Recording:

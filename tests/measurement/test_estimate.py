@@ -7,11 +7,11 @@ from scipy.stats import multivariate_normal
 
 from gaitval_measurement.balance import Data
 from gaitval_measurement.estimate import (
+    DELAY,
     Balance,
     Cause,
     Found,
     Lag,
-    DELAY,
     _apart,
     _evidence,
     _left_by_delay,

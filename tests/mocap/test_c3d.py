@@ -406,7 +406,20 @@ class TestPlates:
         plate = plate_of(kind)
         plate.calibration = np.zeros((6, 6))
         with pytest.raises(RecordError, match=f"type {kind}, but .*CAL_MATRIX"):
-            read_c3d(write(tmp_path / "a.c3d", plates=[plate]))
+            read_recording(write(tmp_path / "a.c3d", plates=[plate]))
+
+    def test_a_plate_that_cannot_be_used_leaves_the_others(self, tmp_path):
+        faulty = plate_of(4)
+        faulty.calibration = np.zeros((6, 6))
+        path = write(tmp_path / "a.c3d", plates=[faulty, plate_of(2)])
+        one, other = read_recording(path, faulty=True).plates
+        assert "CAL_MATRIX" in one.fault
+        assert one.name == "1"
+        assert not one.force.any()
+        assert len(one.force) == len(other.force)
+        assert_carries(other)
+        with pytest.raises(RecordError, match="CAL_MATRIX"):
+            read_recording(path)
 
     @pytest.mark.parametrize(
         ("force", "moment", "factor"),

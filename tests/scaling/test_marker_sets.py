@@ -281,6 +281,17 @@ def test_a_copy_of_a_marker_under_another_name_is_left_out():
     assert "A:LASI" not in found.ignored(names), "it is a marker of the set"
 
 
+def test_of_two_names_of_one_marker_the_sets_own_spelling_counts():
+    """OpenCap writes the key points of its video beside the markers that it makes of them."""
+    found = load_marker_set("opencap")
+    names = ["RKnee", "r_knee_study", "S:LAnkle", "S:L_ankle_study"]
+    assert found.renamed(names) == {"r_knee_study": "r_knee", "S:L_ankle_study": "L_ankle"}
+    assert found.renamed(names[::-1]) == found.renamed(names)
+    with pytest.raises(RecordError, match="are both r_knee"):
+        found.renamed(["RKnee", "rknee"])
+    assert found.renamed(["RKnee"]) == {"RKnee": "r_knee"}
+
+
 def test_an_unknown_set_says_what_to_do(tmp_path):
     names = ["R_ASI", "L_ASI", "R_Kne", "L_Kne", "Sternum"]
     with pytest.raises(RecordError) as error:

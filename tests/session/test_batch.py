@@ -1,14 +1,11 @@
-"""Session files with many people: what is read, and that one refusal does not stop the others."""
+"""Session files with many people: what is read."""
 
-import csv
 from pathlib import Path
 
 import pytest
 
-from gaitval.configuration import load_configuration
-from gaitval.errors import ConfigurationError, RecordError
-from gaitval.session import batch
-from gaitval.session.batch import TABLE, import_batch, read_batch
+from gaitval.errors import ConfigurationError
+from gaitval.session.batch import read_batch
 
 PERSON = """
 [[people]]
@@ -72,38 +69,6 @@ def test_missing_files_and_empty_folders_are_refused(tmp_path):
         read_batch(tmp_path)
 
 
-def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
-    """Every person's outcome is in the table, also if the program ends after the first."""
-    tried, tables = [], []
-    text = PERSON + PERSON.replace("P01", "P02") + PERSON.replace("P01", "P03")
-    people = read_batch(session(tmp_path, text))
-
-    def refuse(options, out, **_):
-        assert options.knee_width == (0.101, 0.102)
-        assert options.mass == 63.2
-        assert options.citation == "Own recording, not published"
-        assert options.person == out.name
-        tried.append(out.name)
-        if (tmp_path / "out" / TABLE).exists():
-            tables.append((tmp_path / "out" / TABLE).read_text())
-        raise RecordError(f"{options.static}: no such file.\nCheck it.")
-
-    monkeypatch.setattr(batch, "import_files", refuse)
-    said = []
-    outcomes = import_batch(
-        people, tmp_path / "out", load_configuration(), tell=lambda *words: said.append(words)
-    )
-    assert tried == ["P01", "P02", "P03"]
-    assert not any(outcome.made for outcome in outcomes)
-    assert [words[0] for words in said] == tried
-    with (tmp_path / "out" / TABLE).open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [row["name"] for row in rows] == tried
-    assert rows[0]["reason"].endswith("stand.c3d: no such file.")
-    assert rows[0]["trials"] == "0 of 2"
-    assert len(tables) == 2
-
-
 def test_a_key_of_an_earlier_session_file_is_read_and_said(tmp_path):
     said = []
     text = PERSON + "feet_flat = false\n"
@@ -114,14 +79,3 @@ def test_a_key_of_an_earlier_session_file_is_read_and_said(tmp_path):
     assert "person 1: feet_flat is read as feet_not_flat = true; write that" in sentence
     (person,) = read_batch(session(tmp_path, PERSON + "feet_flat = true\n"))
     assert not person.feet_not_flat
-
-
-def test_people_of_a_session_file_are_those_of_their_names_unless_it_says_otherwise(
-    tmp_path, monkeypatch
-):
-    text = PERSON + PERSON.replace("P01", "P02") + 'person = "P01"\nlaboratory = "Lyon"\n'
-    seen = []
-    monkeypatch.setattr(batch, "import_files", lambda options, *_, **__: seen.append(options))
-    monkeypatch.setattr(batch, "_made", lambda person, *_: batch.Outcome(person.name, *6 * [""]))
-    import_batch(read_batch(session(tmp_path, text)), tmp_path / "out", load_configuration())
-    assert [(each.person, each.laboratory) for each in seen] == [("P01", None), ("P01", "Lyon")]

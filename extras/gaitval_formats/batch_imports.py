@@ -1,0 +1,120 @@
+"""The people of a session file, one import after the other.
+
+An import that is refused does not stop the others.
+"""
+
+import csv
+import io
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Final, get_args
+
+from gaitval.artefacts import write_text
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.errors import GaitvalError
+from gaitval.metrics.recording_limits import State, failure
+from gaitval.session.batch import BatchPerson
+from gaitval.session.importing import Imported, import_files
+from gaitval.session.request import Tell, silent
+from gaitval.session.summary import limit_rows
+from gaitval.session.trial import valid_cycles
+from gaitval.session.write import FOLDER
+
+TABLE: Final = "batch.csv"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one person; empty where it was not reached.
+
+    Attributes
+    ----------
+    trials : used, of those given.
+    cycles : for moments and forces, or for angles if there are no forces; right and left.
+    reason : the first line of why it was refused.
+    page : to read.
+    limits : how many passed, failed and were not judged.
+    failed : those that failed, with value and limit.
+    """
+
+    name: str
+    made: bool
+    trials: str
+    cycles: str
+    reason: str
+    page: str
+    limits: str = ""
+    failed: str = ""
+
+
+def import_batch(
+    people: Sequence[BatchPerson],
+    out: Path,
+    configuration: Configuration,
+    *,
+    tell: Callable[[str, str, str], None] | None = None,
+) -> list[Outcome]:
+    """Import `people` one after the other, each into a folder of their name in `out`; writes a
+    table.
+
+    `configuration` serves all; `tell` is called with each decision: person, step, and a sentence.
+    """
+    outcomes = []
+    for person in people:
+
+        def told(step: str, text: str, name: str = person.name) -> None:
+            if tell is not None:
+                tell(name, step, text)
+
+        # The table is written after every person: a run that is cut off has those that are done.
+        outcomes.append(_one(person, Path(out), configuration, told if tell else silent))
+        _write(Path(out) / TABLE, outcomes)
+    return outcomes
+
+
+def _one(person: BatchPerson, out: Path, configuration: Configuration, tell: Tell) -> Outcome:
+    options = person.model_copy(update={"person": person.person or person.name})
+    try:
+        imported = import_files(options, out / person.name, configuration=configuration, tell=tell)
+    except GaitvalError as error:
+        tell("refused", str(error))
+        pages = [out / person.name / FOLDER / f"{name}.html" for name in ("recording", "refused")]
+        page = next((str(each) for each in pages if each.exists()), "")
+        first = re.sub(r"\s+", " ", str(error).strip().split("\n")[0])
+        return Outcome(person.name, False, f"0 of {len(person.trials)}", "", first, page)
+    return _made(person, imported, out)
+
+
+def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
+    found = imported.found
+    kinetics = bool(found.forces)
+    counts = [
+        sum(len(valid_cycles(walk, side, kinetics=kinetics)) for walk in found.trials)
+        for side in SIDES
+    ]
+    rows = limit_rows(found)
+    states = Counter(row.state for row in rows)
+    return Outcome(
+        name=person.name,
+        made=True,
+        trials=f"{len(found.trials)} of {len(person.trials)}",
+        cycles=f"{counts[0]} right, {counts[1]} left",
+        reason="",
+        page=str(out / person.name / FOLDER / "recording.html"),
+        limits=", ".join(f"{states[state]} {state}" for state in get_args(State)),
+        failed="; ".join(
+            failure(row.name, row.value, row.limit, row.unit) for row in rows if row.failed
+        ),
+    )
+
+
+def _write(path: Path, outcomes: Sequence[Outcome]) -> None:
+    text = io.StringIO()
+    table = csv.DictWriter(text, [field.name for field in fields(Outcome)], lineterminator="\n")
+    table.writeheader()
+    table.writerows(asdict(outcome) for outcome in outcomes)
+    write_text(path, text.getvalue())
