@@ -107,7 +107,7 @@ def landmarks_of(
     missing = [name for name in needed if name not in markers]
     without_medial = [name for name in missing if not name.endswith(".Medial")]
     _fail(
-        "markers missing from the standing trial",
+        "markers missing from the standing pose",
         missing,
         (
             "The leg's joint centres cannot be found without them; use a trial with all of: "

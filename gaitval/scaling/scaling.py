@@ -58,12 +58,16 @@ ALIKE: Final = 1.25
 CHILD_STATURE: Final = 1.4
 """m, of those whose age is not known; `ADULT_YEARS` of the others."""
 
-PLAUSIBLE_ANKLE_FACTOR = (0.70, 1.60)
+PLAUSIBLE_ANKLE_FACTOR = (0.70, 2.00)
 """The same for the ankle height: Winter's is that of the lateral malleolus of cadavers. Outside
 this range the floor is not at z = 0."""
+HIGHEST_BARE_ANKLE = 1.60
+"""Beyond this a person stands on thick soles, on the toes, or above the floor."""
 
-LARGEST_ASYMMETRY = 0.025
+LARGEST_ASYMMETRY = 0.06
 """Largest plausible difference between right and left, m."""
+USUAL_ASYMMETRY = 0.025
+"""The same of people whose legs are alike, m."""
 LARGEST_ARM_ASYMMETRY = 0.05
 """The same of upper arm and forearm. The markers of shoulder and elbow sit on clothes and, without
 a medial one, on one side of the joint; both arms get the mean, and no result depends on them much.
@@ -300,4 +304,4 @@ def _check(measured: Measurements, table: Sequence[ScaledSegment], subject: "Ind
 def _origin(measured: Measurements) -> str:
     """What to call the measurements in messages."""
     by_markers = all(each.startswith("markers") for each in measured.sources.values())
-    return "markers in standing" if by_markers else "measured lengths"
+    return "markers of the standing pose" if by_markers else "measured lengths"

@@ -60,25 +60,13 @@ def measure_by_tape(
     ScalingError : a length is not plausible for the stature (all are listed, with the unit that
         it looks like), or hip height and leg lengths contradict each other.
     """
-    measured = {
-        name: value
-        for name, value in (
-            ("hip_height", hip_height),
-            ("thigh", thigh),
-            ("shank", shank),
-            ("ankle_height", ankle_height),
-            ("foot", foot),
-            ("pelvis_width", pelvis_width),
-        )
-        if value is not None
-    }
+    given = {
+        "hip_height": hip_height, "thigh": thigh, "shank": shank, "ankle_height": ankle_height,
+        "foot": foot, "pelvis_width": pelvis_width,
+    }  # fmt: skip
+    measured = {name: value for name, value in given.items() if value is not None}
     expected = mean_lengths(height_m)
-    problems = [
-        problem
-        for name, value in measured.items()
-        for problem in [_problem(name, value, expected[name])]
-        if problem
-    ]
+    problems = [why for n, value in measured.items() if (why := _problem(n, value, expected[n]))]
     if problems:
         raise ScalingError(
             f"these lengths are implausible for a stature of {height_m:.3f} m:\n"
@@ -132,10 +120,11 @@ def _share(
     expected = {
         name: FRACTIONS[name] * used["hip_height"] / FRACTIONS["hip_height"] for name in open_
     }
+    low, high = PLAUSIBLE_LENGTH
     problems = [
         f"{name}: only {value:.3f} m is left for it"
         for name, value in shares.items()
-        if not PLAUSIBLE_LENGTH[0] <= value / expected[name] <= PLAUSIBLE_LENGTH[1]
+        if not low <= value / expected[name] <= high
     ]
     if problems:
         raise ScalingError(

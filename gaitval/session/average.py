@@ -70,45 +70,71 @@ def mean_angles(model: BodyModel, walks: Sequence[WalkingTrial]) -> dict[str, Av
     return found
 
 
-LARGEST_DRIFT: Final = {"angle": float(np.radians(10.0)), "moment": 0.6}
-"""By how much (rad, Nm/kg) a mean curve may end elsewhere than it began. Closing it moves no point
-by more than half of that: 5 degrees, beyond which joint angles mislead (McGinley et al. 2009, Gait
-& Posture 29:360). Of 52 single cycles of 13 people, most of them children, the largest moment (hip
-flexion) ended 0.57 Nm/kg from where it started."""
+SAGITTAL: Final = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 
 
-USUAL_DRIFT: Final = float(np.radians(4.2))
-"""rad. Of the angles of 208 single strides of 82 people over ground, with and without a gait
-disorder, 99 % end nearer than this to where they began (WBDS, Fukuchi 2018; Shida 2023, Front
-Neurosci 17:992585; Hood 2020, Sci Data 7:150)."""
+def largest_drift(name: str, kind: str) -> float:
+    """By how much (rad, Nm/kg) a mean curve of this `name` and `kind` may end elsewhere than it
+    began.
+
+    Closing it moves no point by more than half of that: 5 degrees, beyond which joint angles
+    mislead (McGinley et al. 2009, Gait & Posture 29:360), for angles that show whether a walk is
+    steady; those across and about a limb, which a foot that is put down a little elsewhere changes,
+    may do twice that.
+    """
+    if kind == "moment":
+        return 0.8
+    return float(np.radians(10.0 if name.startswith(SAGITTAL) else 20.0))
+
+
+USUAL_DRIFT: Final = {"angle": float(np.radians(4.2)), "moment": 0.57}
+"""rad and Nm/kg. Of the angles of 208 single strides of 82 people over ground, with and without a
+gait disorder, 99 % end nearer than this to where they began (WBDS, Fukuchi 2018; Shida 2023, Front
+Neurosci 17:992585; Hood 2020, Sci Data 7:150), and the moments of all of 52 single cycles of 13
+people, most of them children."""
 
 
 def left_open(name: str, curve: Array) -> bool:
     """Whether the mean angle `curve` (101,) of this `name`, which a subject need not have, is left
     out because it does not close.
     """
-    return name not in REQUIRED_ANGLES and abs(curve[-1] - curve[0]) > LARGEST_DRIFT["angle"]
+    most = np.radians(10.0)
+    return name not in REQUIRED_ANGLES and bool(abs(curve[-1] - curve[0]) > most)
 
 
-def drift_doubts(angles: Mapping[str, AverageCurve]) -> tuple[QualityFlag, ...]:
-    """Warnings about mean `angles` (rad) whose ends differ by more than nearly everybody's."""
+def drift_doubts(
+    angles: Mapping[str, AverageCurve], moments: Mapping[str, AverageCurve]
+) -> tuple[QualityFlag, ...]:
+    """Warnings about mean `angles` (rad) and `moments` (Nm/kg) whose ends differ by more than
+    nearly everybody's.
+    """
     found = []
-    for name, curve in angles.items():
-        gap = float(curve.mean[-1] - curve.mean[0])
-        if name not in ANGLE_NAMES or abs(gap) <= USUAL_DRIFT:
-            continue
-        what = (
-            "left out of the subject, for it does not close"
-            if left_open(name, curve.mean)
-            else "taken away evenly over the cycle; more cycles make it smaller"
-        )
-        found.append(
-            QualityFlag(
-                *("drift", name, np.degrees(abs(gap)), np.degrees(USUAL_DRIFT), "deg"),
-                f"drifts by {np.degrees(gap):.1f}° from one heel strike to the next, more than 99 "
-                f"% of people's single strides; {what}",
+    of_subjects = {name: curve for name, curve in angles.items() if name in ANGLE_NAMES}
+    for kind, curves, size, unit in (
+        ("angle", of_subjects, 180.0 / np.pi, "°"), ("moment", moments, 1.0, " Nm/kg")
+    ):  # fmt: skip
+        for name, curve in curves.items():
+            gap, usual = float(curve.mean[-1] - curve.mean[0]), USUAL_DRIFT[kind]
+            if abs(gap) <= usual:
+                continue
+            what = (
+                "left out of the subject, for it does not close"
+                if kind == "angle" and left_open(name, curve.mean)
+                else "taken away evenly over the cycle; more cycles make it smaller"
             )
-        )
+            found.append(
+                QualityFlag(
+                    *(
+                        "drift",
+                        name,
+                        size * abs(gap),
+                        size * usual,
+                        unit.strip().replace("°", "deg"),
+                    ),
+                    f"drifts by {size * gap:.{1 if kind == 'angle' else 2}f}{unit} from one heel "
+                    f"strike to the next, more than 99 % of people's single strides; {what}",
+                )
+            )
     return tuple(found)
 
 

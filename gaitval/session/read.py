@@ -178,11 +178,15 @@ def _standing(
     """
     landmarks, doubts = marker_set.landmarks, list[QualityFlag]()
     if first is not None:
-        from gaitval.session.standing_pose import of_walk, standing_in_walk
+        from gaitval.session.standing_pose import of_walk, off_toes, standing_in_walk
 
         standing = standing_in_walk(first, marker_set)
         doubts.append(of_walk(len(standing.markers)))
-        tell("warnings", f"{request.called(request.trials[0])}: {doubts[0]}")
+        if request.floor is None:
+            standing, on_toes = off_toes(standing, landmarks, request.height_m, floor)
+            doubts += on_toes
+        for doubt in doubts:
+            tell("warnings", f"{request.called(request.trials[0])}: {doubt}")
     else:
         standing, report = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks

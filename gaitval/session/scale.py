@@ -1,6 +1,6 @@
 """Scale the body of the person by the standing and walking trials."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
@@ -20,7 +20,12 @@ from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs
-from gaitval.scaling.scaling import ScaledBody, build_body
+from gaitval.scaling.scaling import (
+    HIGHEST_BARE_ANKLE,
+    USUAL_ASYMMETRY,
+    ScaledBody,
+    build_body,
+)
 from gaitval.session.read import SessionRecordings, about_file, marker_columns, of_trial
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
@@ -40,7 +45,7 @@ class FittedBody:
     factors : of the marker pairs, relative to the mean body of this stature.
     paired : the body scaled by these factors, with its markers, for comparison.
     walking : the walking trials with the labels of the standing one.
-    doubts : warnings about the labels of each walking trial.
+    doubts : warnings about the labels of each walking trial, and in the first about lengths.
     """
 
     chosen: Measurements
@@ -89,6 +94,9 @@ def scale_body(
         if "midfoot" in measured.sources.get("foot", ""):
             tell("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
+        odd = [*_odd_lengths(scaled)]
+        for doubt in odd:
+            tell("warnings", str(doubt))
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
         )
@@ -163,12 +171,35 @@ def scale_body(
         fit=fit,
         factors=factors,
         walking=tuple(walking for walking, _ in checked),
-        doubts=tuple(tuple(doubts) for _, doubts in checked),
+        doubts=tuple(
+            (*(odd if number == 0 else ()), *doubts) for number, (_, doubts) in enumerate(checked)
+        ),
         paired=(
             paired.model,
             place_markers(paired.model, by_pairs, places, marker_set, **request.widths),
         ),
     )
+
+
+def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
+    """Warnings about lengths that are possible, and rare."""
+    for row in scaled.table:
+        if row.segment == "ankle height" and row.factor > HIGHEST_BARE_ANKLE:
+            yield QualityFlag(
+                "ankle height", row.name, row.factor, HIGHEST_BARE_ANKLE, "1",
+                f"{row.length_m:.3f} m above the floor is {row.factor:.2f} times what is expected "
+                "of bare feet: the shoes have thick soles, or the floor is not at z = 0 (--floor "
+                "0.02 says that the person stands 2 cm higher)",
+            )  # fmt: skip
+        if row.right_m is None or row.left_m is None or row.segment in ("upper arm", "forearm"):
+            continue
+        if abs(row.right_m - row.left_m) > USUAL_ASYMMETRY:
+            yield QualityFlag(
+                "legs that differ", row.segment, abs(row.right_m - row.left_m), USUAL_ASYMMETRY,
+                "m", f"right {row.right_m:.3f} m and left {row.left_m:.3f} m: a marker is off, or "
+                "the legs differ. Both sides get the mean; --set scaling.symmetric=false keeps "
+                "each side's own",
+            )  # fmt: skip
 
 
 def _with_right_labels(

@@ -122,7 +122,7 @@ def work_out(
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
-    of_means = tuple(drift_doubts(angles))
+    of_means = tuple(drift_doubts(angles, moments))
     if missing_sides(angles, forces):
         from gaitval.session.one_side_warnings import one_side_doubts
 

@@ -17,9 +17,12 @@ from gaitval.errors import RecordError
 from gaitval.gait.events import marker_events
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
+from gaitval.scaling.anthropometry import WINTER
 from gaitval.scaling.joint_centres import hip_joint_centre, pelvis_frame
 from gaitval.scaling.landmarks import middle_psis
 from gaitval.scaling.marker_set import MarkerSet
+from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE
+from gaitval.scaling.stature import ANKLE_FACTOR
 
 MID_STANCE: Final = (0.35, 0.55)
 """Fraction of stance in which the foot is flat, the leg upright and the pelvis nearly level."""
@@ -69,6 +72,28 @@ def cut_to(recording: Recording, window: tuple[float, float]) -> Recording:
 def on_floor(recording: Recording, height: float) -> Recording:
     """A `recording` in the project's axes as if the floor were at z = 0 and not at `height`, m."""
     return replace(recording, markers=recording.markers - [0.0, 0.0, height])
+
+
+def off_toes(
+    recording: Recording, landmarks: Mapping[str, str], height_m: float, floor: float
+) -> tuple[Recording, list[QualityFlag]]:
+    """The pose `recording` of a person of `height_m` with the feet put flat (`with_level_feet`) and
+    the ankles as high above the `floor` (m) as is expected for the stature, and a warning, where
+    they are higher than in shoes; else as it was.
+    """
+    names = [landmarks[f"{side}.Ankle"] for side in "RL"]
+    height = np.mean([np.nanmedian(recording.marker(name)[:, 2]) for name in names]) - floor
+    usual = WINTER["ankle height"] * height_m
+    if height <= HIGHEST_BARE_ANKLE * usual:
+        return recording, []
+    up = float(height - ANKLE_FACTOR * usual)
+    doubt = QualityFlag(
+        "standing pose", "standing", up, 0.0, "m",
+        f"the heels are up in every mid-stance, by about {1000 * up:.0f} mm. The feet were put "
+        "flat, the ankles as high as is expected for the stature: the ankle angle may be some "
+        "degrees off all the time. Give a standing trial with --static if there is one",
+    )  # fmt: skip
+    return with_level_feet(on_floor(recording, up), landmarks), [doubt]
 
 
 def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recording:

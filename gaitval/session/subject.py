@@ -25,7 +25,7 @@ from gaitval.gait.mean_curves import (
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, fit_periodic
 from gaitval.model.body import BodyModel
 from gaitval.model.tree import centres_of_mass, tree_arrays
-from gaitval.session.average import LARGEST_DRIFT, left_open
+from gaitval.session.average import largest_drift, left_open
 from gaitval.session.one_side import Completed, completed_sides
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, valid_cycles
@@ -178,12 +178,12 @@ def closed(name: str, kind: str, curve: Array, where: str) -> Array:
 
     The mean of few cycles drifts, from one heel strike to the next; the drift is taken away evenly
     over the cycle. Raises RecordError, with `where` in its message, if the drift is more than
-    `LARGEST_DRIFT`.
+    `largest_drift`.
     """
-    drift = float(curve[-1] - curve[0])
-    if abs(drift) > LARGEST_DRIFT[kind]:
+    drift, limit = float(curve[-1] - curve[0]), largest_drift(name, kind)
+    if abs(drift) > limit:
         size = f"{np.degrees(drift):.1f}°" if kind == "angle" else f"{drift:.2f} Nm/kg"
-        most = "10°" if kind == "angle" else f"{LARGEST_DRIFT[kind]:g} Nm/kg"
+        most = f"{np.degrees(limit):.0f}°" if kind == "angle" else f"{limit:g} Nm/kg"
         raise RecordError(
             f"{where}: the mean {kind} {name} ends {size} from where it began, more than {most}, "
             "so the walk was not steady. Give trials of steady walking, or more cycles of them."

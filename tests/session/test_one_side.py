@@ -16,7 +16,7 @@ from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.inverse.inverse_kinematics import InverseKinematics
-from gaitval.session.average import LARGEST_DRIFT, drift_doubts
+from gaitval.session.average import drift_doubts, largest_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_doubts
 from gaitval.session.session import work_out
@@ -238,9 +238,9 @@ def drifting(found, name, degrees):
 
 
 def test_a_curve_that_does_not_close_is_closed_and_told(found):
-    assert drift_doubts(found.angles) == ()
+    assert drift_doubts(found.angles, found.moments) == ()
     part = drifting(found, "knee_angle_l", 7.0)
-    (doubt,) = drift_doubts(part.angles)
+    (doubt,) = drift_doubts(part.angles, {})
     assert doubt.where == "knee_angle_l"
     assert doubt.value == pytest.approx(7.0, abs=0.5)
     phase = np.linspace(0.0, 1.0, 101)
@@ -251,15 +251,34 @@ def test_a_curve_that_does_not_close_is_closed_and_told(found):
 
 
 def test_an_angle_that_does_not_close_at_all_is_refused_or_left_out(found):
-    most = np.degrees(LARGEST_DRIFT["angle"])
+    most = np.degrees(largest_drift("knee_angle_l", "angle"))
     with pytest.raises(RecordError, match=r"knee_angle_l ends 1\d\.\d° .*more than 10°"):
         subject_of(drifting(found, "knee_angle_l", most + 1.5))
     part = drifting(found, "foot_progression_l", most + 1.5)
     subject = subject_of(part)
     assert "foot_progression_l" not in subject.gait.angles
     assert "foot_progression_r" in subject.gait.angles
-    (doubt,) = drift_doubts(part.angles)
+    (doubt,) = drift_doubts(part.angles, {})
     assert "left out of the subject" in doubt.message
+
+
+def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(found):
+    part = drifting(found, "hip_rotation_l", 15.0)
+    assert "hip_rotation_l" in subject_of(part).gait.angles
+    (doubt,) = drift_doubts(part.angles, {})
+    assert "drifts by 1" in doubt.message
+    with pytest.raises(RecordError, match=r"hip_rotation_l ends 2\d\.\d° .*more than 20°"):
+        subject_of(drifting(found, "hip_rotation_l", 22.0))
+
+
+def test_a_moment_that_does_not_close_is_told(found):
+    name = "hip_flexion_r"
+    curve = found.moments[name]
+    drift = 0.7 * np.linspace(-0.5, 0.5, 101)
+    moments = found.moments | {name: replace(curve, mean=curve.mean + drift)}
+    (doubt,) = drift_doubts({}, moments)
+    assert doubt.where == name
+    assert "Nm/kg" in doubt.message
 
 
 def test_the_force_of_a_landing_beside_the_plates_is_that_of_the_landing_on_them():

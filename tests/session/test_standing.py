@@ -16,12 +16,13 @@ from gaitval.mocap.recording import Recording
 from gaitval.session.read import _floor as floor_of
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
-from gaitval.session.scale import knee_axis_remarks
+from gaitval.session.scale import _odd_lengths, knee_axis_remarks
 from gaitval.session.session import work_out
 from gaitval.session.standing import standing_places
 from gaitval.session.standing_pose import (
     LENGTHS_OF_WALK,
     cut_to,
+    off_toes,
     on_floor,
     standing_in_walk,
     with_level_feet,
@@ -115,6 +116,36 @@ def test_a_platform_is_seen_by_the_feet(made_up, stood):
         walks = [replace(walk, plates=())]
         found = floor_of(made_up.request, axes, standing, walks, lambda *_: None)
         assert found == pytest.approx(height, abs=0.02)
+
+
+def test_a_pose_on_the_toes_is_put_flat_where_no_standing_trial_shows_it(made_up, stood):
+    """The ankles of a walk without a flat foot are too high; those of shoes are not."""
+    landmarks, height_m = stood.session.marker_set.landmarks, made_up.request.height_m
+    pose = stood.session.standing
+    for lift in (0.0, 0.01):
+        assert off_toes(on_floor(pose, -lift), landmarks, height_m, 0.0)[1] == []
+    assert off_toes(on_floor(pose, -0.06), landmarks, height_m, 0.06)[1] == []
+    flat, (doubt,) = off_toes(on_floor(pose, -0.06), landmarks, height_m, 0.0)
+    assert "the heels are up" in doubt.message
+    ankles = [np.median(flat.marker(landmarks[f"{side}.Ankle"])[:, 2]) for side in "RL"]
+    assert np.mean(ankles) == pytest.approx(0.039 * 1.18 * height_m)
+
+
+def test_rare_lengths_are_told(stood):
+    scaled = stood.body.scaled
+    assert [*_odd_lengths(scaled)] == []
+
+    def told(segment, **changed):
+        rows = [replace(r, **changed) if r.segment == segment else r for r in scaled.table]
+        return [*_odd_lengths(replace(scaled, table=tuple(rows)))]
+
+    (shoes,) = told("ankle height", factor=1.7)
+    assert "thick soles" in shoes.message
+    (legs,) = told("shank", right_m=0.40, left_m=0.37)
+    assert legs.value == pytest.approx(0.03)
+    assert "right 0.400 m and left 0.370 m" in legs.message
+    assert "scaling.symmetric=false" in legs.message
+    assert told("forearm", right_m=0.30, left_m=0.26) == []
 
 
 @pytest.mark.parametrize("lift", [-15.0, 25.0])

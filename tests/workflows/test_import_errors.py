@@ -618,7 +618,7 @@ def test_a_marker_that_standing_needs_is_missing(laboratory: Laboratory, marker:
         refuse(
             laboratory.request(standing=standing),
             "stand.trc",
-            f"missing from the standing trial: {marker}",
+            f"missing from the standing pose: {marker}",
             "use a trial with all of",
             through=lambda request: scale_body(
                 request, ProcessingSettings(), read_session(request, ProcessingSettings())
@@ -886,7 +886,7 @@ def test_the_command_says_why_and_leaves_no_subject(
     for change, words in (
         ({"standing": laboratory.folder / "no [1].c3d"}, "no [1].c3d: no such file"),
         ({"standing": in_axes(laboratory.standing, UP_IS_Z)}, "other axes"),
-        ({"standing": without(laboratory.standing, "R.Knee")}, "standing trial: R.Knee"),
+        ({"standing": without(laboratory.standing, "R.Knee")}, "standing pose: R.Knee"),
         ({"forces": unloaded}, "no foot is on"),
     ):
         result = gaitval(laboratory.request(**change), out)
