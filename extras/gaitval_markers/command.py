@@ -47,11 +47,12 @@ def markers(
     Guesses from the names (several languages and systems), from where the markers are on the
     standing person, and from which of them keep their distances in walking. Writes the set, a
     picture of the labelled body with each guess's certainty, and prints the command that goes on.
-    A guess below 95 %, or one that its name contradicts, is written as a comment for you to judge.
+    A guess below 95 % (80 % where its name says the same place), or one that its name contradicts,
+    is written as a comment for you to judge.
     """
     from gaitval.errors import RecordError
     from gaitval.mocap.reading import read_recording
-    from gaitval_markers.draft import CERTAIN, draft_markers
+    from gaitval_markers.draft import CERTAIN, CERTAIN_BY_NAME, draft_markers
     from gaitval_markers.files import UNRECOGNISED, as_toml, said_of
     from gaitval_markers.picture import draw
 
@@ -92,7 +93,8 @@ def markers(
     if not draft.recognised:
         display.plain(f"{UNRECOGNISED} Give a --standing in which the person does.")
     display.plain(
-        f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, used."
+        f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, or "
+        f"{CERTAIN_BY_NAME:.0%} where the name says the same place; used."
     )
     for guess in left:
         display.plain(f"  not used: {guess.name}: {said_of(guess)}")

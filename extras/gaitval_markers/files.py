@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from gaitval_markers.body import MIDDLE
-from gaitval_markers.draft import CERTAIN, Draft, Guess
+from gaitval_markers.draft import CERTAIN, CERTAIN_BY_NAME, Draft, Guess
 
 WEIGHTS: Final = {"ASIS": 5, "PSIS": 5, "Sacrum": 5, "Ankle": 2, "Heel": 2, "MT2": 2}
 """Of the landmarks in inverse kinematics, as in the sets that come with gaitval; others have 1."""
@@ -39,7 +39,8 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
     ]
     if unsure:
         why = (
-            f"Below {CERTAIN:.0%}, or the name says another place: not used."
+            f"Below {CERTAIN:.0%} ({CERTAIN_BY_NAME:.0%} where the name says the same place), or "
+            "the name says another place: not used."
             if draft.recognised
             else UNRECOGNISED
         )

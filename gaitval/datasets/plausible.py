@@ -193,13 +193,15 @@ def implausible(values: Mapping[str, Any]) -> list[str]:
     problems += _range_problem(
         values, "left_phase", LEFT_PHASE, "of the right gait cycle", {"per cent": 0.01}
     )
-    problems += _range_problem(
-        values,
-        "mean_vertical_force",
-        VERTICAL_FORCE if values.get("aid") is None else (LEAST_WITH_AID, VERTICAL_FORCE[1]),
-        "body weights",
-        {"N/kg": 1 / STANDARD_GRAVITY},
-    )
+    least = VERTICAL_FORCE[0] if values.get("aid") is None else LEAST_WITH_AID
+    of_weight, share = {"N/kg": 1 / STANDARD_GRAVITY}, _number(values, "mean_vertical_force")
+    carried = "" if mass is None or share is None else f" The plates carry {share * mass:.1f} kg."
+    problems += [
+        f"{each}{carried}"
+        for each in _range_problem(
+            values, "mean_vertical_force", (least, VERTICAL_FORCE[1]), "body weights", of_weight
+        )
+    ]
     stance = values.get("stance_fraction")
     stance = stance if isinstance(stance, Mapping) else {}
     gait = values.get("gait")

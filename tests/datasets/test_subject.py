@@ -117,7 +117,9 @@ def test_nobody_is_refused_for_who_they_are(values):
 
 
 def test_only_an_aid_explains_a_missing_weight():
-    assert "mean_vertical_force = 0.55" in refusal(changed(mean_vertical_force=0.55))
+    said = refusal(changed(mean_vertical_force=0.55, mass_kg=60.0))
+    assert "mean_vertical_force = 0.55" in said
+    assert "The plates carry 33.0 kg." in said
     assert "mean_vertical_force = 1.3" in refusal(changed(mean_vertical_force=1.3, aid="rail"))
     assert "aid = 'dog'" in refusal(changed(aid="dog"))
 
