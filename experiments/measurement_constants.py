@@ -56,8 +56,15 @@ def listed(base: Path) -> Iterator[dict[str, Any]]:
     for recording in _recordings():
         if any(word in recording["laboratory"] for word in CHOSEN_ON):
             yield recording
-    for path in sorted((base / BASEL).glob("*.c3d")):
-        yield {"name": path.stem, "laboratory": "Basel", "trials": [str(path)], "sex": "M"}
+    yield from of_basel(base)
+
+
+def of_basel(base: Path) -> list[dict[str, Any]]:
+    """The recordings of that laboratory."""
+    return [
+        {"name": path.stem, "laboratory": "Basel", "trials": [str(path)], "sex": "M"}
+        for path in sorted((base / BASEL).glob("*.c3d"))
+    ]
 
 
 def sound(base: Path) -> list[Sound]:

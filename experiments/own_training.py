@@ -107,16 +107,21 @@ def strangers_listed() -> list[dict[str, Any]]:
     ]
 
 
-def imported(name: str, clones: Path, work: Path) -> Path:
-    """The file of a subject; the recording is imported if that has not been done."""
+def by_name(name: str) -> dict[str, Any]:
+    """The one of those recordings with this name."""
+    (recording,) = [each for each in strangers_listed() if each["name"] == name]
+    return recording
+
+
+def imported(recording: Mapping[str, Any], clones: Path, work: Path) -> Path:
+    """The file of a subject; the `recording` is imported if that has not been done."""
     from experiments.public_recordings import OPTIONS, _marker_set, local_file, several
     from gaitval.configuration import load_configuration
     from gaitval.session.importing import import_files
     from gaitval.session.request import ImportOptions, checked
 
-    folder = work / "people" / short(name)
+    folder = work / "people" / short(recording["name"])
     if not (folder / "subject.toml").is_file():
-        (recording,) = [each for each in strangers_listed() if each["name"] == name]
         with tempfile.TemporaryDirectory() as temporary:
             files = {
                 key: [
@@ -217,7 +222,7 @@ def run(arguments: argparse.Namespace) -> None:
     for name in arguments.people:
         with claimed(arguments.work / "people" / short(name)) as free:
             if free:
-                imported(name, arguments.clones, arguments.work)
+                imported(by_name(name), arguments.clones, arguments.work)
     for name, seed, samples in jobs(arguments.people, arguments.seeds):
         folder = place(arguments.work, name, seed, samples)
         body = None if samples == 0 or seed == 0 else place(arguments.work, name, 0, 0)
