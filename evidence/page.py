@@ -572,7 +572,7 @@ def _trial_off(read: "Recording", written: "Recording") -> float:
 def _people_off(folder: Path, written: "Recording") -> float:
     """Of the one person of another program's folder, as `gaitval imports` reads them."""
     from gaitval.mocap.reading import read_recording
-    from gaitval.session.batch import read_batch
+    from gaitval_formats.batch_imports import read_batch
 
     (person,) = read_batch(folder)
     known = max(abs(person.mass / 63.2 - 1.0), abs(person.height / 1.66 - 1.0))

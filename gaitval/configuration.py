@@ -476,6 +476,11 @@ class ValidationSettings(Section):
     statement of the cut-off that the dataset's authors used."""
 
 
+FULL_MASS_KG: Final = 46.0
+"""The lightest of the people for whom the pushes were set. Experiments push people in proportion to
+their weight (Vlutters et al. 2016, J Exp Biol 219:1514)."""
+
+
 class PushSettings(Section):
     """Tests of recovery from a horizontal push of `environment.push_seconds` at the pelvis."""
 
@@ -499,6 +504,14 @@ class PushSettings(Section):
     """Directions, evenly spaced from 90 degrees right to 90 degrees left of straight ahead, of the
     push that must be survived: one of 25 is 4 %, so that a limit of 80 % is five pushes from the
     best, and no single push decides it."""
+
+    def of_mass(self, mass_kg: float) -> Self:
+        """The same tests of a person of `mass_kg`: all forces are as much less as they are lighter
+        than `FULL_MASS_KG`, so that a push changes their speed by as much.
+        """
+        share = min(mass_kg / FULL_MASS_KG, 1.0)
+        forces = ("step", "resolution", "largest", "force")
+        return self.model_copy(update={name: share * getattr(self, name) for name in forces})
 
 
 class ProcessingSettings(Section):

@@ -25,13 +25,13 @@ from gaitval.model.urdf import read_urdf
 from gaitval.policy.storage import load_policy
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.session.batch import read_batch
 from gaitval.simulation.rollout import Rollout
 from gaitval_cohort.store import Store
 from gaitval_cohort.table import read_table
 from gaitval_curves.curve_files import read_mean_curves
 from gaitval_curves.unpacking import unpack
 from gaitval_curves.wbds_files import table_rows
+from gaitval_formats.batch_imports import read_batch
 from gaitval_formats.folders import opencap_sessions
 from gaitval_formats.kistler_text import read_kistler_text
 from gaitval_formats.locohub import read_locohub_trials

@@ -1,4 +1,4 @@
-"""The people of a session file, one import after the other.
+"""The people of a session file or folder, one import after the other.
 
 An import that is refused does not stop the others.
 """
@@ -12,12 +12,13 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Final, get_args
 
-from gaitval.artefacts import write_text
+from gaitval import wings
+from gaitval.artefacts import read_toml, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
-from gaitval.errors import GaitvalError
+from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.metrics.recording_limits import State, failure
-from gaitval.session.batch import BatchPerson
+from gaitval.session.batch import BatchPerson, person_of
 from gaitval.session.importing import Imported, import_files
 from gaitval.session.request import Tell, silent
 from gaitval.session.summary import limit_rows
@@ -49,6 +50,49 @@ class Outcome:
     page: str
     limits: str = ""
     failed: str = ""
+
+
+def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
+    """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
+    else of the program that wrote it, if a wing reads its folders.
+
+    `tell` is called with a sentence for each key of an earlier gaitval: what it is read as. Raises
+    ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
+    people have one name.
+    """
+    path = Path(path)
+    files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
+    people = [person for file in files for person in _read(file, tell)]
+    for name in wings.names(wings.SESSIONS) if path.is_dir() and not files else ():
+        for about, tables in wings.load(wings.SESSIONS, name)(path):
+            people += [person_of(about, f"read as {name}", table, tell) for table in tables]
+    if not people:
+        raise ConfigurationError(
+            f"{path}: no session.toml in this folder or below it. Write one with a table "
+            "[[people]] for each person (gaitval imports --help)."
+        )
+    names = [person.name for person in people]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ConfigurationError(
+            f"{path}: {', '.join(twice)}: more than one person of this name, whose files would be "
+            "written over each other. Give each a name of their own."
+        )
+    return tuple(people)
+
+
+def _read(file: Path, tell: Tell) -> list[BatchPerson]:
+    values = read_toml(file, ConfigurationError, "Check the name and the folder")
+    tables = values.get("people")
+    if not isinstance(tables, list) or not tables or set(values) != {"people"}:
+        raise ConfigurationError(
+            f"{file}: a session file has a table [[people]] for each person, and nothing else; "
+            f"this one has {', '.join(values) or 'nothing'}."
+        )
+    return [
+        person_of(file, f"person {number}", table, tell)
+        for number, table in enumerate(tables, start=1)
+    ]
 
 
 def import_batch(

@@ -37,8 +37,7 @@ def imports(
     end, and OUT/batch.csv, say what became of each. The exit code is 2 if any was refused.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.session.batch import read_batch
-    from gaitval_formats.batch_imports import TABLE, import_batch
+    from gaitval_formats.batch_imports import TABLE, import_batch, read_batch
 
     people = read_batch(sessions, lambda _, text: display.plain(text))
     configuration = load_configuration(config, settings=settings or ())

@@ -46,7 +46,8 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
     with one configuration. The number of workers makes no difference.
     """
     configuration = tasks[0].configuration
-    phases, settings = configuration.validation.start_phases, configuration.pushes
+    phases = configuration.validation.start_phases
+    settings = configuration.pushes.of_mass(tasks[0].model.mass)
     pushes = [
         Push(phase, direction, settings.force)
         for phase in between(settings.phases)

@@ -309,9 +309,9 @@ def pushed_walks(task: WalkingTask, policy: Policy, mu: Array) -> list[Rollout]:
     """The first pushes of `_shown` ahead and to the left as they are replayed: from the start to
     `REPLAYED` cycles after the push, in the compiled engine.
     """
-    phases = len(task.configuration.pushes.phases)
+    settings = task.configuration.pushes.of_mass(task.model.mass)
     environment = WalkingEnvironment(without_drift(task))
-    some = trials(task, policy, mu, _shown(task.configuration.pushes)[::phases])
+    some = trials(task, policy, mu, _shown(settings)[:: len(settings.phases)])
     cycles = [each.settling_cycles + each.push.phase + REPLAYED for each in some]
     return [
         record_rollout(environment, policy, cycles=length, **each.settings())
@@ -350,7 +350,7 @@ def push_recovery(
         `pushes.cycles` after it, pushed ahead and to the left at each phase.
     """
     configuration = task.configuration
-    settings = configuration.pushes
+    settings = configuration.pushes.of_mass(task.model.mass)
     directions = evenly_spaced(settings.directions)
     total = len(settings.phases) * len(directions)
 

@@ -359,8 +359,8 @@ def push_measures(pushes: PushRecovery | None) -> list[Measure]:
     if pushes is None:
         return []
     return [
-        measured("push_survival", f"phase {phase:g}", 100.0 * sum(survived) / len(survived))
-        for phase, survived in zip(pushes.phases, pushes.survived, strict=True)
+        measured("push_survival", target, 100.0 * sum(survived) / len(survived))
+        for target, survived in zip(pushes.targets(), pushes.survived, strict=True)
     ]
 
 

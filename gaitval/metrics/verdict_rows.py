@@ -16,8 +16,7 @@ def spread_in_repeats(
     """The spread of `verdict` over `pushes`, over `starts`, or else over `repeated` walks."""
     measure, target = verdict.measure, verdict.target
     if measure == "push_survival" and pushes is not None:
-        phases = [f"phase {phase:g}" for phase in pushes.phases]
-        survived = pushes.survived[phases.index(target)]
+        survived = pushes.survived[pushes.targets().index(target)]
         return spread_of_pushes(verdict, sum(survived), len(survived))
     if measure == "falls":
         return spread_of_falls(sum(start.fell for start in starts), len(starts))

@@ -7,6 +7,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
+from gaitval.configuration import PushSettings
 from gaitval.metrics.typed import Count, Curve, Flag, Number, Positive, Result, Sides, Size, named
 
 
@@ -121,6 +122,13 @@ class PushRecovery(Result):
     """Degrees, those within 90° of straight ahead."""
     survived: list[list[Flag]]
     """By phase and criterion direction: whether the push of `force` was survived."""
+
+    def targets(self) -> list[str]:
+        """What a limit on pushes is about, by phase: with the force, if it is not the usual one."""
+        usual = self.force == PushSettings().force
+        return [
+            f"phase {p:g}" if usual else f"phase {p:g}, {self.force:.0f} N" for p in self.phases
+        ]
 
 
 class PushTrace(Result):

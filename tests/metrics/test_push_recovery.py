@@ -16,6 +16,7 @@ from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
 from gaitval.artefacts import read_json
+from gaitval.configuration import PushSettings
 from gaitval.journal import Journal
 from gaitval.metrics import push_recovery as module
 from gaitval.metrics.push_recovery import (
@@ -26,6 +27,7 @@ from gaitval.metrics.push_recovery import (
     push_recovery,
     survive_together,
 )
+from gaitval.metrics.validation import push_measures
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy
@@ -308,3 +310,18 @@ def test_progress_counts_the_cases_that_are_done():
     )
     assert set(heard) == {0, 4}
     assert heard[-1] == 4
+
+
+def test_a_light_person_is_pushed_by_as_much_less():
+    usual = PushSettings()
+    assert usual.of_mass(46.0) == usual == usual.of_mass(90.0)
+    child = usual.of_mass(23.0)
+    assert (child.force, child.step, child.resolution, child.largest) == (150.0, 50.0, 12.5, 600.0)
+    assert child.phases == usual.phases
+
+
+def test_a_push_that_is_not_the_usual_one_is_named(tried):
+    _, _, (recovery, _), _ = tried
+    assert recovery.model_copy(update={"force": 300.0}).targets()[0] == "phase 0"
+    (measure, *_) = push_measures(recovery.model_copy(update={"force": 196.4}))
+    assert measure.target == "phase 0, 196 N"

@@ -58,12 +58,12 @@ from gaitval.opensim.motion import (
 from gaitval.opensim.osim import write_osim
 from gaitval.policy.training import read_log
 from gaitval.reference.motion import ReferenceMotion
-from gaitval.session.batch import read_batch
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval_cohort.results import tables_of
 from gaitval_cohort.store import FINISHED, SUMMARY, Store
 from gaitval_curves.unpacking import unpack
+from gaitval_formats.batch_imports import read_batch
 from gaitval_gate import history
 from gaitval_gate.history import Check, Figure
 
