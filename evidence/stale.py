@@ -148,7 +148,7 @@ EQUAL: Final = (
     ),
     Equal(
         "cd9bfde67a",
-        "AFTER",
+        "7346405168",
         (
             *("gaitval/configuration.py", "gaitval/datasets/plausible.py"),
             *("gaitval/metrics/push_recovery.py", "gaitval/metrics/policy_comparison.py"),
