@@ -248,7 +248,7 @@ def _judged(folder: Path, trial: str, *, reduced: bool) -> dict[str, Said]:
 def _table(person: Any, imported: Any, target: Path, known: Mapping[str, Said]) -> dict[str, Said]:
     """Of `batch.csv`, which names what failed and counts the others."""
     from gaitval.configuration import load_configuration
-    from gaitval.session import batch
+    from gaitval_formats import batch_imports as batch
 
     with patch.object(batch, "import_files", return_value=imported):
         batch.import_batch([person], target, load_configuration())
