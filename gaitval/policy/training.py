@@ -19,6 +19,7 @@ from gaitval import file_gate
 from gaitval.artefacts import replacing
 from gaitval.configuration import Configuration, TrainingSettings
 from gaitval.errors import ArtefactError, PolicyError
+from gaitval.model.body import BodyModel
 from gaitval.policy.learner import Learner
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer, WalkingWorkers
@@ -191,6 +192,7 @@ def train(
     also: Sequence[WalkingTask] = (),
     start: Policy | None = None,
     subject: str = "",
+    scaled: BodyModel | None = None,
     on_progress: Progress | None = None,
 ) -> Policy:
     """Train a policy, or resume an interrupted training from its checkpoint in `folder`.
@@ -212,6 +214,8 @@ def train(
     start : policy whose weights are used (a warm start: full randomisation and a smaller learning
         rate from the start), for the same body or general.
     subject : identifier of the person, stored with the policy.
+    scaled : body as scaled, which the policy is said to be for; the task's if not given. Legs that
+        were found to differ are the task's alone.
     on_progress : called after each update with samples, total, reward and cycles.
 
     Raises
@@ -220,7 +224,7 @@ def train(
     ConfigurationError : the configured device does not exist.
     """
     learner = run_training([task, *also], Path(folder), samples, start, on_progress)
-    return policy_of(task.configuration, learner, of_body(task.model, subject))
+    return policy_of(task.configuration, learner, of_body(scaled or task.model, subject))
 
 
 def _device(configuration: Configuration) -> str:

@@ -311,7 +311,19 @@ def _foot_and_toes(limbs: Limbs, sized: _Sized) -> tuple[_Part, _Part]:
         - shifted_inertia(toes_mass, toes_centre - centre)
         - shifted_inertia(foot_mass, foot_centre - centre)
     )
-    return _Part(foot_mass, foot_centre, inertia), toes
+    return _Part(foot_mass, foot_centre, _possible(inertia)), toes
+
+
+def _possible(inertia: Array) -> Array:
+    """The nearest inertia (3, 3) that a rigid body can have, which no principal moment larger than
+    the other two together is: what remains of a short, flat foot without its toes may have one.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    if moments[0] > 0.0 and moments[0] + moments[1] >= moments[2]:
+        return inertia
+    moments = np.maximum(moments, 0.01 * moments[2])
+    moments[2] = min(moments[2], 0.999 * (moments[0] + moments[1]))
+    return np.asarray(axes * moments @ axes.T)
 
 
 def contact_spheres(limbs: Limbs, side: Side) -> list[ContactSphere]:

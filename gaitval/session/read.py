@@ -259,10 +259,11 @@ def _read(tell: Tell, path: Path, forces: Path | None = None, *, plates: bool = 
     """`read_recording`, which says what it passed over."""
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
-        recording = read_recording(path, forces=forces, plates=plates, faulty=True)
-    for each in passed_over:
-        tell("warnings", f"{each.message}.")
-    return recording
+        try:
+            return read_recording(path, forces=forces, plates=plates, faulty=True)
+        finally:  # what was passed over may be why the rest is refused
+            for each in passed_over:
+                tell("warnings", f"{each.message}.")
 
 
 def _sound(recording: Recording, request: Request, tell: Tell) -> Recording:

@@ -156,20 +156,20 @@ def learned(
     """The policy of `run` for `tasks`: what is in its folder `start`, if that needs no training, or
     what is trained from it, or from nothing, in `folder`.
     """
-    subject = run.subject.identifier
+    subject, scaled = run.subject.identifier, read_urdf(run.folder / "model.urdf")
     policy = None if start is None else start_policy(run, run.folder / start)
     if policy is not None and not _trains(run, folder.parent):
         from gaitval.policy.storage import Policy, description, of_body
         from gaitval.policy.training_log import write_log
 
         write_log(folder / "training.csv", [])
-        body = of_body(tasks[0].model, subject)
-        return Policy(policy.tensors, description(run.configuration, body, 0))
+        about = description(run.configuration, of_body(scaled, subject), 0)
+        return Policy(policy.tensors, about)
     from gaitval.policy.training import train
 
     first, *rest = tasks
     return train(
-        first, folder, also=rest, samples=samples, start=policy, subject=subject,
+        first, folder, also=rest, samples=samples, start=policy, subject=subject, scaled=scaled,
         on_progress=run.observer.progress,
     )  # fmt: skip
 

@@ -38,6 +38,17 @@ class TestTrc:
         assert read.names == recording().names
         np.testing.assert_allclose(read.markers, recording().markers, rtol=1e-8)
 
+    @pytest.mark.parametrize(("header", "told"), [(100.1, False), (100.4, True)])
+    def test_times_that_go_at_another_rate_than_the_header_says(self, tmp_path, header, told):
+        line = f"{header:g}\t{header:g}\t20\t3\tmm\t100\t1\t20"
+        path = trc(tmp_path / "a.trc", changes={3: line})
+        with warnings.catch_warnings(record=True) as seen:
+            warnings.simplefilter("always")
+            assert read_trc(path).marker_rate == 100.0
+        assert [
+            f"DataRate is {header:g} Hz, but the times go at 100 Hz" in str(w.message) for w in seen
+        ] == [True] * told
+
     def test_counted_unlabelled_markers(self, tmp_path):
         path = trc(tmp_path / "a.trc", changes={3: "100\t100\t20\t4\tmm\t100\t1\t20"})
         lines = path.read_text().splitlines()

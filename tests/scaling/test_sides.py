@@ -143,3 +143,24 @@ def test_masses_add_up_whatever_is_known():
     known = {f"{name}_mass": 1.0 for name in ("shank", "foot", "hand")}
     body = build_body(PERSON, with_left(made_up_measurements(), **known))
     assert body.model.mass == pytest.approx(PERSON.mass_kg, abs=1e-12)
+
+
+def test_what_remains_of_a_short_flat_foot_is_a_rigid_body():
+    """A child's foot as markers showed it, as large as this person's."""
+    measured, size = made_up_measurements(), PERSON.height_m / 1.32
+    foot = {
+        "foot": 0.172 * size,
+        "ankle_height": 0.062 * size,
+        "heel": size * np.array([-0.027, -0.006, -0.039]),
+        "metatarsals": size * np.array([[0.101, 0.038, -0.038], [0.088, -0.050, -0.054]]),
+    }
+    left = {name: foot[name] * [1, -1, 1] for name in ("heel", "metatarsals")}
+    flat = replace(
+        measured,
+        right=replace(measured.right, **foot),
+        left=replace(measured.left, **foot | left),
+    )
+    for segment in build_body(PERSON, flat).model.segments:
+        moments = np.linalg.eigvalsh(segment.inertia)
+        assert moments[0] > 0.0
+        assert moments[0] + moments[1] >= moments[2]

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from simulation_fixtures import random_policy
@@ -22,7 +23,9 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.model.parameters import PARAMETERS
+from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.storage import save_policy
+from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study import one_stage
 from gaitval.study import run as study
@@ -35,6 +38,7 @@ from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
     identify_stage,
+    learned,
     push_stage,
     simulate_stage,
     train_stage,
@@ -988,3 +992,16 @@ def test_what_is_unusual_in_a_subject_is_said(
             with pytest.raises(KeyboardInterrupt):
                 run_one(run, "reference")
             assert any("times the size of other people's" in line for line in listener.lines)
+
+
+def test_a_policy_for_legs_that_differ_is_that_of_the_scaled_body(
+    opened: Opener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A later round trains with the legs that were found; a policy is known by the scaled body."""
+    run = opened()
+    model = scale_subject(run.subject).model
+    run.folder.mkdir(parents=True, exist_ok=True)
+    write_urdf(model, run.folder / "model.urdf")
+    monkeypatch.setattr("gaitval.policy.training.train", lambda *_, **given: given)
+    found: Any = learned(run, [None], None, run.folder / "trained", 10)  # type: ignore[list-item]
+    assert model_hash(found["scaled"]) == model_hash(model)
