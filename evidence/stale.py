@@ -160,7 +160,7 @@ EQUAL: Final = (
         "plates without a fault are read as before, and who stands flat and walks steadily is "
         "scaled as before (tests/datasets/test_wbds.py builds the ten again; the recordings of 13 "
         "sources again); nobody of the ten is lighter than 46 kg; a policy is known by the scaled "
-        "body, which differs from the trained one only for legs that differ; modules moved; messages",
+        "body, another than the trained one only for legs that differ; modules moved; messages",
     ),
 )
 """Oldest first."""
