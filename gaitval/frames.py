@@ -29,7 +29,7 @@ def of_kind(name: str, kind: str) -> str:
 
 
 def angle_curves(positions: Array, names: Sequence[str] = ACTUATED) -> list[NamedCurve]:
-    """Name, unit and values of joint angles; `positions` are (T, 31), rad."""
+    """Name, unit and values of the joint angles `names`; `positions` are (T, 31), rad."""
     return [(n, "deg", DEGREES * positions[:, COORDINATES.index(n)]) for n in names]
 
 

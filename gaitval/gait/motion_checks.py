@@ -81,7 +81,7 @@ def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
 
 
 def aid_doubts(aid: str, needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
-    """Warning about what an `aid` carries that no plate shows; otherwise as `weight_doubts`."""
+    """Warning about what an `aid` carries, by `needed` and `loads` as in `weight_doubts`."""
     ratio = _weight_ratio(needed, loads)
     if ratio is not None:
         yield QualityFlag(
@@ -101,7 +101,7 @@ def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
 
 
 def both_known(loads: FootForces) -> Flags:
-    """Where the forces of both feet are known, less `EDGE_SECONDS` at the edges.
+    """Where the `loads` of both feet are known, less `EDGE_SECONDS` at the edges.
 
     Where a foot lands that no plate shows, its force is missing a little before the markers show
     the landing.

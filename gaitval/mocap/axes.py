@@ -237,7 +237,7 @@ def nearest_axis(vector: Array) -> tuple[Array, float]:
 
 
 def check_pelvis(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) -> None:
-    """Refuse `points` of a person (`standing_points`) whose pelvis faces away from the feet."""
+    """RecordError, about `where`, if in `points` and `axes` the pelvis faces away from the feet."""
     front = [points[name] for name in _FRONT if name in points]
     rear = [points[name] for name in _REAR if name in points]
     if front and rear and (np.mean(front, axis=0) - np.mean(rear, axis=0)) @ axes.rotation[0] < 0:

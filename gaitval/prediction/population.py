@@ -33,7 +33,7 @@ def other_people(subject: Subject, others: Sequence[Subject]) -> list[list[Norma
 
 
 def on_the_line(people: People, speed: float) -> NormalForm:
-    """The straight line through all gaits, each trial once, at a dimensionless speed."""
+    """The straight line through all gaits of `people`, trials once, at a dimensionless `speed`."""
     gaits = [gait for person in people for gait in person]
     return combined(gaits, line_weights(np.array([gait.speed for gait in gaits]), speed))
 

@@ -189,8 +189,8 @@ class Walk:
 
 
 def shown_walk(model: BodyModel, rollout: Rollout, method: Method, recorded: Array) -> Walk | None:
-    """The part of `rollout` that is shown, with the `recorded_motion` (101, 31) beside it; None
-    without a whole stride. `model` is the body before the rollout's mu.
+    """The part of `rollout` that is shown, by a `method` of finding strides, with the motion
+    `recorded` (101, 31) beside it; None without a whole stride. `model` is the body before mu.
     """
     # a push comes in the first stride after those that settle, and what it changes is seen beside
     # the stride before

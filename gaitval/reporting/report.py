@@ -61,7 +61,7 @@ FAILED_SHOWN = 6
 
 
 def within_text(row: Verdict, uncertainty: Mapping[str, float]) -> str:
-    """That an error of a curve is less than the record's own (half of its band of 90 %)."""
+    """That the error of a `row` is less than the record's `uncertainty` (half of a 90 % band)."""
     kind = row.measure.removesuffix("_rmse")
     factor = {"angle": 180.0 / np.pi, "moment": 1.0, "force": 100.0}.get(kind, 0.0)
     name = f"{kind}_{row.target}".replace("_vertical_", "_up_").replace("_medial_", "_left_")
