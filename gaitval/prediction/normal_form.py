@@ -56,8 +56,8 @@ class NormalForm:
 
 def moment_units(leg_length: float) -> Array:
     """(8, 1) Nm/kg that one of each of `NormalForm.moments` is on legs of `leg_length`, m: an
-    ankle's, whose lever is the foot, gravity times leg length (Hof 1996). By it nine of the built-in people
-    predict the tenth's ankle better (RMS 0.081, not 0.100 Nm/kg); no knee or hip gains by it.
+    ankle's, whose lever is the foot, gravity times leg length (Hof 1996). By it nine of the ten
+    people predict the tenth's ankle better (RMS 0.081, not 0.100 Nm/kg); no knee or hip gains.
     """
     ankle = [name.startswith("ankle") for name in REQUIRED_MOMENTS]
     return np.where(ankle, GRAVITY * leg_length, 1.0)[:, None]
