@@ -4,10 +4,11 @@
 
 People of public recordings with the plates of both feet, none of whom is in a table of walks, walk
 with the general policy after a correction with each of `SHARES` of the way: once fitted to what
-they measured, and once to the estimate of somebody without plates. Errors against what they
-measured are means over four start phases that no correction has seen. PATH has the clones
-(`evidence/README.md`); results are kept in `reports/general/correction_target.json`, and docs/
-learning.md has the table.
+they measured, and once to the estimate of somebody without plates; and without any correction.
+Errors against what they measured are means over four start phases that no correction has seen.
+Beside them is kept how much worse the pelvis's angles get, which no correction looks at, and the
+share of each correction that is used. PATH has the clones (`evidence/README.md`); results are kept
+in `reports/general/correction_target.json`, and docs/learning.md has the table.
 """
 
 import argparse
@@ -64,7 +65,11 @@ GROUPS: Final[Mapping[str, tuple[Kind, Sequence[str]]]] = {
     "vertical force": ("forces", ("vertical",)),
     "fore-aft force": ("forces", ("forward",)),
     "medial force": ("forces", ("medial",)),
+    "pelvis": ("angles", ("pelvis_tilt", "pelvis_list", "pelvis_rotation")),
 }
+NONE: Final = "none"
+"""In the place of a share of the way: the walk that is not corrected."""
+BESIDE: Final = "pelvis's angles worse by (deg), share of the correction that is used"
 Json = dict[str, Any]
 
 
@@ -86,9 +91,14 @@ def walked(
     policy, mu = general_walker(configuration.environment), nominal_parameters()
     wanted = by_kind(recorded_curves(truth))
     found = {}
-    for share in SHARES:
-        correction = rules.correct(task, policy, mu, asked=asked, to_record=share).correction
-        changed = adjusted(task.reference, task.reference_body, correction)
+    for share in (None, *SHARES):
+        changed = task.reference
+        if share is not None:
+            corrected = rules.correct(task, policy, mu, asked=asked, to_record=share)
+            changed = adjusted(changed, task.reference_body, corrected.correction)
+            if corrected.before and corrected.after:
+                worse = corrected.after.left_out() - corrected.before.left_out()
+                found[f"{share:g}, {BESIDE}"] = [worse, corrected.share]
         group = WalkingGroup([WalkingTask(model, asked, changed, configuration)] * WIDTH)
         rollouts = record_together(
             group, policy, mu=mu, start_phases=STARTS,
@@ -99,7 +109,7 @@ def walked(
             cycles = find_cycles(rollout, configuration).first(CYCLES)
             ours = by_kind(curves_of(task, rollout, cycles))
             errors.append([_error(ours[kind], wanted[kind], n) for kind, n in GROUPS.values()])
-        found[f"{share:g}"] = np.mean(errors, axis=0).tolist()
+        found[NONE if share is None else f"{share:g}"] = np.mean(errors, axis=0).tolist()
     return found
 
 
@@ -138,7 +148,7 @@ def table(people: Sequence[Json]) -> str:
     ]
     for kind, noun in (("fitted", "own kinetics"), ("estimated", "the estimate's")):
         plain = np.array([each[kind]["0"] for each in people])
-        for share in map("{:g}".format, SHARES[1:]):
+        for share in (NONE, *map("{:g}".format, SHARES[1:])):
             ratios: Array = np.log(np.array([each[kind][share] for each in people]) / plain)
             sd = ratios.std(axis=0, ddof=1) / np.sqrt(len(people))
             cells = [

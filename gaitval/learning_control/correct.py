@@ -164,7 +164,7 @@ def _compared(
     if rollout.fell[0] or min(cycles.count("right"), cycles.count("left")) < _CYCLES:
         return None
     walked = by_kind(curves_of(task, rollout, cycles))
-    parts, scatters = [], []
+    parts = []
     errors: dict[tuple[Kind, str], float] = {}
     for kind, curves in wanted.items():
         for name, curve in curves.items():
@@ -175,9 +175,7 @@ def _compared(
                 # of squares is 12 where it is off by its accuracy throughout.
                 weight = float(np.sqrt(INDEPENDENT / len(curve))) / accuracy_of(kind, name)
                 parts.append(weight * (mean - curve))
-            else:
-                scatters.append(rms(walked[kind][name] - mean))
-    return Walked(np.concatenate(parts), errors, rms(np.array(scatters)))
+    return Walked(np.concatenate(parts), errors)
 
 
 @dataclass(frozen=True)
@@ -227,9 +225,8 @@ def correct(
 
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if a walk from half a cycle later, which the search has not seen, gets
-    better too, and if the pelvis's angles, which it does not look at, get no worse in either walk
-    by more than its cycles differ. If the whole change does such harm, smaller shares of it are
-    tried.
+    better too, and if the pelvis's angles, which it does not look at, get worse in neither walk by
+    more than 0.25 degrees. If the whole change does such harm, smaller shares of it are tried.
 
     Parameters
     ----------

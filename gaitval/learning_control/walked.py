@@ -30,12 +30,10 @@ class Walked:
         `correct.INDEPENDENT` for a curve that is off by its accuracy throughout.
     rmse : by (kind, curve), in the units of `metrics.recorded.CURVE_UNITS`; also of curves that are
         not fitted, the pelvis's angles.
-    scatter : degrees, RMS difference of one cycle's angles of the pelvis from their means.
     """
 
     deviations: Array
     rmse: Mapping[tuple[Kind, str], float]
-    scatter: float
 
     def error(self) -> float:
         """Root mean square over the fitted curves of error / accuracy."""
@@ -48,13 +46,13 @@ class Walked:
 
     def as_list(self) -> list[Any]:
         """For a `Journal`; `from_list` gives the same numbers bit for bit."""
-        return [self.deviations.tolist(), [[*key, v] for key, v in self.rmse.items()], self.scatter]
+        return [self.deviations.tolist(), [[*key, v] for key, v in self.rmse.items()]]
 
     @classmethod
     def from_list(cls, values: Sequence[Any]) -> "Walked":
         """The walk from the `values` that `as_list` gave."""
-        deviations, rmse, scatter = values
-        return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse}, scatter)
+        deviations, rmse = values
+        return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse})
 
 
 def fitted(kind: str, curve: str) -> bool:
