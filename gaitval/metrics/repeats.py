@@ -12,7 +12,7 @@ from itertools import chain
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.rollouts import Rollouts, endurance
+from gaitval.metrics.rollouts import Rollouts, compared_cycles, endurance
 from gaitval.metrics.validation import ENDURANCE, Comparator, measures_of_walk
 from gaitval.metrics.walk_results import Repeat
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
@@ -34,15 +34,13 @@ class _Walks:
 
 def _measured(group: WalkingGroup, walks: _Walks) -> list[Repeat]:
     configuration = group.environments[0].task.configuration
-    validation = configuration.validation
     noise = configuration.environment.initial_noise
     rollouts = record_together(
         group,
         walks.policy,
         mu=walks.mu,
         start_phases=walks.phases,
-        # two more cycles for the same reasons as in `rollouts.compared_part`
-        cycles=validation.settling_cycles + validation.cycles + 2,
+        cycles=compared_cycles(configuration),
         noise=noise,
         seeds=walks.seeds,
     )

@@ -3,25 +3,21 @@
 A rollout is long, to show that the walker keeps walking, but only its first cycles are compared
 with the record. Of the rest only the distance is reported; the trajectory is not kept.
 
-The compared walk is made in DART. Those from the other start phases only show that the walker keeps
-walking; they run side by side in the compiled engine, which solves the same equations.
+The compared cycles of the first walk are made in DART. How far the walker gets from each start
+phase is walked side by side in the compiled engine, which solves the same equations. A first walk
+that falls in one engine only has fallen.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import partial
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import write_arrays
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError
-from gaitval.journal import Journal
 from gaitval.metrics.cycles import find_cycles, walking_speed
 from gaitval.metrics.typed import number
 from gaitval.metrics.walk_results import CountBySide, Endurance
@@ -41,7 +37,7 @@ class Rollouts:
     ----------
     compared : the rollout from the first start phase, as far as its cycles are compared with the
         record.
-    starts : how far each start phase's rollout walked, the compared one first.
+    starts : how far each start phase's rollout walked.
     """
 
     compared: Rollout
@@ -71,16 +67,21 @@ def endurance(rollout: Travel, configuration: Configuration, *, engine: Engine) 
     )
 
 
-def compared_part(rollout: Rollout, configuration: Configuration) -> Rollout:
-    """The start of `rollout`, as long as the compared cycles of `configuration` require.
+def compared_cycles(configuration: Configuration) -> int:
+    """Length of a walk that is compared, in gait cycles of the reference.
 
-    It has two more cycles: one for a left cycle that begins and ends later, and one in which the
-    zero-lag filter settles.
+    It has two more cycles than are compared: one for a left cycle that begins and ends later, and
+    one in which the zero-lag filter settles.
     """
     settings = configuration.validation
-    cycles = settings.settling_cycles + settings.cycles + 2
+    return settings.settling_cycles + settings.cycles + 2
+
+
+def compared_part(rollout: Rollout, configuration: Configuration) -> Rollout:
+    """The start of `rollout`, as long as the compared cycles of `configuration` require."""
+    end = rollout.start_phase[0] + compared_cycles(configuration)
     # the phase is not wrapped and never decreases, so it can be searched
-    rows = int(np.searchsorted(rollout.phase, rollout.start_phase[0] + cycles, side="right"))
+    rows = int(np.searchsorted(rollout.phase, end, side="right"))
     return replace(
         rollout,
         **{name: getattr(rollout, name)[:rows] for name, shape in SHAPES.items() if shape[0] == 0},
@@ -92,23 +93,24 @@ class _Start:
     policy: Policy
     mu: Array
     phase: float
-    cycles: int
-    compared: bool
+    cycles: int = 0
 
 
-_Walk = tuple[Endurance, Rollout | None]
-
-
-def _walk(environment: WalkingEnvironment, start: _Start) -> _Walk:
-    configuration = environment.task.configuration
+def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Rollout]:
+    """A walk that is compared."""
+    settings = environment.task.configuration
     rollout = record_rollout(
-        environment, start.policy, mu=start.mu, start_phase=start.phase, cycles=start.cycles
+        environment,
+        start.policy,
+        mu=start.mu,
+        start_phase=start.phase,
+        cycles=compared_cycles(settings),
     )
-    kept = compared_part(rollout, configuration) if start.compared else None
-    return endurance(rollout, configuration, engine=environment.walker.engine), kept
+    went = endurance(rollout, settings, engine=environment.walker.engine)
+    return went, compared_part(rollout, settings)
 
 
-def _walk_together(group: WalkingGroup, starts: Sequence[_Start]) -> list[_Walk]:
+def _walk_together(group: WalkingGroup, starts: Sequence[_Start]) -> list[Endurance]:
     """At most eight walks that are not compared, of one policy, body and length."""
     from gaitval.policy.travel import travel_together
 
@@ -118,80 +120,35 @@ def _walk_together(group: WalkingGroup, starts: Sequence[_Start]) -> list[_Walk]
         group, first.policy, mu=first.mu, start_phases=phases, cycles=first.cycles
     )
     settings = group.environments[0].task.configuration
-    return [(endurance(travel, settings, engine="compiled"), None) for travel in travels]
-
-
-def _walks(pool: RolloutPool, starts: Sequence[_Start]) -> Iterable[_Walk]:
-    """The compared walk, if it is still to be walked, and then the others."""
-    compared = [start for start in starts if start.compared]
-    others = [start for start in starts if not start.compared]
-    alone = pool.each(_walk, compared)
-    beside = pool.each_together(_walk_together, in_groups(others))
-    return chain(alone, chain.from_iterable(beside))
+    return [endurance(travel, settings, engine="compiled") for travel in travels]
 
 
 def begun_walk(
-    pool: RolloutPool, policy: Policy, mu: Array, phase: float, *, cycles: int, engine: Engine
+    pool: RolloutPool, policy: Policy, mu: Array, phase: float, *, engine: Engine
 ) -> Callable[[], tuple[Endurance, Rollout]]:
-    """Start a walk in another `engine` beside the next ones of `pool`: `policy` with the body `mu`
-    (14,) from `phase`, for `cycles`. The returned function waits for it and returns how far it
+    """Start a walk of the compared length in an `engine` beside the next ones of `pool`: `policy`
+    with the body `mu` (14,) from `phase`. The returned function waits for it and returns how far it
     walked and its compared part.
     """
-    start = _Start(policy, mu, phase, cycles, compared=True)
     # the pool starts the work now; the iterator blocks only where its result is read
-    walks = iter(pool.each(_walk, [start], engine=engine))
-
-    def ended() -> tuple[Endurance, Rollout]:
-        went, rollout = next(walks)
-        assert rollout is not None
-        return went, rollout
-
-    return ended
+    walks = iter(pool.each(_walk, [_Start(policy, mu, phase)], engine=engine))
+    return lambda: next(walks)
 
 
 def roll_out_from(
-    pool: RolloutPool,
-    policy: Policy,
-    mu: Array,
-    phases: Sequence[float],
-    *,
-    cycles: int,
-    workspace: Path | None = None,
+    pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float], *, cycles: int
 ) -> Rollouts:
-    """Rollouts of the deterministic policy from each start phase. The first is compared and runs in
-    the engine of `pool`, the others in the compiled one.
+    """Rollouts of the deterministic `policy` from each start phase, in the compiled engine. The
+    first is walked in DART, too, as far as it is compared; if it falls there, it is the one told.
 
     Parameters
     ----------
     mu : (14,) body parameters.
     phases : of the right gait cycle.
     cycles : planned length of each rollout in gait cycles of the reference.
-    workspace : a folder for finished rollouts; an interrupted call continues from those left there,
-        to the same result.
     """
-    kept = Path(workspace) / "compared.npz" if workspace else None
-
-    def write(walk: _Walk) -> dict[str, Any]:
-        went, compared = walk
-        if compared is not None and kept is not None:
-            write_arrays(kept, asdict(compared))
-        return went.as_dict()
-
-    def read(values: Mapping[str, Any]) -> _Walk:
-        went = Endurance.model_validate(values)
-        # only the compared walk, from the first phase, has a stored trajectory
-        first = went.start_phase == phases[0] and kept is not None
-        return went, Rollout.load(kept) if first and kept is not None else None
-
-    walks = Journal(workspace / "walks.jsonl" if workspace else None).results(
-        partial(_walks, pool),
-        [
-            _Start(policy, mu, phase, cycles, compared=number == 0)
-            for number, phase in enumerate(phases)
-        ],
-        write=write,
-        read=read,
-    )
-    compared = walks[0][1]
-    assert compared is not None
-    return Rollouts(compared, tuple(went for went, _ in walks))
+    in_dart = begun_walk(pool, policy, mu, phases[0], engine="dart")
+    starts = [_Start(policy, mu, phase, cycles) for phase in phases]
+    first, *others = chain.from_iterable(pool.each_together(_walk_together, in_groups(starts)))
+    went, compared = in_dart()
+    return Rollouts(compared, (went if went.fell else first, *others))

@@ -38,8 +38,8 @@ def measured_force(record: RecordResult) -> float:
 
 
 def compiled_walks(starts: Sequence[Endurance]) -> int:
-    """How many of the walks from `starts` ran in the compiled engine. The others ran in DART, as
-    did all that were stored without their engine.
+    """How many of the walks from `starts` ran in the compiled engine. The others ran in DART: a
+    first walk that fell there, and all that were stored without their engine.
     """
     return sum(start.engine == "compiled" for start in starts)
 

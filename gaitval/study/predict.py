@@ -218,7 +218,6 @@ def predicted_walk_stage(run: Run) -> Stage:
                 mu,
                 validation.start_phases,
                 cycles=validation.settling_cycles + validation.consecutive_cycles,
-                workspace=run.folder / UNFINISHED["simulate"],
             )
         walks.compared.save(run.folder / ROLLOUTS["nominal"])
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
@@ -244,8 +243,6 @@ def predicted_walk_stage(run: Run) -> Stage:
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
         },
-        workspace=UNFINISHED["simulate"],
-        emptied=True,
     )
 
 

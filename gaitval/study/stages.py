@@ -628,11 +628,10 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         policy = stored_policy(run, run.folder / "policy")
         nominal = body_parameters(run.folder / "identification.json", "nominal")
         (task, mu), phases = validated_task(run), validation.start_phases
-        compared = validation.settling_cycles + validation.cycles + 2
         second: Endurance | None = None
         workers = run.configuration.training.workers
         with RolloutPool(task, workers=workers, engine="dart") as pool:
-            begin = partial(begun_walk, policy=policy, phase=phases[0], cycles=compared)
+            begin = partial(begun_walk, policy=policy, phase=phases[0])
             # They are the first that the workers take up.
             in_mujoco = begin(pool, mu=mu, engine="mujoco") if witness else None
             before = begin(pool.with_task(walking_task(run)), mu=nominal, engine="dart")
@@ -642,7 +641,6 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
                 mu,
                 phases,
                 cycles=validation.settling_cycles + validation.consecutive_cycles,
-                workspace=run.folder / UNFINISHED["simulate"],
             )
             if in_mujoco is not None:
                 second, rollout = in_mujoco()
@@ -675,8 +673,6 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
         },
-        workspace=UNFINISHED["simulate"],
-        emptied=True,
     )
 
 

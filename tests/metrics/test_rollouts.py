@@ -1,20 +1,25 @@
 """Walks that are held against the record: what is kept of a long one."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from simulation_fixtures import changed, random_policy
+from simulation_fixtures import changed
 from synthetic_walk import SPEED, perfect_walk, sharp_filter, synthetic_record
 
+from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
-from gaitval.metrics.rollouts import compared_part, endurance, roll_out_from
+from gaitval.metrics import rollouts
+from gaitval.metrics.rollouts import compared_cycles, compared_part, endurance, roll_out_from
 from gaitval.metrics.walk_results import Endurance
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
+from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
 
+BASELINE = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline"
 RECORD = synthetic_record()
 MU = nominal_parameters()
 
@@ -54,34 +59,66 @@ class LocalPool:
         self.environment = WalkingEnvironment(task, engine="dart")
         self.group = WalkingGroup([task] * 8)
 
-    def each(self, function, items):
+    def each(self, function, items, engine):
+        assert engine == "dart"
         return (function(self.environment, item) for item in items)
 
     def each_together(self, function, items):
         return (function(self.group, item) for item in items)
 
 
+def alone(task, policy, phase, cycles, engine="dart"):
+    environment = WalkingEnvironment(task, engine=engine)
+    return record_rollout(environment, policy, mu=MU, start_phase=phase, cycles=cycles)
+
+
 def test_walks_from_several_starts_are_single_walks(task):
-    """The compared one is that of DART bit for bit, the others agree to rounding, and say so."""
+    """The compared one is that of DART bit for bit; how far they get agrees to rounding."""
     short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
-    policy = random_policy(short, scale=0.1)
-    phases = (0.3, 0.8)
+    policy, phases = load_policy(BASELINE / "policy"), (0.3, 0.8)
     found = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
-    alone = [
-        record_rollout(
-            WalkingEnvironment(short, engine="dart"), policy, mu=MU, start_phase=phase, cycles=1
-        )
-        for phase in phases
-    ]
-    np.testing.assert_array_equal(found.compared.positions, alone[0].positions)
-    first, second = (endurance(one, short.configuration, engine="dart") for one in alone)
-    assert found.starts[0] == first
-    assert first.engine == "dart"
-    assert found.starts[1].engine == "compiled"
-    assert (
-        found.starts[1].model_copy(update={"engine": "dart", "seconds": second.seconds}) == second
+    compared = alone(short, policy, phases[0], compared_cycles(short.configuration))
+    np.testing.assert_array_equal(
+        found.compared.positions, compared_part(compared, short.configuration).positions
     )
-    assert found.starts[1].seconds == pytest.approx(second.seconds, abs=0.011)
+    for went, phase in zip(found.starts, phases, strict=True):
+        one = endurance(alone(short, policy, phase, 1), short.configuration, engine="dart")
+        assert went.engine == "compiled"
+        assert went.model_copy(update={"engine": "dart", "seconds": one.seconds}) == one
+        assert went.seconds == pytest.approx(one.seconds, abs=0.011)
+
+
+def test_a_first_walk_that_falls_in_dart_has_fallen(task, monkeypatch):
+    short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
+    policy, phases = load_policy(BASELINE / "policy"), (0.3, 0.8)
+    single = rollouts.record_rollout
+
+    def falls(*arguments, **settings):
+        rollout = single(*arguments, **settings)
+        return replace(rollout, fell=np.ones_like(rollout.fell))
+
+    monkeypatch.setattr(rollouts, "record_rollout", falls)
+    first, second = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1).starts
+    assert (first.fell, first.engine, first.start_phase) == (True, "dart", 0.3)
+    assert (second.fell, second.engine) == (False, "compiled")
+
+
+@pytest.mark.slow
+def test_a_hundred_cycles_are_the_same_walk_in_dart(task):
+    """Of a stored walker: as far and with as few scuffs, as fast within a thousandth."""
+    policy = load_policy(BASELINE / "policy")
+    mu = np.array(read_json(BASELINE / "identification.json")["identified"])
+    pool = LocalPool(task)
+    (compiled,) = roll_out_from(pool, policy, mu, (0.0,), cycles=102).starts
+    walked = record_rollout(pool.environment, policy, mu=mu, start_phase=0.0, cycles=102)
+    dart = endurance(walked, task.configuration, engine="dart")
+    assert not dart.fell
+    assert dart.cycles.right >= 98
+    same = dart.model_copy(
+        update={key: getattr(compiled, key) for key in ("engine", "seconds", "walking_speed")}
+    )
+    assert same == compiled
+    assert compiled.walking_speed == pytest.approx(dart.walking_speed, rel=1e-3)
 
 
 def test_an_endurance_that_names_no_engine_is_from_when_all_walked_in_dart():
@@ -90,32 +127,3 @@ def test_an_endurance_that_names_no_engine_is_from_when_all_walked_in_dart():
     assert Endurance.model_validate(values).engine == "compiled"
     del values["engine"]
     assert Endurance.model_validate(values).engine == "dart"
-
-
-def test_walks_that_were_stopped_go_on_to_the_same_result(task, tmp_path):
-    """The compared one is kept with all its digits; a rollout that is stored has fewer."""
-    short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
-    policy, phases = random_policy(short, scale=0.1), (0.3, 0.8, 0.1)
-    whole = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
-    walked = []
-
-    class Stopping(LocalPool):
-        def each_together(self, function, items):
-            for item in items:
-                for result, start in zip(function(self.group, item), item, strict=True):
-                    if len(walked) == 1:
-                        raise KeyboardInterrupt
-                    walked.append(start.phase)
-                    yield [result]
-
-    with pytest.raises(KeyboardInterrupt):
-        roll_out_from(Stopping(short), policy, MU, phases, cycles=1, workspace=tmp_path)
-    assert walked == [0.8]
-    walked[:] = []  # one more may be walked
-    found = roll_out_from(Stopping(short), policy, MU, phases, cycles=1, workspace=tmp_path)
-    assert walked == [0.1]
-    assert found.starts == whole.starts
-    for field in fields(whole.compared):
-        np.testing.assert_array_equal(
-            getattr(found.compared, field.name), getattr(whole.compared, field.name)
-        )

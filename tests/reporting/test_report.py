@@ -170,7 +170,7 @@ def test_the_record_has_no_band(metrics):
 
 def test_sentences_are_apart_and_no_test_of_the_project_is_named_in_the_verdict(page):
     text = " ".join(page.text.split())
-    assert "are compared above. The first walk is in DART" in text
+    assert "are compared above. The compared cycles are walked in DART" in text
     verdict = text[text.index("The verdict is on") :][:200]
     assert "no external force is applied to the body, by construction)" in verdict
     assert "tests/" not in verdict
@@ -225,7 +225,7 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
 
 def test_the_page_says_in_which_engine_each_start_walked(page, run_folder, tmp_path, monkeypatch):
     """Walks that are stored without their engine are from when all of them walked in DART."""
-    assert "The first walk is in DART; the others are in the compiled engine" in page.text
+    assert "The compared cycles are walked in DART; how far each walk gets" in page.text
     only_html(monkeypatch)
     without_figures(monkeypatch)
     folder = shutil.copytree(run_folder, tmp_path / "earlier")
@@ -236,7 +236,7 @@ def test_the_page_says_in_which_engine_each_start_walked(page, run_folder, tmp_p
     write_report(folder)
     earlier = Page((folder / "report.html").read_text(encoding="utf-8"))
     assert "All walks are in DART." in earlier.text
-    assert "others are in the compiled engine" not in earlier.text
+    assert "compared cycles are walked in DART" not in earlier.text
 
 
 def test_the_correction_is_told_in_degrees(page):
