@@ -155,8 +155,8 @@ def table(people: Sequence[Json]) -> str:
                 f"{np.exp(mean):.3f} ± {each:.3f}"
                 for mean, each in zip(ratios.mean(axis=0), sd, strict=True)
             ]
-            name = "no correction" if share == NONE else f"{share} of it, {noun}"
-            lines.append(f"| {name} | {' | '.join(cells)} |")
+            way = "no correction" if share == NONE else f"{share} of it"
+            lines.append(f"| {way}, {noun} | {' | '.join(cells)} |")
     beside = [
         values
         for each in people

@@ -22,7 +22,7 @@ one."""
 
 _PELVIS = 0.25
 """Degrees by which the pelvis's angles may get worse, a sixth of the accuracy with which other
-angles are looked for: 76 corrections of people that are in no table of walks made them worse by at
+angles are looked for. Corrections of people that are in no table of walks made them worse by at
 most 0.21, and what they looked at better by 7 to 72 % (docs/learning.md)."""
 
 Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
