@@ -5,10 +5,12 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from pathlib import Path
 from typing import Any, Final
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager
 
 from gaitval.reporting.words import SOURCE
 
@@ -37,6 +39,18 @@ WIDTH: Final = 7.1
 
 Draw = Callable[[], str]
 """Draws a figure, as SVG. Worker processes may do it, so it must be possible to pickle it."""
+
+
+def know_fonts() -> None:
+    """Make sure of the figures' font. matplotlib ships it, but reads the list of fonts from its
+    cache, and that lacks those that could not be read when it was made: on a full disk, say.
+    """
+    if not any(each.name == SETTINGS["font.family"] for each in fontManager.ttflist):
+        for path in sorted(Path(matplotlib.get_data_path(), "fonts", "ttf").glob("*.ttf")):
+            fontManager.addfont(path)
+
+
+know_fonts()
 
 _language: ContextVar[str] = ContextVar("language", default=SOURCE)
 
