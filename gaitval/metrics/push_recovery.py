@@ -119,26 +119,21 @@ def largest_survived(
     on_progress : called with the number of finished cases.
     """
     cases = [(phase, direction) for phase in phases for direction in directions]
-    reached = np.zeros(len(cases))
-
-    def ascend(case_numbers: Sequence[int], increment: float, limits: Array) -> list[int]:
-        """Raise `reached` up to a fall or the limit; returns the cases that fell."""
-        fallen: list[int] = []
-        standing = list(case_numbers)
-        while standing:
-            # a thousandth of a newton below the limit counts as the limit: steps add up inexactly
-            standing = [n for n in standing if reached[n] + increment <= limits[n] + 1e-3]
-            stood = survived([Push(*cases[n], float(reached[n] + increment)) for n in standing])
-            fallen += [n for n, survives in zip(standing, stood, strict=True) if not survives]
-            standing = [n for n, survives in zip(standing, stood, strict=True) if survives]
-            reached[standing] += increment
-            if on_progress is not None:
-                on_progress(len(cases) - len(standing))
-        return fallen
-
-    # coarse steps first; after the first fall, fine steps up to just below the push that caused it
-    fell = ascend(range(len(cases)), step, np.full(len(cases), ceiling))
-    ascend(fell, resolution, reached + step - resolution)
+    reached, limits = np.zeros(len(cases)), np.full(len(cases), ceiling)
+    increments, left = np.full(len(cases), step), list(range(len(cases)))
+    # a thousandth of a newton below the limit counts as the limit: steps add up inexactly
+    while left := [n for n in left if reached[n] + increments[n] <= limits[n] + 1e-3]:
+        stood = survived([Push(*cases[n], float(reached[n] + increments[n])) for n in left])
+        for n, survives in zip(left, stood, strict=True):
+            if survives:
+                reached[n] += increments[n]
+            else:  # on in fine steps, up to just below the push that it fell from
+                limits[n] = reached[n] + increments[n] - resolution
+                increments[n] = resolution
+        if on_progress is not None:
+            on_progress(len(cases) - len(left))
+    if on_progress is not None:
+        on_progress(len(cases))
     return reached.reshape(len(phases), len(directions))
 
 
@@ -221,7 +216,7 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
         # eight that were not pushed fall together
         if first not in kept and survived.all() and group.phases.max() >= first:
             kept[first] = done, [each.copy() for each in moving]
-        _, fallen, _ = group.step(policy.act(seen), seen)
+        _, fallen = group.step(policy.act(seen), seen)
         if fallen.any():
             survived &= ~fallen[: len(tried)] | (done >= ends)
             last = ends.max(where=survived, initial=0)

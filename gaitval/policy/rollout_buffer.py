@@ -104,8 +104,8 @@ def _walk(
         padded[: len(observations)] = observations
         # In place: `actions` is a view of the shared array, which holds the noise before.
         actions += policy.act(padded)[: len(observations)]
-        rewards, fell, over = group.step(actions, observations)
-        ended = fell | over
+        rewards, fell = group.step(actions, observations)
+        ended = fell | [environment.counted() for environment in group.environments]
         experience.rewards[t, numbers] = rewards
         experience.fell[t, numbers] = fell
         experience.ended[t, numbers] = ended

@@ -59,7 +59,7 @@ def _actions_together(
     seeds = [each.pop("seed") for each in options]
     seen = np.array([group.reset(e, seed=seeds[e], options=each) for e, each in enumerate(options)])
     while True:
-        _, fallen, _ = group.step(policy.act(seen), seen)
+        _, fallen = group.step(policy.act(seen), seen)
         yield fallen[: len(starts)]
         for e in np.flatnonzero(fallen).tolist():
             seen[e] = group.reset(e, seed=seeds[e], options=options[e])

@@ -273,6 +273,7 @@ class WalkingGroup:
             np.zeros((WIDTH, HABIT_PHASES, action_size(constants))),
             np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
         )  # fmt: skip
+        self._walkers = [each.walker for each in self.environments]
         self._mu = [each.walker.mu for each in every]
         self._settings, self._asked, self._seen = (
             np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
@@ -345,7 +346,7 @@ class WalkingGroup:
 
     def step(
         self, asked: NDArray[np.float32], seen: NDArray[np.float32]
-    ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    ) -> tuple[Array, NDArray[np.bool_]]:
         """An action of every environment.
 
         Parameters
@@ -355,7 +356,7 @@ class WalkingGroup:
 
         Returns
         -------
-        Reward, whether it fell, and whether the episode has its full length: (environments,) each.
+        Reward, and whether it fell: (environments,) each.
         """
         group, count = self._arrays, len(self.environments)
         for environment in self.environments:
@@ -363,13 +364,9 @@ class WalkingGroup:
         self._asked[:], self._settings[3] = asked, self.environments[0].tolerance_share
         next(self._actions)
         seen[:] = self._seen
-        over = np.zeros(count, dtype=bool)
-        for e, (environment, phase) in enumerate(
-            zip(self.environments, group.phase[:, 0].tolist(), strict=False)
-        ):
-            environment.walker.phase = phase
-            over[e] = environment.counted()
-        return group.rewards[:count], group.fell[:count], over
+        for walker, phase in zip(self._walkers, group.phase[:count, 0].tolist(), strict=True):
+            walker.phase = phase
+        return group.rewards[:count], group.fell[:count]
 
     @property
     def phases(self) -> Array:

@@ -634,7 +634,7 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
             begin = partial(begun_walk, policy=policy, phase=phases[0])
             # They are the first that the workers take up.
             in_mujoco = begin(pool, mu=mu, engine="mujoco") if witness else None
-            before = begin(pool.with_task(walking_task(run)), mu=nominal, engine="dart")
+            before = begin(pool.with_task(walking_task(run)), mu=nominal, engine="compiled")
             walks = roll_out_from(
                 pool,
                 policy,

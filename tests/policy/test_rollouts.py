@@ -270,7 +270,7 @@ def test_what_a_group_sees_is_bit_for_bit_what_single_walkers_see(task, observat
         if number == ACTIONS - 1:
             for environment in (group.environments[5], alone[5]):
                 environment.walker.state[1, 7] = np.nan
-        rewards, fell, _ = group.step(asked, together)
+        rewards, fell = group.step(asked, together)
         for e, environment in enumerate(alone):
             seen, reward, down, _, info = environment.step(asked[e].copy())
             np.testing.assert_array_equal(together[e], seen)
