@@ -386,22 +386,22 @@ def test_a_habit_that_is_known_is_not_found_again(task, monkeypatch):
     assert len(resets) == 3 * first
 
 
-def endurance_of(environment, start):
-    return _walk(environment, start)[0]
-
-
 def test_worker_processes_give_the_same_walks_in_order(task, environment):
     policy = random_policy(task, scale=0.1)
     starts = [_Start(policy, MU, phase) for phase in (0.1, 0.9, 0.4, 0.6, 0.2)]
-    expected = [endurance_of(environment, each) for each in starts]
-    assert len({went.start_phase for went in expected}) == 5
+
+    def went(walks):
+        return [endurance for endurance, _ in walks]
+
+    expected = went(_walk(environment, each) for each in starts)
+    assert len({each.start_phase for each in expected}) == 5
     with RolloutPool(task, workers=2) as pool:
-        assert pool.map(endurance_of, starts) == expected
+        assert went(pool.map(_walk, starts)) == expected
         with pytest.raises(ModelError, match="mu must have shape"):
-            pool.map(endurance_of, [_Start(policy, np.zeros(3), 0.1)])
-        assert pool.map(endurance_of, starts[:1]) == expected[:1]  # the workers survive it
+            pool.map(_walk, [_Start(policy, np.zeros(3), 0.1)])
+        assert went(pool.map(_walk, starts[:1])) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
-        assert alone.map(endurance_of, starts) == expected
+        assert went(alone.map(_walk, starts)) == expected
 
 
 def blas_threads(*_):
