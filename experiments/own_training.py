@@ -187,8 +187,10 @@ def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | Non
             write_json(run.folder / "rounds/1" / NEED, {"needed": False})
         do(stages.train_stage(run, 1))
         do(stages.hand_on_stage(run, 1))
-        policy = run.folder / "rounds/1/policy"
+        policy, kept = run.folder / "rounds/1/policy", run.folder / str(samples)
+        copy_file(policy / GAIN, kept / GAIN)
         copy_files(run.folder / "rounds/1/trained", policy, POLICY_FILES)
+        write_json(policy / GAIN, read_json(policy / GAIN) | {"handed_on": "trained"})
         do(stages.evaluate_stage(run, 1))
         do(stages.choose_stage(run, 1))
         for stage in (
@@ -199,8 +201,6 @@ def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | Non
             stages.validate_stage,
         ):
             do(stage(run))
-        kept = run.folder / str(samples)
-        copy_file(policy / GAIN, kept / GAIN)
         copy_file(run.folder / "metrics.json", kept / FINISHED)
 
 

@@ -7,6 +7,7 @@ its start, and which of them is handed on.
 import math
 from typing import Final, Literal
 
+from gaitval.metrics.round_errors import Epsilon
 from gaitval.metrics.typed import Count, Number, OpenResult, Result
 
 NEEDED: Final = (
@@ -37,6 +38,8 @@ class Standing(Result):
     """Mean over the walks; null if one of them has no complete gait cycle."""
     scatter: Number | None
     """Standard deviation of epsilon over the walks."""
+    error: Epsilon | None = None
+    """Epsilon with its parts; null, too, in a file from before it was kept."""
 
     def needs_training(self, limit: float) -> bool:
         """Whether it does, by `NEEDED`, with its `limit`, %."""
@@ -78,6 +81,11 @@ class LearningGain(OpenResult):
     def trained_is_handed_on(self) -> bool:
         """Whether the trained policy is the one that is handed on."""
         return self.handed_on == "trained"
+
+    @property
+    def standing(self) -> Standing:
+        """Of the policy that is handed on."""
+        return self.trained if self.start is None or self.trained_is_handed_on else self.start
 
     def in_words(self) -> str:
         """A sentence for the user."""

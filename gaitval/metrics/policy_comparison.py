@@ -77,6 +77,7 @@ def standing_of(tasks: Sequence[WalkingTask], policy: Policy, mu: Array) -> Stan
         weakest_phase=float(100.0 * stood[..., ahead].mean(axis=-1).min()),
         epsilon=None if mean is None else mean.total,
         scatter=None if mean is None else float(np.std(totals)),
+        error=mean,
     )
 
 

@@ -296,6 +296,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             return 0.0, True
         return float(reward), bool(fell)
 
+    @property
+    def is_pushed(self) -> bool:
+        """Whether a push is still to come, or has just been."""
+        return self._push is not None or self._pushing
+
     def push(self) -> None:
         """Set the force of a push on the pelvis, N in world axes, for the next action; 0 outside a
         push.

@@ -61,8 +61,9 @@ def _actions_together(
     while True:
         _, fallen = group.step(policy.act(seen), seen)
         yield fallen[: len(starts)]
-        for e in np.flatnonzero(fallen).tolist():
-            seen[e] = group.reset(e, seed=seeds[e], options=options[e])
+        if fallen.any():
+            for e in np.flatnonzero(fallen).tolist():
+                seen[e] = group.reset(e, seed=seeds[e], options=options[e])
 
 
 def _longest(environment: WalkingEnvironment, cycles: float) -> int:
@@ -90,9 +91,9 @@ def walks_together(
     for fallen in _actions_together(group, policy, mu, starts):
         # Before `left` is counted down: the action in which a walk ends is still its own.
         yield left > 0, fallen
-        over = fallen | (group.phases[: len(ends)] >= ends)
-        left = np.where(over, 0, np.maximum(left - 1, 0))
-        if not left.any():
+        left -= 1
+        left[fallen | (group.phases[: len(ends)] >= ends)] = 0
+        if left.max() <= 0:
             break
 
 

@@ -274,6 +274,7 @@ class WalkingGroup:
             np.zeros(WIDTH), np.zeros(WIDTH, dtype=bool),
         )  # fmt: skip
         self._walkers = [each.walker for each in self.environments]
+        self._pushed: list[WalkingEnvironment] = []
         self._mu = [each.walker.mu for each in every]
         self._settings, self._asked, self._seen = (
             np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
@@ -325,6 +326,7 @@ class WalkingGroup:
         """
         environment, arrays = self.environments[e], self._arrays
         observation, _ = environment.reset(seed=seed, options=options)
+        self._pushed = [each for each in self.environments if each.is_pushed]
         walker = environment.walker
         # By identity, which is enough: a walker keeps its array of parameters until they change.
         if walker.mu is not self._mu[e]:
@@ -359,7 +361,7 @@ class WalkingGroup:
         Reward, and whether it fell: (environments,) each.
         """
         group, count = self._arrays, len(self.environments)
-        for environment in self.environments:
+        for environment in self._pushed:
             environment.push()
         self._asked[:], self._settings[3] = asked, self.environments[0].tolerance_share
         next(self._actions)

@@ -28,6 +28,7 @@ from gaitval.reporting.figures import (
     RECORD_WIDTH,
     STYLES,
     WALK_WIDTH,
+    band,
 )
 from gaitval.reporting.links import link
 
@@ -256,7 +257,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     if panel.norm is not None:
         mean, sd = panel.norm
-        axes.fill_between(PERCENT, mean - sd, mean + sd, color=BAND_COLOUR, linewidth=0, zorder=0)
+        band(axes, mean, sd, color=BAND_COLOUR, zorder=0)
     for side, percent in panel.toe_off.items():
         colour = COLOURS[side]
         axes.axvline(percent, color=colour, linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1)
@@ -287,8 +288,7 @@ def _curve(axes: Axes, curve: DrawnCurve) -> None:
         percent = np.tile(np.append(PERCENT[::3], np.nan), len(curve.strides))
         axes.plot(percent, values, color=colour, linewidth=0.35, alpha=0.45, zorder=2)
     if curve.sd is not None:
-        low, high = curve.mean - curve.sd, curve.mean + curve.sd
-        axes.fill_between(PERCENT, low, high, color=colour, alpha=0.22, linewidth=0, zorder=2)
+        band(axes, curve.mean, curve.sd, color=colour, alpha=0.22, zorder=2)
     axes.plot(PERCENT, curve.mean, **look, zorder=4 if curve.which == "walk" else 3)
 
 

@@ -426,6 +426,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
 
     def evaluate() -> None:
         from gaitval.metrics.epsilon import Walks, epsilons, mean_of
+        from gaitval.metrics.learning_gain import LearningGain
         from gaitval.metrics.reference_curves import floor_of
         from gaitval.metrics.round_errors import RoundErrors
         from gaitval.metrics.typed import array
@@ -434,10 +435,9 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         task = walking_task(run)
         policy = stored_policy(run, run.folder / here / "policy")
         found = body_parameters(run.folder / identification)
-        tasks = {
-            "nominal": task,
-            "identified": identified_task(run, found, f"{here}/identification"),
-        }
+        tasks = {"identified": identified_task(run, found, f"{here}/identification")}
+        if round_number > 1:  # the first round's policy has walked so before it was handed on
+            tasks["nominal"] = task
         groups = in_groups(validation.start_phases)
         with RolloutPool(task, workers=run.configuration.training.workers) as pool:
             begun = {}
@@ -448,9 +448,13 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
                 begun[which] = pool.with_task(each).each_together(epsilons, walks)
             walked = {which: list(chain.from_iterable(parts)) for which, parts in begun.items()}
         error = mean_of(walked["identified"])
+        if round_number > 1:
+            before = mean_of(walked["nominal"])
+        else:
+            before = stored(run, f"{here}/policy/{GAIN}", LearningGain).standing.error
         totals = array([each.total for each in walked["identified"] if each is not None])
         found_errors = RoundErrors(
-            nominal=mean_of(walked["nominal"]),
+            nominal=before,
             identified=error,
             scatter=None if error is None else float(np.std(totals)),
             floor=floor_of(task),
@@ -466,7 +470,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             "reference.npz",
             identification,
             f"{here}/identification/{IDENTIFIED}",
-            *(f"{here}/policy/{name}" for name in POLICY_FILES),
+            *(f"{here}/policy/{name}" for name in (*POLICY_FILES, GAIN)),
         ),
         outputs=(f"{here}/epsilon.json",),
         values=values,
