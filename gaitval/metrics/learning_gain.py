@@ -15,10 +15,16 @@ NEEDED: Final = (
     "learning it falls, or survives at a phase of the gait cycle fewer than {limit:g} % of the "
     "pushes from within 90 degrees of straight ahead, the acceptance limit."
 )
+FURTHER: Final = 1.25
+"""By this factor a policy that survives more pushes may be further from the record. Strangers'
+walks were after their correction as near to it whatever this was, from 0.8 to 1.3
+(docs/learning.md)."""
 RULE: Final = (
-    "The trained policy is handed on if, on walks that were not used for learning, it falls in no "
-    "more of them, survives no fewer pushes and is no further from the record (epsilon) than the "
-    "policy that its training started from; otherwise that one is."
+    "The trained policy is handed on if, on walks that were not used for learning, it falls in "
+    "fewer of them than the policy that its training started from; or in as many, and survives "
+    f"more pushes with an epsilon, its distance from the record, of at most {FURTHER:g} times the "
+    "other's, since a correction follows; or as many, and is no further from the record. Otherwise "
+    "that one is."
 )
 
 
@@ -45,11 +51,15 @@ class Standing(Result):
         """Whether it does, by `NEEDED`, with its `limit`, %."""
         return self.falls > 0 or self.weakest_phase < limit
 
-    def not_worse_than(self, other: "Standing") -> bool:
-        """Whether it is worse in nothing."""
-        # without a complete cycle there is no epsilon: infinitely far
-        nearer = (self.epsilon or math.inf) <= (other.epsilon or math.inf)
-        return self.falls <= other.falls and self.survived >= other.survived and nearer
+    def is_handed_on_after(self, other: "Standing") -> bool:
+        """Whether what was trained from the `other` is, by `RULE`."""
+        # without a complete cycle there is no epsilon: infinitely far; of two such it is NaN
+        further = (self.epsilon or math.inf) / (other.epsilon or math.inf)
+        if self.falls != other.falls:
+            return self.falls < other.falls
+        if self.survived != other.survived:
+            return self.survived > other.survived and not further > FURTHER
+        return not further > 1.0
 
 
 class LearningGain(OpenResult):
@@ -67,7 +77,7 @@ class LearningGain(OpenResult):
     @classmethod
     def of(cls, samples: int, start: Standing | None, trained: Standing) -> "LearningGain":
         """What a training gave, by `RULE`."""
-        better = start is None or trained.not_worse_than(start)
+        better = start is None or trained.is_handed_on_after(start)
         handed_on: Literal["trained", "start"] = "trained" if better else "start"
         return cls(samples=samples, start=start, trained=trained, rule=RULE, handed_on=handed_on)
 

@@ -1,4 +1,4 @@
-"""Learning never hands on a policy that is worse than its start."""
+"""Which policy is handed on after a training."""
 
 import json
 
@@ -22,12 +22,17 @@ def trained(**differences):
         ({}, True),
         ({"falls": 0, "survived": 96, "epsilon": 0.2}, True),
         ({"falls": 2, "survived": 96, "epsilon": 0.2}, False),
-        ({"falls": 0, "survived": 89, "epsilon": 0.2}, False),
-        ({"falls": 0, "survived": 96, "epsilon": 0.2501}, False),
+        ({"falls": 0, "survived": 60, "epsilon": 0.4}, True),
+        ({"survived": 89, "epsilon": 0.2}, False),
+        ({"survived": 91, "epsilon": 0.3125}, True),
+        ({"survived": 91, "epsilon": 0.3126}, False),
+        ({"survived": 91, "epsilon": None, "scatter": None}, False),
+        ({"epsilon": 0.2501}, False),
+        ({"epsilon": 0.2499}, True),
         ({"epsilon": None, "scatter": None}, False),
     ],
 )
-def test_what_is_worse_in_anything_is_not_handed_on(differences, kept):
+def test_falls_count_first_then_pushes_and_then_the_distance(differences, kept):
     found = LearningGain.of(500, BEFORE, trained(**differences))
     assert found.trained_is_handed_on is kept
     assert found.as_dict()["handed_on"] == ("trained" if kept else "start")
@@ -38,6 +43,7 @@ def test_what_is_worse_in_anything_is_not_handed_on(differences, kept):
 def test_a_start_that_does_not_walk_a_cycle_is_never_kept_for_its_epsilon():
     fell = trained(epsilon=None, scatter=None)
     assert LearningGain.of(500, fell, BEFORE).trained_is_handed_on
+    assert LearningGain.of(500, fell, fell).trained_is_handed_on
 
 
 @pytest.mark.parametrize(
