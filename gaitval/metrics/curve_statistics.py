@@ -55,7 +55,7 @@ class CurveTest:
         was tested.
     threshold : |t| above which a point differs at `alpha`; None where so few curves have too few
         permutations for any p below alpha.
-    normal_threshold : the same by random field theory; None where the curves have no spread.
+    normal_threshold : the same by random field theory; None where that has none.
     p : of the largest |t| of the cycle.
     regions : where |t| is above the threshold, in order.
     permutations : different ones that were compared, the data as they are among them.
@@ -280,7 +280,8 @@ def random_field_threshold(
     residuals: Array, freedom: int, *, where: NDArray[np.bool_] | None = None, alpha: float = ALPHA
 ) -> float | None:
     """|t| that smooth normal curves exceed anywhere with probability `alpha`, on both sides; None
-    where the residuals are zero.
+    where the residuals are zero, or no height is so rare: with one degree of freedom the density of
+    regions does not fall with it.
 
     By the expected Euler characteristic of a field of Student's t over the tested points, whose
     smoothness is estimated from the gradients of the normalised residuals.
@@ -318,4 +319,4 @@ def random_field_threshold(
 
     lowest = float(student.isf(0.5, freedom))
     highest = float(student.isf(1e-15, freedom))
-    return float(brentq(excess, lowest, highest))
+    return float(brentq(excess, lowest, highest)) if excess(highest) < 0.0 else None

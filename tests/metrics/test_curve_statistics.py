@@ -114,6 +114,13 @@ def test_a_field_of_one_point_is_students_threshold():
     assert random_field_threshold(residuals[:, :1], 11) == pytest.approx(expected, rel=1e-9)
 
 
+def test_two_curves_have_no_normal_threshold_where_they_are_rough():
+    """With one degree of freedom the density of regions is the same at every height."""
+    assert random_field_threshold(smooth_curves(2, 3.0, 10), 1) is None
+    assert random_field_threshold(smooth_curves(3, 3.0, 10), 2) > 10.0
+    assert one_sample_test(smooth_curves(2, 3.0, 10), np.zeros(101)).normal_threshold is None
+
+
 @pytest.mark.parametrize(
     ("curves", "words"),
     [
