@@ -319,14 +319,16 @@ def _samples_or_auto(value: Any) -> Any:
 
 CountOfSamples = Annotated[int | Literal["auto", "full"], BeforeValidator(_samples_or_auto)]
 
-Start = Literal["scratch", "general", "policy", "range"]
+Start = Literal["scratch", "general", "policy", "needing", "range"]
 """What a training starts from: nothing; the general policy, for one person or for a person's range
-of speeds; another policy of this body, as each further round of Algorithm 1 does."""
+of speeds; another policy of this body, as each further round of Algorithm 1 does, `needing` if only
+who still needs it is trained."""
 
 SAMPLES_FROM: Final[Mapping[Start, int]] = {
     "scratch": 4_000_000,
     "general": 500_000,
     "policy": 800_000,
+    "needing": 2_000_000,
     "range": 2_000_000,
 }
 """Environment steps of a whole training, by its start, where `training.samples` is not a number
@@ -407,7 +409,7 @@ class IdentificationSettings(Section):
     tolerance: Positive = 0.03
     """The search has converged when its distribution is narrower than this in every parameter, in
     standard deviations of the prior."""
-    rounds: int = Field(2, ge=1, le=1000)
+    rounds: int = Field(4, ge=1, le=1000)
     """Largest number of rounds of Algorithm 1 (train, identify)."""
     kappa: Positive = 1.4
     """Algorithm 1 ends when the walker's error epsilon is below this multiple of its reference's:

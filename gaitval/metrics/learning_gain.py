@@ -51,6 +51,11 @@ class Standing(Result):
         """Whether it does, by `NEEDED`, with its `limit`, %."""
         return self.falls > 0 or self.weakest_phase < limit
 
+    def lacking(self, limit: float) -> tuple[int, int]:
+        """Falls and pushes not survived of who needs training by the `limit`, %; else none."""
+        needs = self.needs_training(limit)
+        return (self.falls, self.pushes - self.survived) if needs else (0, 0)
+
     def is_handed_on_after(self, other: "Standing") -> bool:
         """Whether what was trained from the `other` is, by `RULE`."""
         # without a complete cycle there is no epsilon: infinitely far; of two such it is NaN

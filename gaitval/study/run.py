@@ -6,8 +6,8 @@ stage whose hashes still match is skipped. `provenance.json` keeps versions, see
 times. No other file contains times, so equal runs give equal files.
 
 Algorithm 1 (train, identify, until epsilon < kappa) is a sequence of such stages, one pair a
-round, in `rounds/1`, `rounds/2`, ...; the round with the smallest epsilon is then copied to
-`policy/` and `identification.json`, where the later stages read it.
+round, in `rounds/1`, `rounds/2`, ...; the best round, by falls and pushes where it lacks some and
+then by epsilon, is copied to `policy/` and `identification.json`, where the later stages read it.
 """
 
 import shutil
@@ -19,10 +19,10 @@ from importlib import import_module
 from pathlib import Path
 
 from gaitval import wings
-from gaitval.artefacts import copy_files, read_json
+from gaitval.artefacts import copy_files
 from gaitval.errors import ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
-from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy
+from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy, stored
 from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
     body_stages,
@@ -242,10 +242,13 @@ def _together(
 def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
     """Whether Algorithm 1 needs no more than the first `rounds` of `run`, and why in words.
 
-    It ends when the walker is near enough to its reference, when nothing had to be learned, when
-    another round gains no more than the scatter over start phases, or after
-    `identification.rounds`.
+    A walker that still falls, or is pushed over, learns on as long as that helps. Else it ends when
+    the walker is near enough to its reference, when nothing had to be learned, or when another
+    round gains no more than the scatter over start phases. It ends after `identification.rounds`.
     """
+    from gaitval.metrics.learning_gain import LearningGain
+    from gaitval.metrics.policy_comparison import push_limit
+
     settings = run.configuration.identification
     errors = round_errors(run, rounds)
     epsilon, floor = errors.total, errors.floor
@@ -256,9 +259,14 @@ def algorithm_1_ends(run: Run, rounds: int) -> tuple[bool, str]:
             f"epsilon {epsilon:.3f}, {epsilon / floor:.2f} times the reference's own {floor:.3f} "
             f"(kappa {settings.kappa:g})"
         )
+    gain = stored(run, f"rounds/{rounds}/policy/{GAIN}", LearningGain)
+    if gain.samples and gain.standing.needs_training(push_limit()):
+        if gain.trained_is_handed_on:
+            return rounds >= settings.rounds, f"{shown}; it still needs training"
+        return True, f"{shown}; it still needs training, but this one did not help"
     if epsilon < settings.kappa * floor:
         return True, shown
-    if read_json(run.folder / f"rounds/{rounds}/policy/{GAIN}")["samples"] == 0:
+    if gain.samples == 0:
         return True, f"{shown}; nothing was learned, so another round would change nothing"
     if rounds > 1 and not round_gained(run, rounds):
         return True, f"{shown}; it gained no more than walks differ"

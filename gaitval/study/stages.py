@@ -48,6 +48,7 @@ from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
     from gaitval.arrays import Array
+    from gaitval.configuration import Start
     from gaitval.gait.record import GaitRecord
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
@@ -268,7 +269,8 @@ def train_stage(run: Run, round_number: int) -> Stage:
     training = run.configuration.training
     here = f"rounds/{round_number}/trained"
     start = _start_of(run, round_number)
-    samples = training.samples_from(start_kind(run.folder) if round_number == 1 else "policy")
+    further: Start = "policy" if _asked(run) else "needing"
+    samples = training.samples_from(start_kind(run.folder) if round_number == 1 else further)
 
     def train() -> None:
         from gaitval.policy.storage import save_policy
@@ -478,14 +480,24 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
 
 
 def choose_stage(run: Run, rounds: int) -> Stage:
-    """The best of the `rounds` of `run` by epsilon, copied to where later stages read it."""
+    """The best of the `rounds` of `run`, by what its policy lacks and then by epsilon, copied to
+    where later stages read it.
+    """
     numbers = range(1, rounds + 1)
 
     def choose() -> None:
+        from gaitval.metrics.learning_gain import LearningGain
+        from gaitval.metrics.policy_comparison import push_limit
         from gaitval.metrics.results import IdentificationResult, Round
 
         errors = [round_errors(run, number) for number in numbers]
-        best = min(numbers, key=lambda number: errors[number - 1].total)
+
+        def order(number: int) -> tuple[tuple[int, int], float, int]:
+            gain = stored(run, f"rounds/{number}/policy/{GAIN}", LearningGain)
+            # of rounds that are alike, as where all fell, the last
+            return gain.standing.lacking(push_limit()), errors[number - 1].total, -number
+
+        best = min(numbers, key=order)
         source = run.folder / f"rounds/{best}"
         copy_files(source / "policy", run.folder / "policy", (*POLICY_FILES, GAIN))
         _join_logs(

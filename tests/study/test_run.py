@@ -22,6 +22,7 @@ from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
+from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.storage import save_policy
@@ -37,6 +38,7 @@ from gaitval.study.run import plan, run_subject
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
 from gaitval.study.stages import (
+    choose_stage,
     identify_stage,
     learned,
     push_stage,
@@ -313,6 +315,26 @@ def at_once(function: Callable[..., float], *arguments: object) -> Iterator[Call
     yield partial(function, *arguments)
 
 
+def parts_of(total: float | None) -> dict[str, float] | None:
+    if total is None:
+        return None
+    return {"angles": 0.0, "moments": 0.0, "forces": total, "total": total}
+
+
+def standing(falls: int = 0, survived: int = 96) -> Standing:
+    return Standing(
+        walks=8, falls=falls, pushes=96, survived=survived, epsilon=1.0, scatter=0.1,
+        weakest_phase=100.0 * survived / 96,
+    )  # fmt: skip
+
+
+def gain_of(
+    samples: int, start: Standing | None = None, trained: Standing | None = None
+) -> LearningGain:
+    """Of a training of so many samples; a start that is not given survives a push less."""
+    return LearningGain.of(samples, start or standing(survived=95), trained or standing())
+
+
 @pytest.fixture
 def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
     """Every stage but the choice of a round writes its name.
@@ -328,15 +350,13 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
             def write() -> None:
                 for output in original.outputs:
                     if output.endswith("epsilon.json"):
-                        total = epsilons[numbers[0] - 1]
-                        parts = {"angles": 0.0, "moments": 0.0, "forces": total, "total": total}
-                        error = None if total is None else parts
+                        error = parts_of(epsilons[numbers[0] - 1])
                         written = {"nominal": None, "identified": error, "floor": 1.0}
                         write_json(run.folder / output, {**written, "scatter": 0.1})
                     elif output.endswith("identification.json"):
                         write_json(run.folder / output, FOUND)
                     elif output.endswith("gain.json"):
-                        write_json(run.folder / output, {"samples": 20})
+                        write_json(run.folder / output, gain_of(20).as_dict())
                     elif output.endswith("training.csv"):
                         rows = "samples,wall_seconds,cycles\n10,1.5,2\n20,3.0,4\n"
                         write_text(run.folder / output, rows)
@@ -504,10 +524,54 @@ def test_where_nothing_was_learned_another_round_is_not_tried(
     run_subject(run)
     gain = run.folder / "rounds/1/policy/gain.json"
     assert not study.algorithm_1_ends(run, 1)[0]
-    write_json(gain, {"samples": 0})
+    write_json(gain, gain_of(0).as_dict())
     done, why = study.algorithm_1_ends(run, 1)
     assert done
     assert "nothing was learned" in why
+
+
+def test_who_still_falls_or_is_pushed_over_learns_on_while_that_helps(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    """However near the walk is to its reference."""
+    run = opened("identification.rounds=2", "identification.kappa=9.0")
+    run_subject(run)
+    assert finished_rounds(run) == 1
+    few, more = standing(survived=10), standing(survived=20)
+    for gain, rounds, ends, words in (
+        (gain_of(20, few, more), 1, False, "still needs training"),
+        (gain_of(20, few, few), 1, False, "still needs training"),
+        (gain_of(20, more, few), 1, True, "did not help"),
+        (gain_of(20, standing(falls=2), standing(falls=1)), 1, False, "still needs training"),
+        (gain_of(20, few, standing()), 1, True, "kappa"),
+    ):
+        write_json(run.folder / f"rounds/{rounds}/policy/gain.json", gain.as_dict())
+        done, why = study.algorithm_1_ends(run, rounds)
+        assert (done, words in why) == (ends, True), why
+
+
+def test_a_round_that_lacks_less_is_chosen_before_one_that_is_nearer(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=2")
+    run_subject(run)
+    few, more = standing(survived=10), standing(survived=60)
+
+    def chosen(*rounds: tuple[LearningGain, float]) -> int:
+        for number, (gain, total) in enumerate(rounds, start=1):
+            folder = run.folder / f"rounds/{number}"
+            write_json(folder / "policy/gain.json", gain.as_dict())
+            errors = read_json(folder / "epsilon.json")
+            write_json(folder / "epsilon.json", errors | {"identified": parts_of(total)})
+        choose_stage(run, len(rounds)).run()
+        found = json.loads((run.folder / "identification.json").read_text())
+        return int(found["chosen_round"])
+
+    assert chosen((gain_of(20, few, more), 1.0), (gain_of(20, more), 2.0)) == 2
+    assert chosen((gain_of(20, few, more), 1.0), (gain_of(20, more, few), 2.0)) == 1
+    # who stands as many as acceptance asks for lacks nothing
+    assert chosen((gain_of(20), 2.0), (gain_of(20, None, standing(survived=90)), 1.0)) == 2
+    assert chosen((gain_of(20), 1.0), (gain_of(20), 1.0)) == 2
 
 
 def test_a_round_that_fell_is_the_last_to_be_chosen(
