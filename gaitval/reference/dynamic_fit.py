@@ -663,7 +663,8 @@ def fitted(
     root = np.empty((len(positions), 3, 3))
     # From Cardan angles and their rates to the root's rotation vector and angular velocity; the
     # second rates are not needed.
-    root_states(parts[0][:, :3], parts[1][:, :3], np.zeros((len(positions), 3)), root)
+    turned, turning = (np.ascontiguousarray(part[:, :3]) for part in parts[:2])
+    root_states(turned, turning, np.zeros_like(turned), root)
     positions[:, :3], velocities[:, :3] = root[:, 0], root[:, 1]
     positions[:, 3] += record.speed * record.stride_time * reference.phase
     feet = out[:, FOOT:].reshape(len(out), 2, FOOT_NUMBERS)

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from contextlib import suppress
 
+import numpy as np
+
 from gaitval.compiled import is_empty
 
 
@@ -19,22 +21,30 @@ def compile_ahead() -> None:
 
 
 def walk() -> None:
-    """Once through every compiled function of a study: the fit of a reference, walks in each
-    engine, and a push.
+    """Once through every compiled function of a study: a step of the fit of a reference, walks in
+    each engine, and a push.
     """
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject_file import load_subject
+    from gaitval.inverse.motion_rates import root_states
     from gaitval.metrics.push_recovery import Push, survive_together, trials, without_drift
     from gaitval.model.parameters import nominal_parameters
     from gaitval.policy.environment import WalkingEnvironment
     from gaitval.policy.rollouts import record_rollout, record_together
     from gaitval.policy.walking_group import WalkingGroup
+    from gaitval.reference.dynamic_fit import Accuracy, fit_problem, solve_problem
+    from gaitval.reference.motion import build_reference
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import general_walker
 
     subject, configuration, mu = load_subject("S10"), Configuration(), nominal_parameters()
-    task = WalkingTask.of(scale_subject(subject).model, subject.record(), configuration)
+    model, record, nothing = scale_subject(subject).model, subject.record(), np.zeros((1, 3))
+    built = build_reference(record, model, configuration.contact)
+    problem = fit_problem(built, record, model, configuration.contact, Accuracy(), 0.0)
+    solve_problem(problem, start=(built.change, np.zeros(len(problem.prior))), smallest_gain=1.0)
+    root_states(nothing, nothing, nothing, np.empty((1, 3, 3)))  # of the fit's motion
+    task = WalkingTask(model, record, built, configuration)
     policy, group = general_walker(configuration.environment), WalkingGroup([task] * 8)
     list(record_together(group, policy, mu=mu, start_phases=[0.0], cycles=0.1))
     for engine in ("dart", "mujoco", "compiled"):
