@@ -9,6 +9,7 @@ than `OTHERS` of the processors does not count; if none counts, no row is writte
 import csv
 import json
 import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -144,22 +145,6 @@ class _Ran(NamedTuple):
     others: float
 
 
-def _processes(first: int) -> dict[int, int]:
-    """A process and all that come from it: their processor time so far, ticks."""
-    parents, ticks = {}, {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            fields = (folder / "stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            continue  # it has ended
-        parents[int(folder.name)] = int(fields[1])
-        ticks[int(folder.name)] = int(fields[11]) + int(fields[12])
-    found = {first}
-    while more := {each for each, of in parents.items() if of in found} - found:
-        found |= more
-    return {each: ticks.get(each, 0) for each in found}
-
-
 def _busy() -> int:
     """Ticks in which some processor worked, since the machine started."""
     times = [int(each) for each in Path("/proc/stat").read_text().split("\n")[0].split()[1:9]]
@@ -170,29 +155,30 @@ def _ran(*words: str, memory: bool = False, **environment: str) -> _Ran:
     """A command of gaitval, with variables beside those of this process; its largest memory only if
     asked for.
     """
-    before, began = _busy(), time.monotonic()
+    busy, worked, began = _busy(), _children(), time.monotonic()
     command = [sys.executable, "-m", "gaitval", *words]
-    own: dict[int, int] = {}
     most = 0.0
     variables = os.environ | environment
     with subprocess.Popen(command, cwd=ROOT, env=variables, stdout=subprocess.DEVNULL) as study:
-        while study.poll() is None:
-            own |= _processes(study.pid)
-            if memory:
-                most = max(most, memory_of(study.pid))
+        while memory and study.poll() is None:
+            most = max(most, memory_of(study.pid))
             time.sleep(EVERY)
     seconds = time.monotonic() - began
     if study.returncode:
         raise SystemExit(f"{' '.join(command)}: exit code {study.returncode}")
-    ticks = os.sysconf("SC_CLK_TCK") * seconds * (os.cpu_count() or 1)
-    ran = _Ran(seconds, most, max(0.0, _busy() - before - sum(own.values())) / ticks)
-    worked = sum(own.values()) / os.sysconf("SC_CLK_TCK")
+    own, all_of_it = _children() - worked, (_busy() - busy) / os.sysconf("SC_CLK_TCK")
+    others = max(0.0, all_of_it - own) / (seconds * (os.cpu_count() or 1))
     print(
-        f"{ran.seconds:.1f} s, {worked:.0f} s of processor, {ran.memory:.2f} GB, others took "
-        f"{ran.others:.0%}",
+        f"{seconds:.1f} s, {own:.0f} s of processor, {most:.2f} GB, others took {others:.0%}",
         flush=True,
     )
-    return ran
+    return _Ran(seconds, most, others)
+
+
+def _children() -> float:
+    """Seconds of processor of all processes below this one that have ended."""
+    of = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return of.ru_utime + of.ru_stime
 
 
 def _idle(runs: Iterable[_Ran]) -> list[_Ran]:
