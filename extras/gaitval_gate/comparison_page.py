@@ -22,7 +22,6 @@ from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
-from gaitval.reporting.facts import compiled_walks
 from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import number, write_page
 from gaitval_gate.csv_text import csv_text
@@ -114,7 +113,6 @@ def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
         "goals": metrics.summary.goals,
         "falls": sum(start.fell for start in metrics.walk.starts),
         "starts": len(metrics.walk.starts),
-        "compiled": compiled_walks(metrics.walk.starts),
         "stood": None if stood is None else f"{sum(stood)} of {len(stood)}",
         "version": metrics.provenance.versions.get("gaitval", "not known"),
         "folder": str(walk.folder),

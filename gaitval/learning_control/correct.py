@@ -30,7 +30,6 @@ from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
-from gaitval.journal import Journal
 from gaitval.lanes import WIDTH
 from gaitval.learning_control.slopes import Slopes, shared_slopes
 from gaitval.learning_control.walked import Walked, accuracy_of, fitted
@@ -216,12 +215,9 @@ def correct(
     asked: GaitRecord | None = None,
     to_record: float = TO_RECORD,
     slopes: Slopes | None = None,
-    journal: Journal | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Corrected:
     """Find the change of the reference with which a policy walks most like its target.
-
-    It is long because the search and the walks that decide on its use share one journal.
 
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if a walk from half a cycle later, which the search has not seen, gets
@@ -238,7 +234,6 @@ def correct(
     to_record : part of the way to `asked`.
     slopes : what is known of them beforehand, by rad and m; by default, what other people's walks
         say.
-    journal : keeps every walk; an interrupted call is continued from it, with the same result.
     on_progress : called after each step with `steps`, `total` and `error`.
     """
     settings = task.configuration.correction
@@ -256,21 +251,16 @@ def correct(
     def allowed(point: Array) -> bool:
         return correction_of(sd * point).largest() <= settings.largest
 
-    journal = journal or Journal()
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
 
         def walk(points: Sequence[Array], *phases: float) -> list[Walked | None]:
             """At every point from each phase."""
-            return journal.results(
-                partial(_walks, pool, to_record),
-                [
-                    Case(policy, mu, correction_of(sd * point), phase)
-                    for phase in phases
-                    for point in points
-                ],
-                write=lambda walked: None if walked is None else walked.as_list(),
-                read=lambda values: None if values is None else Walked.from_list(values),
-            )
+            cases = [
+                Case(policy, mu, correction_of(sd * point), phase)
+                for phase in phases
+                for point in points
+            ]
+            return list(_walks(pool, to_record, cases))
 
         none = np.zeros_like(sd)
         if settings.steps == 0:  # nothing is looked for: the walk as it is

@@ -1,8 +1,8 @@
 """A walk beside its reference: what the correction looks at."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -43,16 +43,6 @@ class Walked:
     def left_out(self) -> float:
         """RMS error of the curves that are not fitted, degrees."""
         return float(np.sqrt(np.mean([v**2 for key, v in self.rmse.items() if not fitted(*key)])))
-
-    def as_list(self) -> list[Any]:
-        """For a `Journal`; `from_list` gives the same numbers bit for bit."""
-        return [self.deviations.tolist(), [[*key, v] for key, v in self.rmse.items()]]
-
-    @classmethod
-    def from_list(cls, values: Sequence[Any]) -> "Walked":
-        """The walk from the `values` that `as_list` gave."""
-        deviations, rmse = values
-        return cls(np.array(deviations), {(kind, name): v for kind, name, v in rmse})
 
 
 def fitted(kind: str, curve: str) -> bool:

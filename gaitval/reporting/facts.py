@@ -6,7 +6,6 @@ from typing import Final
 from pydantic import BaseModel
 
 from gaitval.metrics.record_results import RecordResult
-from gaitval.metrics.walk_results import Endurance
 from gaitval.reporting.page import number
 
 UNKNOWN: Final = "not known"
@@ -35,13 +34,6 @@ def measured_force(record: RecordResult) -> float:
     """
     corrected = record.consistency.mean_force.vertical
     return corrected if record.plates is None else corrected / record.plates.scale
-
-
-def compiled_walks(starts: Sequence[Endurance]) -> int:
-    """How many of the walks from `starts` ran in the compiled engine. The others ran in DART: a
-    first walk that fell there, and all that were stored without their engine.
-    """
-    return sum(start.engine == "compiled" for start in starts)
 
 
 def shown(value: object, unit: str, digits: int) -> str:

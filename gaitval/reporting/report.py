@@ -51,7 +51,7 @@ from gaitval.reporting import (
     tables,
 )
 from gaitval.reporting.drawing import Draw
-from gaitval.reporting.facts import compiled_walks, measured_force
+from gaitval.reporting.facts import measured_force
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
@@ -370,7 +370,6 @@ def _context(folder: Path) -> dict[str, Any]:
         "metrics": metrics,
         "method": metrics.method,
         "walk": walk,
-        "compiled_walks": compiled_walks(walk.starts),
         "nominal": metrics.walks.nominal,
         "identified": metrics.final == "identified",
         "identification": metrics.identification,

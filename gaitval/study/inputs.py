@@ -62,8 +62,8 @@ STORED_FILES = (
     METRICS,
 )
 """What a baseline keeps of a run folder; enough to simulate the policy again."""
-UNFINISHED = {name: f"unfinished/{name}" for name in ("correct", "push")}
-"""Where an unfinished stage keeps the walks that it has done."""
+UNFINISHED = "unfinished/push"
+"""Where an unfinished `push` keeps the walks that it has done."""
 REPEATS = "rollouts/repeats.json"
 """What is measured of repeats of the compared rollout."""
 WALKS = "rollouts/walks.json"

@@ -14,14 +14,12 @@ import numpy as np
 
 from gaitval.artefacts import copy_files, write_json
 from gaitval.errors import ConfigurationError
-from gaitval.journal import Journal
 from gaitval.study.inputs import (
     GAIN,
     METRICS,
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
-    UNFINISHED,
     WALKS,
     stored_policy,
     walking_task,
@@ -174,7 +172,6 @@ def predicted_correction_stage(run: Run) -> Stage:
             task,
             policy,
             mu,
-            journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )
         write_json(run.folder / "centring.json", {"centring": share})
@@ -191,8 +188,6 @@ def predicted_correction_stage(run: Run) -> Stage:
                 mode="json", exclude={"consecutive_cycles"}
             ),
         },
-        workspace=UNFINISHED["correct"],
-        emptied=True,
     )
 
 

@@ -598,7 +598,6 @@ def correct_stage(run: Run) -> Stage:
             mu,
             asked=asked(run).record,
             to_record=TO_ESTIMATE if run.knew_no_kinetics else TO_RECORD,
-            journal=Journal(run.folder / UNFINISHED["correct"] / "walks.jsonl"),
             on_progress=run.observer.progress,
         )
         write_json(run.folder / "correction.json", result.result().as_dict())
@@ -621,8 +620,6 @@ def correct_stage(run: Run) -> Stage:
             # How far other walks go does not change the cycles that are compared.
             "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
         },
-        workspace=UNFINISHED["correct"],
-        emptied=True,
     )
 
 
@@ -756,7 +753,7 @@ def push_stage(run: Run) -> Stage:
             task,
             policy,
             mu,
-            journal=Journal(run.folder / UNFINISHED["push"] / "pushes.jsonl"),
+            journal=Journal(run.folder / UNFINISHED / "pushes.jsonl"),
             on_progress=run.observer.progress,
         )
         found = StoredPushes(recovery=recovery, traces=[each.stored() for each in traces])
@@ -780,7 +777,7 @@ def push_stage(run: Run) -> Stage:
             **run.sections(*SIMULATION_SECTIONS, "pushes"),
             "settling_cycles": validation.settling_cycles,
         },
-        workspace=UNFINISHED["push"],
+        workspace=UNFINISHED,
         emptied=True,
     )
 

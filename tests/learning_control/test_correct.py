@@ -16,7 +16,6 @@ from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
 from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, recorded_curves
-from gaitval.journal import Journal
 from gaitval.learning_control.correct import (
     Case,
     _walks,
@@ -225,8 +224,8 @@ def test_a_walk_that_falls_says_nothing(quick, walker):
     assert [each is None for each in found] == [False, True, True]
 
 
-def test_walks_do_not_depend_on_the_workers_nor_on_where_a_kill_was(quick, walker):
-    """Nine make two groups, and what a kill has left of them makes others."""
+def test_walks_depend_neither_on_the_workers_nor_on_those_beside_them(quick, walker):
+    """Nine make two groups, and some of them others."""
     cases = [Case(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]
     cases = [replace(each, correction=_tenth(each.correction)) for each in cases]
     with RolloutPool(quick, workers=1) as pool:
@@ -237,7 +236,8 @@ def test_walks_do_not_depend_on_the_workers_nor_on_where_a_kill_was(quick, walke
         rest = list(_walks(pool, 0.3, cases[3:]))
     for one, other in zip(alone + alone[3:], both + rest, strict=True):
         assert (one is None) == (other is None)
-        assert one is None or one.as_list() == other.as_list()
+        assert one is None or one.rmse == other.rmse
+        assert one is None or np.array_equal(one.deviations, other.deviations)
 
 
 def _tenth(correction: Adjustment) -> Adjustment:
@@ -490,7 +490,7 @@ def test_it_is_refused_where_it_does_harm(after, other, reason):
     assert found is None if reason is None else re.search(reason, found)
 
 
-# ---- Going on after a kill. ----
+# ---- How much of it is used. ----
 
 
 ANSWER = np.random.default_rng(3).standard_normal((20, 14))
@@ -505,8 +505,6 @@ KNOWN = Slopes(
 class LinearPool:
     """In the place of a walker: deviations that follow from the changes, and nothing else."""
 
-    walked = 0
-    stop = None
     workers = 1
 
     def __init__(self, *_, **__):
@@ -520,35 +518,10 @@ class LinearPool:
 
     def each(self, _, cases):
         for case in chain.from_iterable(cases):
-            if LinearPool.walked == LinearPool.stop:
-                raise KeyboardInterrupt
-            LinearPool.walked += 1
             change = np.array([*case.correction.harmonics.ravel(), case.correction.height])
             off = self.offset + 30.0 * ANSWER @ change + 0.01 * case.start_phase
             errors = {("angles", "knee_angle_r"): rms(off), ("angles", "pelvis_tilt_r"): 0.5}
             yield [Walked(off, errors) if abs(off[0]) < 5.0 else None]
-
-
-@pytest.mark.parametrize("stop", [0, 1, 5, 9, 14])
-def test_a_search_that_was_stopped_goes_on_to_the_same_correction(
-    quick, walker, tmp_path, monkeypatch, stop
-):
-    """Before the first walk, in the first step, after it, in a later one, and in the last walks."""
-    monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", LinearPool)
-    monkeypatch.setattr(LinearPool, "walked", 0)
-    whole = correct(quick, *walker, slopes=KNOWN)
-    needed = LinearPool.walked
-    assert needed > stop
-    assert whole.correction.harmonics.any()
-    path = tmp_path / "walks.jsonl"
-    monkeypatch.setattr(LinearPool, "walked", 0)
-    monkeypatch.setattr(LinearPool, "stop", stop)
-    with pytest.raises(KeyboardInterrupt):
-        correct(quick, *walker, slopes=KNOWN, journal=Journal(path))
-    monkeypatch.setattr(LinearPool, "stop", None)
-    again = correct(quick, *walker, slopes=KNOWN, journal=Journal(path))
-    assert LinearPool.walked == needed  # none twice
-    assert again.result() == whole.result()
 
 
 class HarmfulPool(LinearPool):

@@ -223,20 +223,8 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     assert "unverified" in text
 
 
-def test_the_page_says_in_which_engine_each_start_walked(page, run_folder, tmp_path, monkeypatch):
-    """Walks that are stored without their engine are from when all of them walked in DART."""
+def test_the_page_says_in_which_engine_what_walked(page):
     assert "The compared cycles are walked in DART; how far each walk gets" in page.text
-    only_html(monkeypatch)
-    without_figures(monkeypatch)
-    folder = shutil.copytree(run_folder, tmp_path / "earlier")
-    metrics = read_json(folder / "metrics.json")
-    starts = [start for walk in metrics["walks"].values() for start in walk["starts"]]
-    assert [start.pop("engine") for start in starts] == ["dart", "compiled", "dart"]
-    write_json(folder / "metrics.json", metrics)
-    write_report(folder)
-    earlier = Page((folder / "report.html").read_text(encoding="utf-8"))
-    assert "All walks are in DART." in earlier.text
-    assert "compared cycles are walked in DART" not in earlier.text
 
 
 def test_the_correction_is_told_in_degrees(page):
