@@ -176,6 +176,13 @@ EQUAL: Final = (
         "that is named for the first start; trainings are kept and go on by other rules, which who "
         "is not trained does not meet; two rough cycles have no threshold",
     ),
+    Equal(
+        "685e1eee96",
+        "079f07aa3c",
+        ("gaitval/learning_control/*.py", "gaitval/reporting/*.py", "gaitval/study/*.py"),
+        "walks of a correction are the same, and no longer kept on the way "
+        "(tests/learning_control); a sentence of the report",
+    ),
 )
 """Oldest first."""
 
