@@ -219,6 +219,8 @@ def correct(
 ) -> Corrected:
     """Find the change of the reference with which a policy walks most like its target.
 
+    It is long because the search and the walks that decide on its use share one pool.
+
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if a walk from half a cycle later, which the search has not seen, gets
     better too, and if the pelvis's angles, which it does not look at, get worse in neither walk by

@@ -139,7 +139,7 @@ def roll_out_from(
     pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float], *, cycles: int
 ) -> Rollouts:
     """Rollouts of the deterministic `policy` from each start phase, in the compiled engine. The
-    first is walked in DART, too, as far as it is compared; if it falls there, it is the one told.
+    first is walked in DART, too, as far as it is compared; a fall there counts.
 
     Parameters
     ----------
