@@ -6,6 +6,7 @@ Wall time says something on an idle machine only. So a run during which other pr
 than `OTHERS` of the processors does not count; if none counts, no row is written.
 """
 
+import contextlib
 import csv
 import json
 import os
@@ -36,6 +37,8 @@ OTHERS: Final = 0.1
 EVERY: Final = 0.1
 """s between two looks at the processes. To look at their memory makes them wait, by a tenth of a
 study's time, so a run is timed or its memory is looked at."""
+SELDOM: Final = 1.0
+"""The same of a run that is timed: ten looks a second took 2 % of the processors."""
 PEOPLE: Final = tuple(f"S{number:02d}" for number in range(1, 11))
 SPEEDS: Final = (0.3, 0.4, 0.6, 0.9, 1.25, 1.6, 1.8)
 """m/s: the ends that are asked for and those that must be, and steps of up to a half between."""
@@ -158,21 +161,44 @@ def _ran(*words: str, memory: bool = False, **environment: str) -> _Ran:
     busy, worked, began = _busy(), _children(), time.monotonic()
     command = [sys.executable, "-m", "gaitval", *words]
     most = 0.0
+    ticks: dict[int, int] = {}
     variables = os.environ | environment
     with subprocess.Popen(command, cwd=ROOT, env=variables, stdout=subprocess.DEVNULL) as study:
-        while memory and study.poll() is None:
-            most = max(most, memory_of(study.pid))
-            time.sleep(EVERY)
+        while study.poll() is None:
+            ticks |= _processes(study.pid)
+            if memory:
+                most = max(most, memory_of(study.pid))
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                study.wait(EVERY if memory else SELDOM)
     seconds = time.monotonic() - began
     if study.returncode:
         raise SystemExit(f"{' '.join(command)}: exit code {study.returncode}")
-    own, all_of_it = _children() - worked, (_busy() - busy) / os.sysconf("SC_CLK_TCK")
+    second = os.sysconf("SC_CLK_TCK")
+    # of processes that nobody has waited for, only what was seen is known
+    own = max(_children() - worked, sum(ticks.values()) / second)
+    all_of_it = (_busy() - busy) / second
     others = max(0.0, all_of_it - own) / (seconds * (os.cpu_count() or 1))
     print(
         f"{seconds:.1f} s, {own:.0f} s of processor, {most:.2f} GB, others took {others:.0%}",
         flush=True,
     )
     return _Ran(seconds, most, others)
+
+
+def _processes(first: int) -> dict[int, int]:
+    """A process and all that come from it: their processor time so far, ticks."""
+    parents, ticks = {}, {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue  # it has ended
+        parents[int(folder.name)] = int(fields[1])
+        ticks[int(folder.name)] = int(fields[11]) + int(fields[12])
+    found = {first}
+    while more := {each for each, of in parents.items() if of in found} - found:
+        found |= more
+    return {each: ticks.get(each, 0) for each in found}
 
 
 def _children() -> float:
