@@ -7,6 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,16 @@ from gaitval.artefacts import copy_files, file_hash, read_json, read_toml, value
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.folder_lock import held
-from gaitval.study.inputs import IDENTIFIED, METRICS, STORED_FILES, start_kind
+from gaitval.metrics.walk_results import StoredStarts
+from gaitval.study.inputs import (
+    IDENTIFIED,
+    METRICS,
+    STARTS,
+    STORED_FILES,
+    start_kind,
+    stored_policy,
+    validated_task,
+)
 from gaitval.study.sources import code_of
 from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
@@ -129,12 +139,38 @@ def identified_reference_stage(run: Run) -> Stage:
     )
 
 
+def starts_stage(run: Run) -> Stage:
+    """The walks of a stored `run` from every start phase, by which a correction is judged before it
+    is stored.
+    """
+
+    def walk() -> None:
+        from gaitval.metrics.rollouts import walked_far
+        from gaitval.policy.rollouts import RolloutPool
+
+        task, mu = validated_task(run)
+        phases = run.configuration.validation.start_phases
+        with RolloutPool(task, workers=run.configuration.training.workers) as pool:
+            found = walked_far(pool, stored_policy(run, run.folder / "policy"), mu, phases)
+        write_json(run.folder / STARTS, StoredStarts(starts=list(found)).as_dict())
+
+    simulate = simulate_stage(run)
+    return replace(
+        simulate,
+        name="starts",
+        run=walk,
+        inputs=tuple(name for name in simulate.inputs if name != STARTS),
+        outputs=(STARTS,),
+    )
+
+
 def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
     """The stages of `run` from a stored policy to its walks, with a second engine if `witness`."""
     return (
         scale_stage(run),
         reference_stage(run),
         identified_reference_stage(run),
+        starts_stage(run),
         simulate_stage(run, witness=witness),
     )
 

@@ -22,13 +22,11 @@ from gaitval.learning_control.correct import correct
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import cut, find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
-from gaitval.metrics.rollouts import endurance
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.tree import segment_frames
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
-from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.prediction.known import KINEMATIC_ACCURACY
 from gaitval.reference.adjustment import adjusted
@@ -99,16 +97,7 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
             angles.setdefault(name, []).append(np.degrees(values))
         for name, values in curves.moments.items():
             moments.setdefault(name, []).append(values)
-    went = [
-        endurance(travel, configuration, engine="compiled")
-        for travel in travel_together(
-            group,
-            policy,
-            mu=mu,
-            start_phases=starts,
-            cycles=validation.settling_cycles + validation.consecutive_cycles,
-        )
-    ]
+    went = correction.starts
     stood = [each for each in went if not each.fell]
     walked = {name: np.concatenate(each).mean(axis=0) for name, each in angles.items()}
     errors = {

@@ -16,7 +16,8 @@ every change near zero, so only changes that affect the walk are free; their eff
 reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
-a motion that differs from the reference by about a degree.
+a motion that differs from the reference by about a degree. Even so it can fall after a minute where
+it did not before, so a correction is used only if it walks as far from every start phase.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -39,6 +40,8 @@ from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import CorrectedCurve, CorrectionResult
+from gaitval.metrics.rollouts import walked_far
+from gaitval.metrics.walk_results import Endurance
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import targets_of
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
@@ -76,6 +79,7 @@ class Corrected:
         that takes a curve's deviations to the fitted ones.
     refused : why a correction that was found is not used; None if it is, or none was found.
     before, after : without and with it; None if the uncorrected walker fell.
+    starts : how far the walker gets with it from each of `validation.start_phases`.
     """
 
     correction: Adjustment
@@ -85,6 +89,7 @@ class Corrected:
     refused: str | None
     before: Walked | None
     after: Walked | None
+    starts: tuple[Endurance, ...]
 
     def result(self) -> CorrectionResult:
         """For `correction.json`; errors of curves are in the units of `CURVE_UNITS`."""
@@ -222,9 +227,9 @@ def correct(
     It is long because the search and the walks that decide on its use share one pool.
 
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
-    correction is used only if a walk from half a cycle later, which the search has not seen, gets
-    better too, and if the pelvis's angles, which it does not look at, get worse in neither walk by
-    more than 0.25 degrees. If the whole change does such harm, smaller shares of it are tried.
+    correction is used only if `search.harm` finds none in a walk from half a cycle later, which the
+    search has not seen, and if in long walks (`rollouts.walked_far`) no more fall than without it.
+    If the whole change does such harm, smaller shares of it are tried.
 
     Parameters
     ----------
@@ -243,7 +248,8 @@ def correct(
         to_record = 0.0
     else:
         task = replace(task, record=asked)
-    start = task.configuration.validation.start_phases[0]
+    phases = task.configuration.validation.start_phases
+    start = phases[0]
     sd = prior_sd(settings.harmonics)
 
     def progress(number: int, found: float) -> None:
@@ -264,12 +270,17 @@ def correct(
             ]
             return list(_walks(pool, to_record, cases))
 
+        def far(point: Array) -> tuple[Endurance, ...]:
+            """Long walks from every start phase."""
+            changed = adjusted(task.reference, task.reference_body, correction_of(sd * point))
+            return walked_far(pool.with_task(replace(task, reference=changed)), policy, mu, phases)
+
         none = np.zeros_like(sd)
         if settings.steps == 0:  # nothing is looked for: the walk as it is
             (before,) = walk([none], start)
             errors = () if before is None else (before.error(),)
-            return Corrected(correction_of(none), errors, 1.0, 0.0, None, before, before)
-        from gaitval.learning_control.search import harm, search
+            return Corrected(correction_of(none), errors, 1.0, 0.0, None, before, before, far(none))
+        from gaitval.learning_control.search import harm, more_falls, search
 
         speed = targets_of(task.reference, task.model).speed
         found = search(
@@ -283,14 +294,25 @@ def correct(
         # eight walks, which take no longer than one.
         points = [none, *(share * found.point for share in _SHARES)]
         walks = walk(points, start, (start + 0.5) % 1.0)
-    here, other = walks[: len(points)], walks[len(points) :]
-    before = here[0]
-    for index, share in enumerate(_SHARES, start=1):
-        point, after = share * found.point, here[index]
-        refused = harm(before, after, other[0], other[index]) if point.any() else None
-        if refused is None:
-            break
-    else:
-        share, point, after = 0.0, none, before
-    number, correction = found.effective_number, correction_of(sd * point)
-    return Corrected(correction, found.errors, share, number, refused, before, after)
+        here, other = walks[: len(points)], walks[len(points) :]
+        for used in range(1, len(points)):
+            refused = None
+            if points[used].any():
+                refused = harm(here[0], here[used], other[0], other[used])
+            if refused is None:
+                starts = far(points[used])
+                refused = more_falls(starts, partial(far, none))
+            if refused is None:
+                break
+        else:
+            used, starts = 0, far(none)
+    return Corrected(
+        correction=correction_of(sd * points[used]),
+        errors=found.errors,
+        share=(0.0, *_SHARES)[used],
+        effective_number=found.effective_number,
+        refused=refused,
+        before=here[0],
+        after=here[used],
+        starts=starts,
+    )

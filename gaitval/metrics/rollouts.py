@@ -93,7 +93,6 @@ class _Start:
     policy: Policy
     mu: Array
     phase: float
-    cycles: int = 0
 
 
 def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Rollout]:
@@ -111,16 +110,28 @@ def _walk(environment: WalkingEnvironment, start: _Start) -> tuple[Endurance, Ro
 
 
 def _walk_together(group: WalkingGroup, starts: Sequence[_Start]) -> list[Endurance]:
-    """At most eight walks that are not compared, of one policy, body and length."""
+    """At most eight walks that are not compared, of one policy and body."""
     from gaitval.policy.travel import travel_together
 
-    first = starts[0]
-    phases = [start.phase for start in starts]
+    first, settings = starts[0], group.environments[0].task.configuration
     travels = travel_together(
-        group, first.policy, mu=first.mu, start_phases=phases, cycles=first.cycles
+        group,
+        first.policy,
+        mu=first.mu,
+        start_phases=[start.phase for start in starts],
+        cycles=settings.validation.settling_cycles + settings.validation.consecutive_cycles,
     )
-    settings = group.environments[0].task.configuration
     return [endurance(travel, settings, engine="compiled") for travel in travels]
+
+
+def walked_far(
+    pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float]
+) -> tuple[Endurance, ...]:
+    """How far the deterministic `policy` with the body `mu` (14,) gets from each of the `phases` of
+    the right gait cycle, in the compiled engine.
+    """
+    groups = in_groups([_Start(policy, mu, phase) for phase in phases])
+    return tuple(chain.from_iterable(pool.each_together(_walk_together, groups)))
 
 
 def begun_walk(
@@ -136,19 +147,10 @@ def begun_walk(
 
 
 def roll_out_from(
-    pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float], *, cycles: int
+    pool: RolloutPool, policy: Policy, mu: Array, starts: Sequence[Endurance]
 ) -> Rollouts:
-    """Rollouts of the deterministic `policy` from each start phase, in the compiled engine. The
-    first is walked in DART, too, as far as it is compared; a fall there counts.
-
-    Parameters
-    ----------
-    mu : (14,) body parameters.
-    phases : of the right gait cycle.
-    cycles : planned length of each rollout in gait cycles of the reference.
+    """The rollout of `policy` with the body `mu` (14,) that is compared: from the first of the
+    `starts` (`walked_far`), in DART. A fall there counts, too.
     """
-    in_dart = begun_walk(pool, policy, mu, phases[0], engine="dart")
-    starts = [_Start(policy, mu, phase, cycles) for phase in phases]
-    first, *others = chain.from_iterable(pool.each_together(_walk_together, in_groups(starts)))
-    went, compared = in_dart()
-    return Rollouts(compared, (went if went.fell else first, *others))
+    went, compared = begun_walk(pool, policy, mu, starts[0].start_phase, engine="dart")()
+    return Rollouts(compared, (went if went.fell else starts[0], *starts[1:]))

@@ -173,6 +173,12 @@ TorqueShares = dict[str, Annotated[dict[Annotated[str, _PART], MomentShare], *_P
 """By actuated coordinate and part."""
 
 
+class StoredStarts(Result):
+    """How far the corrected walker got from every start phase, see `rollouts.walked_far`."""
+
+    starts: list[Endurance]
+
+
 class StoredWalks(Result):
     """How far the rollout from each start phase went: `rollouts/walks.json`, with all digits."""
 

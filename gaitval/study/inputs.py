@@ -66,8 +66,10 @@ UNFINISHED = "unfinished/push"
 """Where an unfinished `push` keeps the walks that it has done."""
 REPEATS = "rollouts/repeats.json"
 """What is measured of repeats of the compared rollout."""
+STARTS = "rollouts/starts.json"
+"""How far the corrected walker got from every start phase, as the correction found ..."""
 WALKS = "rollouts/walks.json"
-"""How far the rollout from each start phase went."""
+"""... and with the compared rollouts in other engines."""
 
 
 def stored(run: Run, name: str, kind: "type[R]") -> "R":

@@ -20,7 +20,9 @@ from gaitval.study.inputs import (
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
+    STARTS,
     WALKS,
+    stored,
     stored_policy,
     walking_task,
 )
@@ -37,6 +39,7 @@ from gaitval.study.stages import (
     reference_stage,
     repeat_stage,
     report_stage,
+    save_correction,
     scale_stage,
     validate_stage,
 )
@@ -168,26 +171,16 @@ def predicted_correction_stage(run: Run) -> Stage:
         share = centred(task, policy, mu)
         run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
         task = task.with_environment(centring=share)
-        result = correct(
-            task,
-            policy,
-            mu,
-            on_progress=run.observer.progress,
-        )
+        result = correct(task, policy, mu, on_progress=run.observer.progress)
         write_json(run.folder / "centring.json", {"centring": share})
-        write_json(run.folder / "correction.json", result.result().as_dict())
+        save_correction(run, result)
 
     return Stage(
         "correct",
         correct_walk,
         inputs=("model.urdf", "reference.npz", *(f"policy/{name}" for name in POLICY_FILES)),
-        outputs=("centring.json", "correction.json"),
-        values={
-            **run.sections(*SIMULATION_SECTIONS, "correction"),
-            "walks": run.configuration.validation.model_dump(
-                mode="json", exclude={"consecutive_cycles"}
-            ),
-        },
+        outputs=("centring.json", "correction.json", STARTS),
+        values=run.sections(*SIMULATION_SECTIONS, "correction", "validation"),
     )
 
 
@@ -199,29 +192,23 @@ def predicted_walk_stage(run: Run) -> Stage:
         from gaitval.metrics.cycles import find_cycles
         from gaitval.metrics.rollouts import roll_out_from
         from gaitval.metrics.torque_shares import torque_shares
-        from gaitval.metrics.walk_results import StoredWalks
+        from gaitval.metrics.walk_results import StoredStarts, StoredWalks
         from gaitval.policy.rollouts import RolloutPool
         from gaitval.study.predicted_tasks import predicted_task
 
         task, mu = predicted_task(run)
         policy = stored_policy(run, run.folder / "policy")
-        workers = min(run.configuration.training.workers, len(validation.start_phases))
-        with RolloutPool(task, workers=workers, engine="dart") as pool:
-            walks = roll_out_from(
-                pool,
-                policy,
-                mu,
-                validation.start_phases,
-                cycles=validation.settling_cycles + validation.consecutive_cycles,
-            )
+        starts = stored(run, STARTS, StoredStarts).starts
+        with RolloutPool(task, workers=1) as pool:
+            walks = roll_out_from(pool, policy, mu, starts)
         walks.compared.save(run.folder / ROLLOUTS["nominal"])
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
-        stored = StoredWalks(
+        result = StoredWalks(
             centring=task.configuration.environment.centring,
             nominal=list(walks.starts),
             torque_shares=torque_shares(walks.compared, found, task),
         )
-        write_json(run.folder / WALKS, stored.as_dict())
+        write_json(run.folder / WALKS, result.as_dict())
 
     return Stage(
         "simulate",
@@ -231,6 +218,7 @@ def predicted_walk_stage(run: Run) -> Stage:
             "reference.npz",
             "centring.json",
             "correction.json",
+            STARTS,
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
         outputs=(ROLLOUTS["nominal"], WALKS),

@@ -18,7 +18,13 @@ from gaitval.errors import ArtefactError
 from gaitval.identification.prior import prior_sd
 from gaitval.journal import Journal
 from gaitval.metrics.identified_body import identified_model
-from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
+from gaitval.metrics.walk_results import (
+    Endurance,
+    Repeat,
+    StoredPushes,
+    StoredStarts,
+    StoredWalks,
+)
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.study.inputs import (
@@ -31,6 +37,7 @@ from gaitval.study.inputs import (
     REPEATS,
     ROLLOUTS,
     STANDING,
+    STARTS,
     UNFINISHED,
     WALKS,
     WITNESS,
@@ -50,6 +57,7 @@ if TYPE_CHECKING:
     from gaitval.arrays import Array
     from gaitval.configuration import Start
     from gaitval.gait.record import GaitRecord
+    from gaitval.learning_control.correct import Corrected
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.walk_results import PushRecovery
@@ -600,9 +608,8 @@ def correct_stage(run: Run) -> Stage:
             to_record=TO_ESTIMATE if run.knew_no_kinetics else TO_RECORD,
             on_progress=run.observer.progress,
         )
-        write_json(run.folder / "correction.json", result.result().as_dict())
+        save_correction(run, result)
 
-    validation = run.configuration.validation
     return Stage(
         "correct",
         correct,
@@ -614,21 +621,23 @@ def correct_stage(run: Run) -> Stage:
             "identification.json",
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
-        outputs=("correction.json",),
-        values={
-            **run.sections(*SIMULATION_SECTIONS, "correction", "record"),
-            # How far other walks go does not change the cycles that are compared.
-            "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
-        },
+        outputs=("correction.json", STARTS),
+        values=run.sections(*SIMULATION_SECTIONS, "correction", "record", "validation"),
     )
+
+
+def save_correction(run: Run, found: "Corrected") -> None:
+    """Write what was `found` into the folder of `run`: the correction, and its long walks."""
+    write_json(run.folder / "correction.json", found.result().as_dict())
+    write_json(run.folder / STARTS, StoredStarts(starts=list(found.starts)).as_dict())
 
 
 def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
     """Policy, mu and correction of `run` → rollouts of the deterministic policy without pushes.
 
-    The identified body with the corrected reference walks from every start phase. For comparison,
-    the nominal body with the uncorrected reference walks from the first phase, for the compared
-    cycles only. With `witness`, so does the identified body in MuJoCo.
+    The identified body with the corrected reference walks the compared cycles, from the first start
+    phase, and for comparison the nominal body with the uncorrected reference. With `witness`, so
+    does the identified body in MuJoCo.
     """
     validation = run.configuration.validation
 
@@ -640,21 +649,15 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
 
         policy = stored_policy(run, run.folder / "policy")
         nominal = body_parameters(run.folder / "identification.json", "nominal")
-        (task, mu), phases = validated_task(run), validation.start_phases
+        task, mu = validated_task(run)
+        starts = stored(run, STARTS, StoredStarts).starts
         second: Endurance | None = None
-        workers = run.configuration.training.workers
-        with RolloutPool(task, workers=workers, engine="dart") as pool:
-            begin = partial(begun_walk, policy=policy, phase=phases[0])
+        with RolloutPool(task, workers=run.configuration.training.workers) as pool:
+            begin = partial(begun_walk, policy=policy, phase=starts[0].start_phase)
             # They are the first that the workers take up.
             in_mujoco = begin(pool, mu=mu, engine="mujoco") if witness else None
             before = begin(pool.with_task(walking_task(run)), mu=nominal, engine="compiled")
-            walks = roll_out_from(
-                pool,
-                policy,
-                mu,
-                phases,
-                cycles=validation.settling_cycles + validation.consecutive_cycles,
-            )
+            walks = roll_out_from(pool, policy, mu, starts)
             if in_mujoco is not None:
                 second, rollout = in_mujoco()
                 rollout.save(run.folder / WITNESS)
@@ -662,13 +665,13 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         rollout.save(run.folder / ROLLOUTS["nominal"])
         walks.compared.save(run.folder / ROLLOUTS["identified"])
         found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
-        stored = StoredWalks(
+        result = StoredWalks(
             nominal=[went],
             identified=list(walks.starts),
             witness=second,
             torque_shares=torque_shares(walks.compared, found, task),
         )
-        write_json(run.folder / WALKS, stored.as_dict())
+        write_json(run.folder / WALKS, result.as_dict())
 
     return Stage(
         "simulate",
@@ -679,6 +682,7 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
             IDENTIFIED,
             "identification.json",
             "correction.json",
+            STARTS,
             *(f"policy/{name}" for name in POLICY_FILES),
         ),
         outputs=(*ROLLOUTS.values(), *([WITNESS] if witness else []), WALKS),

@@ -31,6 +31,7 @@ from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
+from gaitval.metrics.walk_results import Endurance
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
@@ -516,6 +517,10 @@ class LinearPool:
     def __exit__(self, *_):
         pass
 
+    def with_task(self, task):
+        """The task of long walks."""
+        return task
+
     def each(self, _, cases):
         for case in chain.from_iterable(cases):
             change = np.array([*case.correction.harmonics.ravel(), case.correction.height])
@@ -540,6 +545,7 @@ class HarmfulPool(LinearPool):
 def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walker, monkeypatch):
     """Harm that the whole change does and 70 % of it does not; and harm that any share does."""
     monkeypatch.setattr("gaitval.learning_control.correct.RolloutPool", HarmfulPool)
+    monkeypatch.setattr("gaitval.learning_control.correct.walked_far", lambda *_: ())
     whole = correct(quick, *walker, slopes=KNOWN)
     assert whole.share == 1.0
     assert whole.correction.harmonics.any()
@@ -555,6 +561,47 @@ def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walk
     assert "pelvis" in none.refused
     assert not none.correction.harmonics.any()
     assert none.result().share == 0.0
+
+
+def test_of_a_correction_with_which_more_long_walks_fall_less_is_used(quick, walker, monkeypatch):
+    """Who is moved by more than half of the whole change falls; by any share of it; some anyhow."""
+    where = "gaitval.learning_control.correct."
+    monkeypatch.setattr(f"{where}RolloutPool", LinearPool)
+    high, anyhow = [np.inf], [0]
+    walks = []
+
+    def far(task, policy, mu, phases):
+        moved = np.abs(task.reference.positions - quick.reference.positions).max()
+        walks.append(moved)
+        falls = 2 if moved > high[0] else anyhow[0]
+        return tuple(Endurance.model_validate(ENDURANCE | {"fell": n < falls}) for n in range(8))
+
+    monkeypatch.setattr(f"{where}walked_far", far)
+    whole = correct(quick, *walker, slopes=KNOWN)
+    assert (whole.share, len(walks)) == (1.0, 1)
+    assert not any(each.fell for each in whole.starts)
+    high[0] = 0.5 * walks[0]
+    part = correct(quick, *walker, slopes=KNOWN)
+    assert (part.share, part.refused) == (0.4, None)
+    np.testing.assert_allclose(part.correction.harmonics, 0.4 * whole.correction.harmonics)
+    assert not any(each.fell for each in part.starts)
+    high[0] = 0.1 * walks[0]
+    none = correct(quick, *walker, slopes=KNOWN)
+    assert (none.share, none.correction.harmonics.any()) == (0.0, False)
+    assert none.refused == "2 of 8 long walks fall with it, 0 without"
+    assert not any(each.fell for each in none.starts)
+    anyhow[0] = 2
+    assert correct(quick, *walker, slopes=KNOWN).share == 1.0
+
+
+ENDURANCE = {
+    "start_phase": 0.0,
+    "seconds": 100.0,
+    "cycles": {"right": 101, "left": 101},
+    "scuffs": {"right": 0, "left": 0},
+    "walking_speed": 1.2,
+    "engine": "compiled",
+}
 
 
 # ---- A walk. ----

@@ -11,7 +11,13 @@ from synthetic_walk import SPEED, perfect_walk, sharp_filter, synthetic_record
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics import rollouts
-from gaitval.metrics.rollouts import compared_cycles, compared_part, endurance, roll_out_from
+from gaitval.metrics.rollouts import (
+    compared_cycles,
+    compared_part,
+    endurance,
+    roll_out_from,
+    walked_far,
+)
 from gaitval.metrics.walk_results import Endurance
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
@@ -67,30 +73,37 @@ class LocalPool:
         return (function(self.group, item) for item in items)
 
 
-def alone(task, policy, phase, cycles, engine="dart"):
-    environment = WalkingEnvironment(task, engine=engine)
+def alone(task, policy, phase, cycles):
+    environment = WalkingEnvironment(task, engine="dart")
     return record_rollout(environment, policy, mu=MU, start_phase=phase, cycles=cycles)
+
+
+def two_short_walks(task):
+    """A task of two cycles, a policy, two start phases and a pool."""
+    walks = {"settling_cycles": 0, "cycles": 2, "consecutive_cycles": 2}
+    short = changed(task, validation=walks)
+    return short, load_policy(BASELINE / "policy"), (0.3, 0.8), LocalPool(short)
 
 
 def test_walks_from_several_starts_are_single_walks(task):
     """The compared one is that of DART bit for bit; how far they get agrees to rounding."""
-    short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
-    policy, phases = load_policy(BASELINE / "policy"), (0.3, 0.8)
-    found = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1)
+    short, policy, phases, pool = two_short_walks(task)
+    found = roll_out_from(pool, policy, MU, walked_far(pool, policy, MU, phases))
     compared = alone(short, policy, phases[0], compared_cycles(short.configuration))
     np.testing.assert_array_equal(
         found.compared.positions, compared_part(compared, short.configuration).positions
     )
     for went, phase in zip(found.starts, phases, strict=True):
-        one = endurance(alone(short, policy, phase, 1), short.configuration, engine="dart")
+        one = endurance(alone(short, policy, phase, 2), short.configuration, engine="dart")
         assert went.engine == "compiled"
-        assert went.model_copy(update={"engine": "dart", "seconds": one.seconds}) == one
+        same = {"engine": "dart", "seconds": one.seconds, "walking_speed": one.walking_speed}
+        assert went.model_copy(update=same) == one
         assert went.seconds == pytest.approx(one.seconds, abs=0.011)
+        assert went.walking_speed == pytest.approx(one.walking_speed, rel=1e-3)
 
 
 def test_a_first_walk_that_falls_in_dart_has_fallen(task, monkeypatch):
-    short = changed(task, validation={"settling_cycles": 0, "cycles": 2})
-    policy, phases = load_policy(BASELINE / "policy"), (0.3, 0.8)
+    _, policy, phases, pool = two_short_walks(task)
     single = rollouts.record_rollout
 
     def falls(*arguments, **settings):
@@ -98,7 +111,7 @@ def test_a_first_walk_that_falls_in_dart_has_fallen(task, monkeypatch):
         return replace(rollout, fell=np.ones_like(rollout.fell))
 
     monkeypatch.setattr(rollouts, "record_rollout", falls)
-    first, second = roll_out_from(LocalPool(short), policy, MU, phases, cycles=1).starts
+    first, second = roll_out_from(pool, policy, MU, walked_far(pool, policy, MU, phases)).starts
     assert (first.fell, first.engine, first.start_phase) == (True, "dart", 0.3)
     assert (second.fell, second.engine) == (False, "compiled")
 
@@ -109,8 +122,8 @@ def test_a_hundred_cycles_are_the_same_walk_in_dart(task):
     policy = load_policy(BASELINE / "policy")
     mu = np.array(read_json(BASELINE / "identification.json")["identified"])
     pool = LocalPool(task)
-    (compiled,) = roll_out_from(pool, policy, mu, (0.0,), cycles=102).starts
-    walked = record_rollout(pool.environment, policy, mu=mu, start_phase=0.0, cycles=102)
+    (compiled,) = walked_far(pool, policy, mu, (0.0,))
+    walked = record_rollout(pool.environment, policy, mu=mu, start_phase=0.0, cycles=105)
     dart = endurance(walked, task.configuration, engine="dart")
     assert not dart.fell
     assert dart.cycles.right >= 98

@@ -596,7 +596,7 @@ def test_more_rounds_keep_the_finished_ones(opened: Opener, stand_ins: list[floa
         ("validation.filter_frequency=12", "need-1"),
         ("correction.steps=2", "correct"),
         ("validation.cycles=30", "need-1"),
-        ("validation.consecutive_cycles=30", "simulate"),
+        ("validation.consecutive_cycles=30", "correct"),
         ("pushes.force=200", "need-1"),
         ("identification.generations=3", "identify-1"),
         ("training.learning_rate=1e-4", "train-1"),
