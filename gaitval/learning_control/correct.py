@@ -212,6 +212,10 @@ def prior_sd(harmonics: int) -> Array:
     return np.append(np.tile(_ANGLE * np.concatenate([[1.0], waves, waves]), len(JOINTS)), _HEIGHT)
 
 
+def _falls(starts: Sequence[Endurance]) -> int:
+    return sum(each.fell for each in starts)
+
+
 def correct(
     task: WalkingTask,
     policy: Policy,
@@ -275,13 +279,9 @@ def correct(
             changed = adjusted(task.reference, task.reference_body, correction_of(sd * point))
             return walked_far(pool.with_task(replace(task, reference=changed)), policy, mu, phases)
 
-        none = np.zeros_like(sd)
-        if settings.steps == 0:  # nothing is looked for: the walk as it is
-            (before,) = walk([none], start)
-            errors = () if before is None else (before.error(),)
-            return Corrected(correction_of(none), errors, 1.0, 0.0, None, before, before, far(none))
-        from gaitval.learning_control.search import harm, more_falls, search
+        from gaitval.learning_control.search import harm, search
 
+        none = np.zeros_like(sd)
         speed = targets_of(task.reference, task.model).speed
         found = search(
             lambda points: walk(points, start),
@@ -301,16 +301,18 @@ def correct(
                 refused = harm(here[0], here[used], other[0], other[used])
             if refused is None:
                 starts = far(points[used])
-                refused = more_falls(starts, partial(far, none))
-            if refused is None:
-                break
+                falls = _falls(starts)
+                before = _falls(far(none)) if falls else 0
+                if falls <= before:
+                    break
+                refused = f"{falls} of {len(starts)} long walks fall with it, {before} without"
         else:
             used, starts = 0, far(none)
     return Corrected(
         correction=correction_of(sd * points[used]),
         errors=found.errors,
         share=(0.0, *_SHARES)[used],
-        effective_number=found.effective_number,
+        effective_number=found.effective_number if settings.steps else 0.0,
         refused=refused,
         before=here[0],
         after=here[used],

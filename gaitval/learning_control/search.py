@@ -10,7 +10,6 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.learning_control.slopes import Slopes
 from gaitval.learning_control.walked import Walked
-from gaitval.metrics.walk_results import Endurance
 
 _SMALLEST_GAIN = 0.02
 """Relative decrease of the objective at which the steps end."""
@@ -137,17 +136,4 @@ def harm(
             f"the pelvis's angles, which are not fitted, get {worse:.2f} degrees worse; at most "
             f"{_PELVIS} are allowed"
         )
-    return None
-
-
-def more_falls(
-    starts: Sequence[Endurance], uncorrected: Callable[[], Sequence[Endurance]]
-) -> str | None:
-    """Why a correction with which long walks end as those of `starts` is not to be used; None if no
-    more of them fall than of the `uncorrected` ones, which are walked only if some do.
-    """
-    falls = sum(each.fell for each in starts)
-    before = sum(each.fell for each in uncorrected()) if falls else 0
-    if falls > before:
-        return f"{falls} of {len(starts)} long walks fall with it, {before} without"
     return None

@@ -41,6 +41,14 @@ ROLLOUTS = {"nominal": "rollouts/nominal.npz", "identified": "rollouts/identifie
 """The compared rollout with each mu, as far as it is compared."""
 IDENTIFIED = "identified.npz"
 """The reference motion of the identified body."""
+WALKER = (
+    "model.urdf",
+    "reference.npz",
+    IDENTIFIED,
+    "identification.json",
+    *(f"policy/{name}" for name in POLICY_FILES),
+)
+"""Files of the identified body and of the policy that walks it."""
 PUSHED = "rollouts/pushed_ahead.npz", "rollouts/pushed_left.npz"
 """Walks with a push on the pelvis, for the replay."""
 WITNESS = "rollouts/witness.npz"

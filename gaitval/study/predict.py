@@ -41,6 +41,7 @@ from gaitval.study.stages import (
     report_stage,
     save_correction,
     scale_stage,
+    simulate_stage,
     validate_stage,
 )
 from gaitval.study.unread import say_unread
@@ -186,7 +187,6 @@ def predicted_correction_stage(run: Run) -> Stage:
 
 def predicted_walk_stage(run: Run) -> Stage:
     """Reference, correction and policy of `run` → walks from every start phase."""
-    validation = run.configuration.validation
 
     def walk() -> None:
         from gaitval.metrics.cycles import find_cycles
@@ -202,7 +202,8 @@ def predicted_walk_stage(run: Run) -> Stage:
         with RolloutPool(task, workers=1) as pool:
             walks = roll_out_from(pool, policy, mu, starts)
         walks.compared.save(run.folder / ROLLOUTS["nominal"])
-        found = find_cycles(walks.compared, run.configuration).first(validation.cycles)
+        cycles = run.configuration.validation.cycles
+        found = find_cycles(walks.compared, run.configuration).first(cycles)
         result = StoredWalks(
             centring=task.configuration.environment.centring,
             nominal=list(walks.starts),
@@ -210,22 +211,12 @@ def predicted_walk_stage(run: Run) -> Stage:
         )
         write_json(run.folder / WALKS, result.as_dict())
 
-    return Stage(
-        "simulate",
-        walk,
-        inputs=(
-            "model.urdf",
-            "reference.npz",
-            "centring.json",
-            "correction.json",
-            STARTS,
-            *(f"policy/{name}" for name in POLICY_FILES),
-        ),
+    correction = predicted_correction_stage(run)
+    return replace(
+        simulate_stage(run),
+        run=walk,
+        inputs=(*correction.inputs, *correction.outputs),
         outputs=(ROLLOUTS["nominal"], WALKS),
-        values={
-            **run.sections(*SIMULATION_SECTIONS),
-            "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),
-        },
     )
 
 

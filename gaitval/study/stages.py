@@ -39,6 +39,7 @@ from gaitval.study.inputs import (
     STANDING,
     STARTS,
     UNFINISHED,
+    WALKER,
     WALKS,
     WITNESS,
     asked,
@@ -446,7 +447,7 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
         policy = stored_policy(run, run.folder / here / "policy")
         found = body_parameters(run.folder / identification)
         tasks = {"identified": identified_task(run, found, f"{here}/identification")}
-        if round_number > 1:  # the first round's policy has walked so before it was handed on
+        if round_number > 1:
             tasks["nominal"] = task
         groups = in_groups(validation.start_phases)
         with RolloutPool(task, workers=run.configuration.training.workers) as pool:
@@ -458,9 +459,9 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
                 begun[which] = pool.with_task(each).each_together(epsilons, walks)
             walked = {which: list(chain.from_iterable(parts)) for which, parts in begun.items()}
         error = mean_of(walked["identified"])
-        if round_number > 1:
+        if "nominal" in walked:
             before = mean_of(walked["nominal"])
-        else:
+        else:  # the first round's policy has walked so before it was handed on
             before = stored(run, f"{here}/policy/{GAIN}", LearningGain).standing.error
         totals = array([each.total for each in walked["identified"] if each is not None])
         found_errors = RoundErrors(
@@ -613,14 +614,7 @@ def correct_stage(run: Run) -> Stage:
     return Stage(
         "correct",
         correct,
-        inputs=(
-            "subject.toml",
-            "model.urdf",
-            "reference.npz",
-            IDENTIFIED,
-            "identification.json",
-            *(f"policy/{name}" for name in POLICY_FILES),
-        ),
+        inputs=("subject.toml", *WALKER),
         outputs=("correction.json", STARTS),
         values=run.sections(*SIMULATION_SECTIONS, "correction", "record", "validation"),
     )
@@ -676,15 +670,7 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
     return Stage(
         "simulate",
         simulate,
-        inputs=(
-            "model.urdf",
-            "reference.npz",
-            IDENTIFIED,
-            "identification.json",
-            "correction.json",
-            STARTS,
-            *(f"policy/{name}" for name in POLICY_FILES),
-        ),
+        inputs=(*WALKER, "correction.json", STARTS),
         outputs=(*ROLLOUTS.values(), *([WITNESS] if witness else []), WALKS),
         values={
             **run.sections(*SIMULATION_SECTIONS),
@@ -768,14 +754,7 @@ def push_stage(run: Run) -> Stage:
     return Stage(
         "push",
         push,
-        inputs=(
-            "model.urdf",
-            "reference.npz",
-            IDENTIFIED,
-            "identification.json",
-            "correction.json",
-            *(f"policy/{name}" for name in POLICY_FILES),
-        ),
+        inputs=(*WALKER, "correction.json"),
         outputs=("push.json", *PUSHED),
         values={
             **run.sections(*SIMULATION_SECTIONS, "pushes"),
