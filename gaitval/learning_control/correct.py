@@ -232,8 +232,8 @@ def correct(
 
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if `search.harm` finds none in a walk from half a cycle later, which the
-    search has not seen, and if in long walks (`rollouts.walked_far`) no more fall than without it.
-    If the whole change does such harm, smaller shares of it are tried.
+    search has not seen, and if of long walks (`rollouts.walked_far`) no more fall than without it.
+    Otherwise smaller shares of it are tried, after a fall from twice as many starts.
 
     Parameters
     ----------
@@ -274,10 +274,9 @@ def correct(
             ]
             return list(_walks(pool, to_record, cases))
 
-        def far(point: Array) -> tuple[Endurance, ...]:
-            """Long walks from every start phase."""
+        def far(point: Array, start: Sequence[float]) -> tuple[Endurance, ...]:
             changed = adjusted(task.reference, task.reference_body, correction_of(sd * point))
-            return walked_far(pool.with_task(replace(task, reference=changed)), policy, mu, phases)
+            return walked_far(pool.with_task(replace(task, reference=changed)), policy, mu, start)
 
         from gaitval.learning_control.search import harm, search
 
@@ -295,19 +294,22 @@ def correct(
         points = [none, *(share * found.point for share in _SHARES)]
         walks = walk(points, start, (start + 0.5) % 1.0)
         here, other = walks[: len(points)], walks[len(points) :]
+        starting = phases
         for used in range(1, len(points)):
             refused = None
             if points[used].any():
                 refused = harm(here[0], here[used], other[0], other[used])
             if refused is None:
-                starts = far(points[used])
+                starts = far(points[used], starting)
                 falls = _falls(starts)
-                before = _falls(far(none)) if falls else 0
+                before = _falls(far(none, starting)) if falls else 0
                 if falls <= before:
                     break
                 refused = f"{falls} of {len(starts)} long walks fall with it, {before} without"
+                # Near a fall it is luck from which it falls: as many that no validation walks from.
+                starting = (*phases, *((phase + 0.5 / len(phases)) % 1.0 for phase in phases))
         else:
-            used, starts = 0, far(none)
+            used, starts = 0, far(none, phases)
     return Corrected(
         correction=correction_of(sd * points[used]),
         errors=found.errors,
@@ -316,5 +318,5 @@ def correct(
         refused=refused,
         before=here[0],
         after=here[used],
-        starts=starts,
+        starts=starts[: len(phases)],
     )
