@@ -30,7 +30,6 @@ import numpy as np
 
 import evidence
 from evidence.marked_table import with_table
-from experiments.left_out import reached
 from gaitval.artefacts import copy_file, copy_files, read_json, versions, write_json, write_text
 from gaitval.study.inputs import GAIN
 
@@ -39,6 +38,7 @@ STORE: Final = ROOT / "reports" / "general" / "own_training.json"
 PAGE: Final = ROOT / "docs" / "learning.md"
 COMMAND: Final = "python -m experiments.own_training table --rows"
 WORK: Final = ROOT / "reports" / "own-training"
+WHERE: Final = "own training of strangers, public imports with forces of both feet"
 PEOPLE: Final = (
     "gait2354",
     "lux, 0.39 m/s",
@@ -145,10 +145,18 @@ def imported(recording: Mapping[str, Any], clones: Path, work: Path) -> Path:
     return folder / "subject.toml"
 
 
-def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | None = None) -> None:
+def study(
+    subject: str,
+    folder: Path,
+    seed: int,
+    samples: int,
+    body: Path | None = None,
+    general: Path | None = None,
+) -> None:
     """Study a subject in `folder` with a number of own samples, or without any; its metrics, and
     what its training gave, go to the sub-folder `samples`. Reference and identification are those
-    of the study in the folder `body`, if one is given.
+    of the study in the folder `body`, if one is given; the policy to start from is that in the
+    folder `general`, if it is not the shipped one.
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
@@ -181,6 +189,8 @@ def study(subject: Path, folder: Path, seed: int, samples: int, body: Path | Non
             copy_files(body / found, run.folder / found, names)
             copy_files(body / "rounds/1", run.folder / "rounds/1", (STANDING,))
         choose_start(run, stages.train_stage(run, 1))
+        if general is not None:
+            copy_files(general, run.folder / "start", POLICY_FILES)
         if not (run.folder / "rounds/1" / STANDING).is_file():
             do(stages.need_stage(run, 1))
         if not samples:  # whatever this person needs
@@ -233,12 +243,21 @@ def run(arguments: argparse.Namespace) -> None:
                 continue  # another process is at it
             print(f"{name}, seed {seed}, {samples:,} samples", flush=True)
             subject = arguments.work / "people" / short(name) / "subject.toml"
-            study(subject, folder, seed, samples, body)
+            study(str(subject), folder, seed, samples, body)
 
 
 def place(work: Path, name: str, seed: int, samples: int) -> Path:
     """The folder of a study; those of a seed that share a body share it."""
     return work / f"{short(name)}-{seed}{'' if samples or not seed else '-untrained'}"
+
+
+def reached(metrics: Json) -> dict[str, bool]:
+    """Goals of a study: "measure target" to whether the walk reaches it."""
+    return {
+        _named(row): bool(row["reached"])
+        for row in metrics["tolerances"]
+        if row["role"] == "acceptance" and row["goal"] is not None
+    }
 
 
 def figures(metrics: Json, gain: Json) -> Json:
@@ -277,10 +296,10 @@ def _named(row: Json) -> str:
     return f"{row['measure']} {row['target'] or ''}".strip()
 
 
-def collected(work: Path) -> list[Json]:
-    """The figures of each study that is finished in `work`."""
+def collected(work: Path, people: Sequence[str] = PEOPLE) -> list[Json]:
+    """The figures of each study of some `people` that is finished in `work`."""
     found = []
-    for name in PEOPLE:
+    for name in people:
         for seed in range(SEEDS):
             for samples in (0, *sorted(POINTS), MOST):
                 folder = place(work, name, seed, samples) / str(samples)
@@ -366,12 +385,11 @@ def kept(
     return sum(holds for holds, _ in names), len(names)
 
 
-def measured(studies: Sequence[Json]) -> list[evidence.Row]:
-    """The rows of evidence."""
+def measured(studies: Sequence[Json], where: str = WHERE) -> list[evidence.Row]:
+    """The rows of evidence; `where` says of whom."""
     found = pairs(studies)
     both = walking(found)
     count = sum(len(each) for each in both.values())
-    where = "own training of strangers, public imports with forces of both feet"
     handed = {
         person: [(without, handed_on(without, trained)) for without, trained in each]
         for person, each in both.items()
@@ -399,14 +417,14 @@ def measured(studies: Sequence[Json]) -> list[evidence.Row]:
     return rows
 
 
-def table(studies: Sequence[Json]) -> str:
-    """The curves over own samples, and what 2 M of them give, person by person."""
+def table(studies: Sequence[Json], people: Sequence[str] = PEOPLE) -> str:
+    """The curves over own samples of some `people`, and what 2 M of them give."""
     lines = [
         "| person | own samples | seeds | angles, ° | moments, Nm/kg | vertical, % BW "
         "| starts that fall | goals missed | pushes survived, % | trained policy is handed on |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for name in PEOPLE:
+    for name in people:
         for samples in (0, *sorted(POINTS), MOST):
             some = [
                 each for each in studies if (each["person"], each["samples"]) == (name, samples)
