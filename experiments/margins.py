@@ -32,7 +32,7 @@ from gaitval.metrics.results import (
     Metrics,
     read_metrics,
 )
-from gaitval.metrics.rollouts import Rollouts, roll_out_from
+from gaitval.metrics.rollouts import Rollouts, begun_walk
 from gaitval.metrics.validation import validate
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.rollouts import RolloutPool
@@ -118,15 +118,12 @@ def _values(metrics: Metrics) -> dict[tuple[str, str], float]:
 
 
 def _walk(run: Run, task: WalkingTask, mu: Any, number: int) -> Rollouts:
-    validation = run.configuration.validation
-    with RolloutPool(task, workers=1, engine="dart") as pool:
-        return roll_out_from(
-            pool,
-            stored_policy(run, run.folder / "policy"),
-            mu * (1.0 + BODY * number),
-            validation.start_phases,
-            cycles=validation.settling_cycles + validation.cycles + 2,
-        )
+    policy = stored_policy(run, run.folder / "policy")
+    phase = run.configuration.validation.start_phases[0]
+    body = mu * (1.0 + BODY * number)
+    with RolloutPool(task, workers=1) as pool:
+        went, compared = begun_walk(pool, policy, body, phase, engine="dart")()
+    return Rollouts(compared, (went,))
 
 
 def margin(scatter: float) -> float:

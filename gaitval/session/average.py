@@ -71,6 +71,7 @@ def mean_angles(model: BodyModel, walks: Sequence[WalkingTrial]) -> dict[str, Av
 
 
 SAGITTAL: Final = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
+_STEADY: Final = float(np.radians(10.0))
 
 
 def largest_drift(name: str, kind: str) -> float:
@@ -84,7 +85,7 @@ def largest_drift(name: str, kind: str) -> float:
     """
     if kind == "moment":
         return 0.8
-    return float(np.radians(10.0 if name.startswith(SAGITTAL) else 20.0))
+    return _STEADY if name.startswith(SAGITTAL) else 2.0 * _STEADY
 
 
 USUAL_DRIFT: Final = {"angle": float(np.radians(4.2)), "moment": 0.57}
@@ -98,8 +99,7 @@ def left_open(name: str, curve: Array) -> bool:
     """Whether the mean angle `curve` (101,) of this `name`, which a subject need not have, is left
     out because it does not close.
     """
-    most = np.radians(10.0)
-    return name not in REQUIRED_ANGLES and bool(abs(curve[-1] - curve[0]) > most)
+    return name not in REQUIRED_ANGLES and bool(abs(curve[-1] - curve[0]) > _STEADY)
 
 
 def drift_doubts(
@@ -110,9 +110,10 @@ def drift_doubts(
     """
     found = []
     of_subjects = {name: curve for name, curve in angles.items() if name in ANGLE_NAMES}
-    for kind, curves, size, unit in (
-        ("angle", of_subjects, 180.0 / np.pi, "°"), ("moment", moments, 1.0, " Nm/kg")
-    ):  # fmt: skip
+    for kind, curves, size, unit, shown in (
+        ("angle", of_subjects, 180.0 / np.pi, "deg", "{:.1f}°"),
+        ("moment", moments, 1.0, "Nm/kg", "{:.2f} Nm/kg"),
+    ):
         for name, curve in curves.items():
             gap, usual = float(curve.mean[-1] - curve.mean[0]), USUAL_DRIFT[kind]
             if abs(gap) <= usual:
@@ -124,15 +125,9 @@ def drift_doubts(
             )
             found.append(
                 QualityFlag(
-                    *(
-                        "drift",
-                        name,
-                        size * abs(gap),
-                        size * usual,
-                        unit.strip().replace("°", "deg"),
-                    ),
-                    f"drifts by {size * gap:.{1 if kind == 'angle' else 2}f}{unit} from one heel "
-                    f"strike to the next, more than 99 % of people's single strides; {what}",
+                    *("drift", name, size * abs(gap), size * usual, unit),
+                    f"drifts by {shown.format(size * gap)} from one heel strike to the next, more "
+                    f"than 99 % of people's single strides; {what}",
                 )
             )
     return tuple(found)
