@@ -18,7 +18,7 @@ RECORDINGS: Final = "gaitval.recordings"
 """Group of readers of trials by the ending of a file: from its path to a `Recording`."""
 FORCES: Final = "gaitval.forces"
 """Group of readers of forces by the ending of a file: from its path and the `Recording` whose they
-are to the rate, the first time and the plates; None for a file that the core reads."""
+are to the rate, the first time and the plates."""
 DRAWN: Final = "gaitval.drawn"
 """Group of what the replay draws on the body, such as a device: from a run folder to shapes
 {segment, kind, position, size, turned}, m in the segment's frame: kind "box" with three lengths,

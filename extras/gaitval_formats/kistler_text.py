@@ -22,6 +22,7 @@ with which BioWare refines the centre of pressure is not applied to the eight se
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,12 +32,13 @@ from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_toml
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import make_plate, plate_axes, plate_wrench
+from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, plate_wrench
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import sample_rate, text_lines
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
 from gaitval_formats.laboratory_forces import person_of
 from gaitval_formats.text_cells import cells_of, numbers, separator_of, whole_rows
+from gaitval_formats.wbds_text import read_wbds_forces
 
 _SENSORS: Final = ("fx12", "fx34", "fy14", "fy23", "fz1", "fz2", "fz3", "fz4")
 _RESULTS: Final = ("fx", "fy", "fz", "ax", "ay")
@@ -46,10 +48,9 @@ _LINES: Final = 60
 """Lines likewise."""
 
 
-def read_kistler_text(
-    path: Path, recording: Recording
-) -> tuple[float, float, tuple[Plate, ...]] | None:
-    """Read BioWare's text export, whose first sample is at the time of the first marker frame.
+def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, tuple[Plate, ...]]:
+    """Read BioWare's text export, or another text as WBDS's `grf.txt`; the first sample of both is
+    at the time of the first marker frame.
 
     Parameters
     ----------
@@ -58,25 +59,23 @@ def read_kistler_text(
 
     Returns
     -------
-    tuple or None
-        Rate Hz, time of the first sample s, plates with what acts on the person; None if the file
-        is another one, such as WBDS's `grf.txt`.
+    tuple
+        Rate Hz, time of the first sample s, plates with what acts on the person.
 
     Raises
     ------
     RecordError
-        The file is truncated, a plate lacks a column, a unit is unknown; or the place of the plates
-        is not said, or cannot be.
+        The file is truncated or neither of these, a plate lacks a column, a unit is unknown; or the
+        place of the plates is not said, or cannot be.
     """
     path = Path(path)
     with file_gate.opened(path, RecordError, largest=file_gate.TABLE) as file:
         head = file.read(_HEAD).decode("cp1252", "replace").splitlines()
-    if _names_at(head) is None:
-        return None
-    lines = text_lines(path)
+    lines = [] if _names_at(head) is None else text_lines(path)
     at = _names_at(lines)
     if at is None:
-        return None
+        rate, _, of_wbds = read_wbds_forces(path)
+        return rate, recording.start, of_wbds
     separator = separator_of(lines[at])
     names = [_plain(cell) for cell in cells_of(lines[at], separator)]
     units, begin = _units(lines, at, separator, len(names))
@@ -96,8 +95,8 @@ def read_kistler_text(
         scaled = {
             name: table[:, at] * _factor(path, name, units[at]) for name, at in columns.items()
         }
-        plates.append(_plate(f"{where}: plate {number}", str(number), scaled, place, recording))
-        _check_there(path, number, scaled)
+        make = partial(_plate, path, where, str(number), scaled, place, recording)
+        plates.append(plate_or_fault(str(number), len(table), make))
     return rate, recording.start, tuple(plates)
 
 
@@ -158,12 +157,12 @@ def _factor(path: Path, name: str, unit: str) -> float:
     return unit_factor(path, unit or usual, units, f"the unit of column {name.capitalize()}")
 
 
-def _check_there(path: Path, number: int, columns: Mapping[str, Array]) -> None:
+def _check_there(path: Path, plate: str, columns: Mapping[str, Array]) -> None:
     for name, values in columns.items():
         if not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
             raise RecordError(
-                f"{path}: plate {number}: column {name.capitalize()} is empty in sample {row + 1}, "
+                f"{path}: plate {plate}: column {name.capitalize()} is empty in sample {row + 1}, "
                 "but a force has no gaps. Export the trial from BioWare again."
             )
 
@@ -203,8 +202,14 @@ def _numbers(where: str, table: Any, key: str, shape: tuple[int, ...], why: str)
 
 
 def _plate(
-    where: str, name: str, columns: Mapping[str, Array], place: Any, recording: Recording
+    path: Path,
+    places: Path,
+    name: str,
+    columns: Mapping[str, Array],
+    place: Any,
+    recording: Recording,
 ) -> Plate:
+    where = f"{places}: plate {name}"
     corners = _numbers(where, place, "corners", (4, 3), "must be four points [x, y, z] in m")
     area = np.linalg.norm(np.cross(corners[0] - corners[1], corners[0] - corners[3]))
     if area < 1e-4:
@@ -224,4 +229,5 @@ def _plate(
     # The person is above the plate, whichever way its own z points, and is pushed up.
     upward = float(np.sign(plate_axes(corners)[:, 2] @ (person_of(recording) - corners.mean(0))))
     sign = -1.0 if upward * force[:, 2].sum() < 0.0 else 1.0
+    _check_there(path, name, columns)
     return make_plate(name, corners, sign * force, sign * moment)

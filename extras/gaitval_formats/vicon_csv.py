@@ -11,6 +11,7 @@ Sections are as in `tests/data` of pyomeca (github.com/pyomeca/pyomeca), read in
 """
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
+from gaitval.mocap.force_plates import plate_or_fault
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.text_table import text_lines, with_gaps
@@ -226,5 +228,7 @@ def _plates(path: Path, section: _Section, recording: Recording) -> tuple[Plate,
             )
         wrench = parts["force"], parts["cop"], parts["moment"]
         places = {"the middle of the plate": None, "the origin": np.zeros(3)}
-        plates.append(placed_plate(path, name, recording, wrench, places, {"the stated unit": 1.0}))
+        stated = {"the stated unit": 1.0}
+        make = partial(placed_plate, path, name, recording, wrench, places, stated)
+        plates.append(plate_or_fault(name, len(section.values), make))
     return tuple(plates)

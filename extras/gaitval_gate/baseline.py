@@ -185,7 +185,7 @@ def _times(folder: Path) -> dict[str, Any]:
         name: times["seconds"]
         for name, times in read_json(folder / "provenance.json")["stages"].items()
         # `train-3` is of round 3: rounds left by an earlier run do not count
-        if int(name.partition("-")[2] or 1) <= rounds
+        if not (number := name.partition("-")[2]).isdigit() or int(number) <= rounds
     }
     return {
         "seconds": round(sum(stages.values()), 1),

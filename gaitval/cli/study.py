@@ -175,8 +175,8 @@ def correct(
     """Correct the reference of the trained policy: correction.json.
 
     Walks, compares with the reference, and changes the motion that the policy is given by a degree
-    or so, so that the walk comes closer to the reference (iterative learning control). It reads
-    no record.
+    or so, so that the walk comes closer to the reference (iterative learning control), and three
+    tenths of the way to what the run knew of the record. It reads nothing that was held out.
     """
     _stage("correct", subject, out, config, settings, force)
 

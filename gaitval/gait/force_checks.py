@@ -10,6 +10,7 @@ Axes: the project's (REP-103), the person walks along +x. Forces act on the pers
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -228,8 +229,8 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
 def _fix(name: str, where: str) -> str:
     """What to do about a force of the plate `name` with the wrong sign `where` it acts."""
     return (
-        f"Check the plate's corners and calibration, or give --plate-axis {name}= with the axis of "
-        f"the file (x, y or z) {where} the walk, which reverses this force"
+        f"Check the plate's corners and calibration, or give --plate-axis {quote(name)}= with the "
+        f"axis of the file (x, y or z) {where} the walk, which reverses this force"
     )
 
 

@@ -29,7 +29,8 @@ STANCE_THRESHOLD: Final = 0.03
 
 
 def stance_fraction(vertical: Array) -> float:
-    """Fraction of the cycle until the vertical force falls to `STANCE_THRESHOLD`.
+    """Fraction of the cycle until the vertical force falls to `STANCE_THRESHOLD` after its peak; a
+    foot that drags in swing may load the plate once more.
 
     Parameters
     ----------
@@ -37,7 +38,9 @@ def stance_fraction(vertical: Array) -> float:
     """
     # The rows before the next heel strike belong to it, so they are not searched.
     # The force falls through the threshold between this row and the next, on a straight line.
-    last = int(np.flatnonzero(vertical[:90] >= STANCE_THRESHOLD)[-1])
+    peak = int(np.argmax(vertical[:90]))
+    under = np.flatnonzero(vertical[peak:90] < STANCE_THRESHOLD)
+    last = peak + int(under[0]) - 1 if len(under) else 89
     above, below = vertical[last], vertical[last + 1]
     return float(last + (above - STANCE_THRESHOLD) / (above - below)) / 100
 

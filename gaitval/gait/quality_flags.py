@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from shlex import quote
 
 from gaitval.errors import RecordError
 
@@ -50,7 +51,7 @@ def refuse_certain(source: str, doubts: Sequence[QualityFlag], plates: int) -> N
     if not wrong:
         return
     named = sorted({doubt.plate for doubt in wrong if doubt.plate})
-    without = [f"--no-plate {name}" for name in named]
+    without = [f"--no-plate {quote(name)}" for name in named]
     # To leave plates out helps only if one remains, and if every wrong value is that of a plate.
     spare = len(named) < plates and all(doubt.plate for doubt in wrong)
     ways = ([" ".join(without)] if spare else []) + ["--kinematics-only"]

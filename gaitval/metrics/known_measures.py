@@ -11,15 +11,14 @@ from gaitval.prediction.known import QUANTITIES, Quantity, quantities_told
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
 STATUSES: Final[tuple[Status, ...]] = get_args(Status)
 
-ReadBy = Literal["reference", "feed-forward", "reward", "identification"]
-"""What a run uses a known quantity for. Scaling uses standing markers or lengths, and no gait; the
-correction reads the reference and no record."""
+ReadBy = Literal["reference", "feed-forward", "reward", "identification", "correction"]
+"""What a run uses a known quantity for. Scaling uses standing markers or lengths, and no gait."""
 
 _READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
-    "angles": ("reference", "reward", "identification"),
+    "angles": ("reference", "reward", "identification", "correction"),
     "timing": ("reference", "reward", "identification"),
     "moments": get_args(ReadBy),
-    "forces": ("reference", "reward", "identification"),
+    "forces": ("reference", "reward", "identification", "correction"),
     "stance": ("reference",),
 }
 
@@ -44,13 +43,21 @@ QUANTITIES_OF: Final[Mapping[str, tuple[Quantity, ...]]] = {
 """Recorded quantities that a measure is compared with; the others have no record."""
 
 
-def uses(subject: Subject, configuration: Configuration) -> dict[str, list[ReadBy]]:
+def uses(
+    subject: Subject, configuration: Configuration, *, trained: bool
+) -> dict[str, list[ReadBy]]:
     """What reads each quantity of the compared record of `subject` before the comparison; nothing
-    reads those that `configuration` keeps from the run.
+    reads those that `configuration` keeps from the run, and no reward if nothing was `trained`.
     """
     told = quantities_told(subject, configuration.record)
+    idle: dict[ReadBy, bool] = {
+        "reward": not trained,
+        "identification": configuration.identification.method == "none",
+        "correction": configuration.correction.steps == 0,
+    }
     return {
-        quantity: list(_READ_BY[quantity]) if quantity in told else [] for quantity in QUANTITIES
+        quantity: [by for by in _READ_BY[quantity] if quantity in told and not idle.get(by)]
+        for quantity in QUANTITIES
     }
 
 

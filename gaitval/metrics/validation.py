@@ -501,7 +501,7 @@ def validate(
     ArtefactError : the rollouts do not start from the configured phases.
     """
     of = compared_with(subject, record, others, model, configuration)
-    known = uses(subject, configuration)
+    known = uses(subject, configuration, trained=training is None or training.samples > 0)
     unrecorded_speed = is_unrecorded(configuration.record)
     last, final = (nominal, "nominal") if identified is None else (identified, "identified")
     phases = configuration.validation.start_phases

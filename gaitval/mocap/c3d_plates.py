@@ -157,7 +157,13 @@ def _unwrapped(where: str, contents: Contents, numbers: Sequence[int]) -> Array:
         period = 65536.0 * abs(whole * scale)
         jumps = np.count_nonzero(np.abs(np.diff(channels[:, column])) > 0.9 * period)
         if period and jumps and np.abs(channels[:, column]).max() <= 0.51 * period:
-            channels[:, column] = np.unwrap(channels[:, column], 0.9 * period, period=period)
+            stored = channels[:, column].copy()
+            channels[:, column] = np.unwrap(stored, 0.9 * period, period=period)
+            # Where the first value is large, it may be one of those; small ones are as they were.
+            small = np.flatnonzero(np.abs(stored) < 0.25 * period)
+            if abs(stored[0]) > 0.25 * period and len(small):
+                added = np.median((channels[:, column] - stored)[small])
+                channels[:, column] -= period * np.round(added / period)
             warnings.warn(
                 f"{where}: channel {number} went beyond the 16 bits that the file has for it, "
                 f"{jumps} times; that was undone. Scale it smaller in the recording program",

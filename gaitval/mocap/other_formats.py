@@ -1,4 +1,4 @@
-"""Markers of other formats than C3D: TRC, WBDS's text, and what wings read."""
+"""Markers of other formats than C3D: TRC, and what wings read."""
 
 from pathlib import Path
 
@@ -16,10 +16,6 @@ def read_other(path: Path) -> Recording:
         from gaitval.mocap.trc import read_trc
 
         return read_trc(path)
-    if kind == ".txt":
-        from gaitval.mocap.wbds_text import read_wbds_markers
-
-        return read_wbds_markers(path)
     if (reader := wings.of_ending(wings.RECORDINGS, path)) is not None:
         found: Recording = reader(path)
         return found

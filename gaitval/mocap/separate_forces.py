@@ -32,7 +32,7 @@ def with_forces(recording: Recording, path: Path) -> Recording:
     recording has plates itself.
     """
     reader = wings.of_ending(wings.FORCES, path)
-    if path.suffix.lower() not in (".mot", ".sto", ".txt") and reader is None:
+    if path.suffix.lower() not in (".mot", ".sto") and reader is None:
         raise RecordError(
             f"{path}: forces are read from .mot, .sto{further(wings.FORCES)} and WBDS's grf.txt "
             f"files, not from {path.suffix or 'a file without an ending'}. If a C3D file has "
@@ -43,13 +43,8 @@ def with_forces(recording: Recording, path: Path) -> Recording:
             f"{recording.source} has {len(recording.plates)} force plates, and {path} was given "
             "too, so it is unclear which to use. Leave one out."
         )
-    if (found := None if reader is None else reader(path, recording)) is not None:
-        rate, start, plates = found
-    elif path.suffix.lower() == ".txt":
-        from gaitval.mocap.wbds_text import read_wbds_forces
-
-        rate, start, plates = read_wbds_forces(path)
-        start = recording.start
+    if reader is not None:
+        rate, start, plates = reader(path, recording)
     else:
         from gaitval.mocap.mot import read_ground_reaction
 

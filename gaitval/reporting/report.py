@@ -16,6 +16,7 @@ from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.learning_control.walked import Walked
 from gaitval.metrics.origin import not_recorded
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.recorded import CURVE_UNITS
@@ -142,6 +143,9 @@ def _correction(found: CorrectionResult | None) -> tables.Row | None:
     ]
     return {
         "errors": found.errors,
+        "after": Walked(
+            np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}
+        ).error(),
         "share": found.share,
         "height": found.height,
         "numbers": found.numbers,
@@ -363,7 +367,8 @@ def _context(folder: Path) -> dict[str, Any]:
     before = credibility.provenance_before(folder)
     drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
     body = None
-    if (folder / "body.json").is_file() and "body" in wings.names(wings.PARTS):
+    looked_for = "identification" in metrics.told["angles"]
+    if looked_for and (folder / "body.json").is_file() and "body" in wings.names(wings.PARTS):
         body, drawn["body"] = wings.load(wings.PARTS, "body").shown(folder)
     return {
         "subject": subject,

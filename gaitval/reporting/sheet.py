@@ -110,7 +110,7 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "failed": [_failed(metrics, role, each) for role, each in failed[:FAILED_SHOWN]],
         "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
         "known": [name for name, by in metrics.told.items() if by],
-        "held_out": [name for name, by in metrics.told.items() if not by],
+        "held_out": [name for name in metrics.recorded if not metrics.told[name]],
         "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
         "doubts": list(_doubts(metrics, failed))[:DOUBTS],

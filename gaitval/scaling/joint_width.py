@@ -57,14 +57,15 @@ def hinge_centre(
     ScalingError : the wand is not lateral to the joint.
     """
     lateral, inwards = points[f"{side}.{joint}"], np.array([0.0, 1.0 if side == "R" else -1.0, 0.0])
-    place = points.get(f"{side}.{wand}", lateral - 0.1 * inwards)
-    place = points.get(f"{side}.{joint}.Axis", place)
+    device = f"{side}.{joint}.Axis"
+    name = device if device in points else f"{side}.{wand}"
+    place = points.get(name, lateral - 0.1 * inwards)
     centre = chord_centre(points[f"{side}.{above}"], lateral, place, half_width)
     if unit_vector(centre - lateral) @ inwards < 0.5:
         raise ScalingError(
-            f"the wand marker {side}.{wand} is not lateral to the {joint.lower()}: the axis of "
-            "the joint would point more than 60 degrees away from the midline. Place it in the "
-            "frontal plane of the segment, or use a medial marker."
+            f"the marker {name} is not lateral to the {joint.lower()}: the axis of the joint would "
+            "point more than 60 degrees away from the midline. Place a wand in the frontal plane "
+            "of the segment, align a device with the axis, or use a medial marker."
         )
     return centre
 

@@ -137,9 +137,10 @@ class MarkerSet:
                 other = next(seen for seen, as_ in found.items() if as_ == marker)
                 spelled = (marker, *self.markers[marker].aliases)
                 here, there = (n.rsplit(":", 1)[-1] in spelled for n in (name, other))
-                if alike(other, name) or (there and not here):
+                of_one = name.rpartition(":")[0] == other.rpartition(":")[0]
+                if alike(other, name) or (of_one and there and not here):
                     continue
-                if here and not there:
+                if of_one and here and not there:
                     del found[other]
                     found[name] = marker
                     continue

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -278,9 +279,9 @@ def _sound(recording: Recording, request: Request, tell: Tell) -> Recording:
             raise RecordError(plate.fault).with_way_on("--kinematics-only")
         elif plate.fault:
             raise RecordError(
-                f"{plate.fault} Or leave the plate out with --no-plate {plate.name}, if nobody "
-                "steps on it."
-            ).with_way_on(f"--no-plate {plate.name}")
+                f"{plate.fault} Or leave the plate out with --no-plate {quote(plate.name)}, if "
+                "nobody steps on it."
+            ).with_way_on(f"--no-plate {quote(plate.name)}")
     return replace(recording, plates=sound, force_rate=recording.force_rate if sound else 0.0)
 
 

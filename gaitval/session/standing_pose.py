@@ -84,9 +84,10 @@ def off_toes(
     names = [landmarks[f"{side}.Ankle"] for side in "RL"]
     height = np.mean([np.nanmedian(recording.marker(name)[:, 2]) for name in names]) - floor
     usual = WINTER["ankle height"] * height_m
-    if height <= HIGHEST_BARE_ANKLE * usual:
-        return recording, []
     up = float(height - ANKLE_FACTOR * usual)
+    # in thick soles, or above a floor that is not at 0, the heel is up no more than the forefoot
+    if not (height > HIGHEST_BARE_ANKLE * usual and _heels_up(recording, landmarks) > 0.5 * up):
+        return recording, []
     doubt = QualityFlag(
         "standing pose", "standing", up, 0.0, "m",
         f"the heels are up in every mid-stance, by about {1000 * up:.0f} mm. The feet were put "
@@ -94,6 +95,20 @@ def off_toes(
         "degrees off all the time. Give a standing trial with --static if there is one",
     )  # fmt: skip
     return with_level_feet(on_floor(recording, up), landmarks), [doubt]
+
+
+def _heels_up(recording: Recording, landmarks: Mapping[str, str]) -> float:
+    """Height of the heels' markers above those of the forefeet, m; infinite without them."""
+    heights = dict(
+        zip(recording.names, np.nanmedian(recording.markers[..., 2], axis=0), strict=True)
+    )
+    above = []
+    for side in "RL":
+        heel, *heads = (
+            heights.get(landmarks.get(f"{side}.{part}", ""), np.nan) for part in FEET[:-1]
+        )
+        above.append(heel - np.nanmean(heads) if np.isfinite(heads).any() else np.nan)
+    return float(np.nanmean(above)) if np.isfinite(above).any() else np.inf
 
 
 def with_level_feet(recording: Recording, landmarks: Mapping[str, str]) -> Recording:
@@ -191,7 +206,11 @@ def _together(recording: Recording, marker_set: MarkerSet, frames: tuple[int, in
         for side in "RL"
         if (name := marker_set.landmarks.get(f"{side}.Ankle")) in recording.names
     ]
-    if len(pelvis) < 3 or len(ankles) < 2 or not seen[ankles].all():
+    there = marker_set.on_landmarks(dict(zip(recording.names, seen, strict=True)))
+    spines = all(there.get(f"{side}.ASIS") for side in "RL") and (
+        there.get("Sacrum") or all(there.get(f"{side}.PSIS") for side in "RL")
+    )
+    if not spines or len(pelvis) < 3 or len(ankles) < 2 or not seen[ankles].all():
         return None
     heights = [pose[ankle, 2] for pose, ankle in zip(poses, ankles, strict=True)]
     centres = [pose[pelvis].mean(axis=0) for pose in poses]

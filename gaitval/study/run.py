@@ -13,14 +13,14 @@ then by epsilon, is copied to `policy/` and `identification.json`, where the lat
 import shutil
 import threading
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
 from gaitval import wings
 from gaitval.artefacts import copy_files
-from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy, stored
 from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
@@ -81,8 +81,9 @@ def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
     A training that is finished or under way keeps its start: a later call resumes or skips it.
     """
     start = run.folder / "start"
-    if not scratch and why_run(stage, run.folder) in (None, INTERRUPTED):
-        return
+    with suppress(ArtefactError):  # one of its inputs is missing, so it is not finished
+        if not scratch and why_run(stage, run.folder) in (None, INTERRUPTED):
+            return
     shutil.rmtree(start, ignore_errors=True)
     general = general_policy()
     if scratch:

@@ -13,10 +13,13 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
+from importlib.metadata import entry_points
+from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from gaitval import wings
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 
@@ -72,6 +75,18 @@ def code_of(function: Callable[..., object] | str, *packages: Path) -> dict[str,
         module, name = function.__module__, function.__qualname__
     start = _Place(module, name.partition(".")[0])
     return dict(_code(start, among)) if _file(start.module, among) else {}
+
+
+def code_of_part(name: str, function: str = "") -> dict[str, str]:
+    """`code_of` what a wing registers as `name` in `wings.PARTS`, or a `function` of that module,
+    in the wing's package and this one; nothing without the wing.
+    """
+    for part in entry_points(group=wings.PARTS, name=name):
+        wing = find_spec(part.value.partition(".")[0])
+        assert wing is not None
+        place = f"{part.value}:{function}" if function else part.value
+        return code_of(place, PACKAGE, Path(str(wing.origin)).parent)
+    return {}
 
 
 @cache

@@ -52,6 +52,7 @@ from gaitval.study.inputs import (
     validated_task,
     walking_task,
 )
+from gaitval.study.sources import code_of_part
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
@@ -120,8 +121,13 @@ def reference_stage(run: Run) -> Stage:
         build,
         inputs=("subject.toml", "model.urdf"),
         outputs=("reference.npz",),
-        values=run.sections("contact", "record"),
+        values={**run.sections("contact", "record"), **_estimating(run)},
     )
+
+
+def _estimating(run: Run) -> dict[str, Any]:
+    """As values of a stage: the code that estimates what `asked` asks of `run`, if it does."""
+    return {"estimate": code_of_part("estimate", "asked")} if run.knew_no_kinetics else {}
 
 
 def _reference_of(
@@ -260,7 +266,7 @@ def _comparing(run: Run, speeds: Mapping[str, float] | None) -> dict[str, Any]:
     validation, pushes = run.configuration.validation, run.configuration.pushes
     of_range = {**run.sections("record"), "speeds": list(speeds.values())} if speeds else {}
     return {
-        **run.sections(*SIMULATION_SECTIONS),
+        **run.sections(*SIMULATION_SECTIONS, "randomisation"),
         "walks": validation.model_dump(mode="json", exclude={"consecutive_cycles"}),
         "pushes": pushes.model_dump(mode="json", include={"phases", "force", "cycles"}),
         **of_range,
@@ -352,13 +358,17 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     # More rounds, or another threshold, do not change what is found.
     for name in ("rounds", "kappa"):
         del values["identification"][name]
+    method = run.configuration.identification.method
+    values |= {"code": code_of_part(f"{method}_identification"), **_estimating(run)}
+    if method == "rollouts":  # it walks
+        values |= run.sections(*SIMULATION_SECTIONS, "validation")
 
     def identify() -> None:
         if round_number > 1:
             copy_files(run.folder / before, run.folder / here, names)
             return
         prior = prior_sd(run.subject)
-        if run.configuration.identification.method == "none":
+        if method == "none":
             from gaitval.identification.unidentified import unidentified
 
             found = unidentified(run.configuration, prior)
@@ -501,10 +511,11 @@ def choose_stage(run: Run, rounds: int) -> Stage:
 
         errors = [round_errors(run, number) for number in numbers]
 
-        def order(number: int) -> tuple[tuple[int, int], float, int]:
+        def order(number: int) -> tuple[tuple[int, int], float, bool, int]:
             gain = stored(run, f"rounds/{number}/policy/{GAIN}", LearningGain)
-            # of rounds that are alike, as where all fell, the last
-            return gain.standing.lacking(push_limit()), errors[number - 1].total, -number
+            # of rounds that are alike the one that made the policy; where all fell, the last
+            lacking, error = gain.standing.lacking(push_limit()), errors[number - 1].total
+            return lacking, error, not gain.trained_is_handed_on, -number
 
         best = min(numbers, key=order)
         source = run.folder / f"rounds/{best}"
@@ -516,7 +527,7 @@ def choose_stage(run: Run, rounds: int) -> Stage:
         searched = read_json(source / "identification" / "identification.json")
         reference = source / "identification" / IDENTIFIED
         # the found body brings the walk no nearer to the record: it is reported, and not used
-        if not errors[best - 1].supported:
+        if not errors[best - 1].supported and searched["identified"] != searched["nominal"]:
             searched |= {"searched": searched["identified"], "identified": searched["nominal"]}
             reference = run.folder / "reference.npz"
         copy_file(reference, run.folder / IDENTIFIED)
@@ -616,7 +627,10 @@ def correct_stage(run: Run) -> Stage:
         correct,
         inputs=("subject.toml", *WALKER),
         outputs=("correction.json", STARTS),
-        values=run.sections(*SIMULATION_SECTIONS, "correction", "record", "validation"),
+        values={
+            **run.sections(*SIMULATION_SECTIONS, "correction", "record", "validation"),
+            **_estimating(run),
+        },
     )
 
 

@@ -34,7 +34,7 @@ from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Event, FootForces
-from gaitval.mocap.wbds_text import read_wbds_markers
+from gaitval_formats.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
 

@@ -26,9 +26,12 @@ def test_stance_ends_where_the_line_between_two_rows_falls_to_20_n_at_68_kg():
     assert stance_fraction(vertical) == pytest.approx(0.62)
     vertical[62], vertical[63] = 0.0, 0.0
     assert stance_fraction(vertical) == pytest.approx(0.61 + 0.97 / 100)
+    vertical[75:80] = 0.1  # the foot drags in swing
+    assert stance_fraction(vertical) == pytest.approx(0.61 + 0.97 / 100)
+    vertical[62:89] = 1.0
     vertical[89] = 0.04
     assert stance_fraction(vertical) == pytest.approx(0.89 + 0.01 / 0.04 / 100)
-    vertical[89], vertical[90:] = 0.0, 1.0
+    vertical[62:90], vertical[90:] = 0.0, 1.0
     assert 0.6 < stance_fraction(vertical) < 0.63, "the next strike is none of this stance"
 
 

@@ -370,6 +370,17 @@ class TestPlates:
             found = read_c3d(path)
         assert_carries(found.plates[0], course)
 
+    def test_a_channel_that_is_beyond_16_bits_from_the_first_sample(self, tmp_path):
+        """Who already stands on a treadmill's plate; swing shows which values are as they were."""
+        course = 0.6 * np.cos(np.pi * np.arange(200) / 199.0) ** 2
+        plate = plate_of(2, scale=course)
+        channels = np.mod(plate.channels + 32768.0, 65536.0) - 32768.0
+        assert np.abs(channels[0] - plate.channels[0]).max() > 1.0
+        path = write(tmp_path / "a.c3d", plates=[replace(plate, channels=channels)])
+        with pytest.warns(RecordWarning, match=r"channel [45] went beyond the 16 bits"):
+            found = read_c3d(path)
+        assert_carries(found.plates[0], course)
+
     def test_a_calibration_stored_by_rows(self, tmp_path):
         plate = plate_of(4)
         assert plate.calibration is not None

@@ -14,7 +14,7 @@ from gaitval.mocap.cleaning import CleaningReport, clean
 from gaitval.mocap.exchanges import opposite_marker
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
-from gaitval.mocap.wbds_text import read_wbds_markers
+from gaitval_formats.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
 """Turns x forward, y up, z right into x forward, y left, z up."""

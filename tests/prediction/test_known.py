@@ -70,9 +70,18 @@ def test_a_person_without_plates_is_told_kinematics_only():
 )
 def test_every_comparison_says_whether_it_was_told(settings, moment, angle, epsilon):
     configuration = load_configuration(settings=settings)
-    found = uses(PERSON, configuration)
+    found = uses(PERSON, configuration, trained=True)
     known = [name for name, read_by in found.items() if read_by]
     assert status("moment_rmse", known) == moment
     assert status("angle_rmse", known) == angle
     assert status("epsilon", known) == epsilon
     assert status("shoulder_moment_rms", known) == "not compared"
+
+
+def test_only_what_ran_has_read_the_record():
+    found = uses(PERSON, load_configuration(), trained=True)
+    assert found["angles"] == ["reference", "reward", "identification", "correction"]
+    assert "correction" not in found["timing"]
+    none = load_configuration(settings=["identification.method=none", "correction.steps=0"])
+    assert uses(PERSON, none, trained=False)["angles"] == ["reference"]
+    assert uses(PERSON, none, trained=False)["moments"] == ["reference", "feed-forward"]

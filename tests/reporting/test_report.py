@@ -17,6 +17,7 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.learning_control.walked import accuracy_of
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PushTrace
@@ -227,9 +228,19 @@ def test_the_page_says_in_which_engine_what_walked(page):
     assert "The compared cycles are walked in DART; how far each walk gets" in page.text
 
 
-def test_the_correction_is_told_in_degrees(page):
+def corrected_error(metrics) -> str:
+    """Root mean square of the fitted curves' errors over their accuracies, as the page has it."""
+    shares = [
+        (row["after"] / accuracy_of(row["kind"], row["curve"])) ** 2
+        for row in metrics["correction"]["curves"]
+        if row["fitted"]
+    ]
+    return number(np.sqrt(np.mean(shares)), 2)
+
+
+def test_the_correction_is_told_in_degrees(page, metrics):
     text = " ".join(page.text.split())
-    assert "0.95 before, 0.71 after 2 steps" in text
+    assert f"0.95 before, {corrected_error(metrics)} with it; 2 steps looked for it" in text
     assert "The correction has 170 numbers, of which its prior leaves 102 free" in text
     assert "Change of the height of the pelvis: −2.1 mm" in text
     assert re.search("angles ?2.250 ?1.600 ?deg", text)
@@ -362,6 +373,58 @@ def test_damaged_inputs_are_named(run_folder, tmp_path):
     (tmp_path / "metrics.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ArtefactError, match="does not match the schema"):
         write_report(tmp_path)
+
+
+def changed_page(run_folder, folder, monkeypatch, **changed) -> str:
+    """The text of the page of a run whose metrics are changed."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    shutil.copytree(run_folder, folder, dirs_exist_ok=True)
+    metrics = read_json(folder / "metrics.json")
+    for name, values in changed.items():
+        metrics[name] |= values
+    write_json(folder / "metrics.json", metrics)
+    write_report(folder)
+    return " ".join(Page((folder / "report.html").read_text(encoding="utf-8")).text.split())
+
+
+def test_a_found_body_that_falls_is_told(run_folder, tmp_path, monkeypatch):
+    metrics = read_json(run_folder / "metrics.json")["identification"]
+    text = changed_page(
+        *(run_folder, tmp_path, monkeypatch),
+        identification={
+            "searched": metrics["identified"],
+            "epsilon_nominal": dict.fromkeys(("angles", "moments", "forces", "total"), 0.2),
+            "epsilon_identified": None,
+        },
+    )
+    assert "with the parameters that were found, the walk has no complete gait cycle" in text
+
+
+def test_what_the_whole_correction_reached_is_not_told_of_a_part(run_folder, tmp_path, monkeypatch):
+    text = changed_page(*(run_folder, tmp_path / "a", monkeypatch), correction={"share": 0.7})
+    metrics = read_json(tmp_path / "a" / "metrics.json")
+    assert f"{corrected_error(metrics)} with it" in text
+    assert "identified, reference corrected" in text
+    refused = changed_page(
+        *(run_folder, tmp_path / "b", monkeypatch), correction={"refused": "it falls"}
+    )
+    assert "identified, reference corrected" not in refused
+
+
+def test_what_was_not_recorded_was_not_held_out(run_folder, tmp_path, monkeypatch):
+    told = read_json(run_folder / "metrics.json")["told"]
+    nothing = {name: [] for name in told if name in ("moments", "forces", "stance")}
+    held = changed_page(*(run_folder, tmp_path / "a", monkeypatch), told=nothing)
+    assert "Held out: moments, forces, stance" in held
+    folder = tmp_path / "b"
+    shutil.copytree(tmp_path / "a", folder)
+    metrics = read_json(folder / "metrics.json")
+    write_json(folder / "metrics.json", metrics | {"recorded": ["angles", "timing"]})
+    write_report(folder)
+    text = " ".join(Page((folder / "report.html").read_text(encoding="utf-8")).text.split())
+    assert "Held out: nothing" in text
+    assert "moments and forces were not recorded" in text
 
 
 def test_a_fall_at_once_and_missing_files_still_give_a_report(tmp_path, monkeypatch):

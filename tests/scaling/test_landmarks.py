@@ -177,6 +177,14 @@ def test_a_device_on_the_knee_shows_its_axis_where_the_wand_does_not():
             )
 
 
+def test_a_device_on_the_wrong_side_of_the_knee_is_named():
+    person = standing_person()
+    markers = {n: np.array(p) for n, p in person.landmarks.items() if "Medial" not in n}
+    markers["R.Knee.Axis"] = markers["R.Knee"] + [0.0, 0.1, 0.0]
+    with pytest.raises(ScalingError, match=r"R\.Knee\.Axis is not lateral to the knee"):
+        locate(markers, **WIDTHS)
+
+
 def test_a_marker_on_the_midfoot_shows_where_the_foot_points_and_not_its_length():
     person = standing_person()
     markers = {name: np.array(person.landmarks[name]) for name in PLUG_IN_GAIT}

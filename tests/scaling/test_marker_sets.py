@@ -289,6 +289,8 @@ def test_of_two_names_of_one_marker_the_sets_own_spelling_counts():
     assert found.renamed(names[::-1]) == found.renamed(names)
     with pytest.raises(RecordError, match="are both r_knee"):
         found.renamed(["RKnee", "rknee"])
+    with pytest.raises(RecordError, match="are both r_knee"):  # of two people
+        found.renamed(["A:r_knee_study", "B:RKnee"])
     assert found.renamed(["RKnee"]) == {"RKnee": "r_knee"}
 
 

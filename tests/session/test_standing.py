@@ -124,8 +124,14 @@ def test_a_pose_on_the_toes_is_put_flat_where_no_standing_trial_shows_it(made_up
     pose = stood.session.standing
     for lift in (0.0, 0.01):
         assert off_toes(on_floor(pose, -lift), landmarks, height_m, 0.0)[1] == []
-    assert off_toes(on_floor(pose, -0.06), landmarks, height_m, 0.06)[1] == []
-    flat, (doubt,) = off_toes(on_floor(pose, -0.06), landmarks, height_m, 0.0)
+    raised = on_floor(pose, -0.06)
+    assert off_toes(raised, landmarks, height_m, 0.06)[1] == []
+    # thick soles, or a floor that is not at 0
+    assert off_toes(raised, landmarks, height_m, 0.0)[1] == []
+    front = [landmarks.get(f"{side}.{part}") for side in "RL" for part in ("MT1", "MT2", "MT5")]
+    markers = raised.markers.copy()
+    markers[:, [name in front for name in raised.names], 2] -= 0.06
+    flat, (doubt,) = off_toes(replace(raised, markers=markers), landmarks, height_m, 0.0)
     assert "the heels are up" in doubt.message
     ankles = [np.median(flat.marker(landmarks[f"{side}.Ankle"])[:, 2]) for side in "RL"]
     assert np.mean(ankles) == pytest.approx(0.039 * 1.18 * height_m)

@@ -572,6 +572,9 @@ def test_a_round_that_lacks_less_is_chosen_before_one_that_is_nearer(
     # who stands as many as acceptance asks for lacks nothing
     assert chosen((gain_of(20), 2.0), (gain_of(20, None, standing(survived=90)), 1.0)) == 2
     assert chosen((gain_of(20), 1.0), (gain_of(20), 1.0)) == 2
+    # a round that trained nothing walks with the policy of the one before
+    untrained = LearningGain.none_needed(standing(), 80.0)
+    assert chosen((gain_of(20), 1.0), (untrained, 1.0)) == 1
 
 
 def test_a_round_that_fell_is_the_last_to_be_chosen(
@@ -793,6 +796,20 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
 
 
+def test_the_time_of_a_device_is_no_round_of_a_baseline(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    run = opened("identification.rounds=1")
+    run_subject(run)
+    about = read_json(run.folder / "provenance.json")
+    about["stages"] |= {"device-hip_exo": {"seconds": 1.0}, "train-2": {"seconds": 9.0}}
+    write_json(run.folder / "provenance.json", about)
+    store_baseline(run.folder, tmp_path / "baseline")
+    (times,) = read_json(tmp_path / "baseline" / TIMES).values()
+    assert "device-hip_exo" in times["stages"]
+    assert "train-2" not in times["stages"]
+
+
 def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Opener) -> None:
     run = opened()
     stages = {stage.name: stage for stage in plan(run, 1)}
@@ -921,6 +938,21 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
     assert "general policy" in said(scaled)
     study.choose_start(scaled, study.train_stage(scaled, 1), scratch=True)
     assert not (scaled.folder / "start").exists()
+
+
+def test_a_start_that_is_half_there_is_chosen_again(
+    scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a kill between its two files, or an earlier gaitval, leaves a folder."""
+    general = stored_policy(tmp_path / "general", task, general=True)
+    monkeypatch.setattr(study, "general_policy", lambda: general)
+    study.choose_start(scaled, study.train_stage(scaled, 1))
+    record = {"inputs": {}, "code": {}, "outputs": {}}
+    write_json(scaled.folder / "stages.json", {"train-1": record})
+    (scaled.folder / "start" / "policy.json").unlink()
+    (scaled.folder / "rounds/1/need.json").unlink(missing_ok=True)
+    study.choose_start(scaled, study.train_stage(scaled, 1))
+    assert read_json(scaled.folder / "start" / "policy.json")["general"]
 
 
 def test_a_training_starts_from_the_policy_that_is_named(
