@@ -183,6 +183,13 @@ EQUAL: Final = (
         "walks of a correction are the same, and no longer kept on the way "
         "(tests/learning_control); a sentence of the report",
     ),
+    Equal(
+        "de55da07a8",
+        "55cb5cc9a3",
+        ("gaitval/scaling/joint_width.py",),
+        "a message; the bodies of the ten were fitted again and are equal to the last digit "
+        "(experiments/skin_width.py)",
+    ),
 )
 """Oldest first."""
 
