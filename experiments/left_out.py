@@ -22,14 +22,11 @@ from typing import Final
 import evidence
 from evidence.marked_table import with_table
 from experiments.own_training import (
-    FINISHED,
     MOST,
     POINTS,
-    claimed,
     collected,
     measured,
-    place,
-    study,
+    study_once,
     table,
 )
 from gaitval.artefacts import read_json, versions, write_json, write_text
@@ -102,14 +99,7 @@ def run(arguments: argparse.Namespace) -> None:
     os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(ROOT / "extras")])
     start = {name: general(group, arguments.work) for group in groups() for name in group}
     for name, seed, samples in jobs(arguments.seeds):
-        folder, first = (place(arguments.work, name, *each) for each in ((seed, samples), (0, 0)))
-        with claimed(folder) as free:
-            if not free or (folder / str(samples) / FINISHED).is_file():
-                continue
-            if seed and not (first / "0" / FINISHED).is_file():
-                continue  # another process is at it
-            print(f"{name}, seed {seed}, {samples:,} samples", flush=True)
-            study(name, folder, seed, samples, first if seed else None, start[name])
+        study_once(arguments.work, name, seed, samples, name, start[name])
 
 
 def written(arguments: argparse.Namespace) -> None:

@@ -234,16 +234,23 @@ def run(arguments: argparse.Namespace) -> None:
             if free:
                 imported(by_name(name), arguments.clones, arguments.work)
     for name, seed, samples in jobs(arguments.people, arguments.seeds):
-        folder = place(arguments.work, name, seed, samples)
-        body = None if samples == 0 or seed == 0 else place(arguments.work, name, 0, 0)
-        with claimed(folder) as free:
-            if not free or (folder / str(samples) / FINISHED).is_file():
-                continue
-            if body and not (body / "0" / FINISHED).is_file():
-                continue  # another process is at it
-            print(f"{name}, seed {seed}, {samples:,} samples", flush=True)
-            subject = arguments.work / "people" / short(name) / "subject.toml"
-            study(str(subject), folder, seed, samples, body)
+        subject = arguments.work / "people" / short(name) / "subject.toml"
+        study_once(arguments.work, name, seed, samples, str(subject))
+
+
+def study_once(
+    work: Path, name: str, seed: int, samples: int, subject: str, general: Path | None = None
+) -> None:
+    """`study` in `work`, unless it is finished or another process is at it, or at its body."""
+    folder = place(work, name, seed, samples)
+    body = None if samples == 0 or seed == 0 else place(work, name, 0, 0)
+    with claimed(folder) as free:
+        if not free or (folder / str(samples) / FINISHED).is_file():
+            return
+        if body and not (body / "0" / FINISHED).is_file():
+            return
+        print(f"{name}, seed {seed}, {samples:,} samples", flush=True)
+        study(subject, folder, seed, samples, body, general)
 
 
 def place(work: Path, name: str, seed: int, samples: int) -> Path:

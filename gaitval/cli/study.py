@@ -191,8 +191,8 @@ def simulate(
 ) -> None:
     """Walk with the trained policy, without pushes: rollouts/.
 
-    The identified body walks a hundred gait cycles from every start phase. The nominal body walks
-    from the first one, for the cycles that are compared.
+    The identified body and the nominal one walk the cycles that are compared, from the first start
+    phase. The hundred cycles from every start phase are walked by `gaitval correct`.
     """
     _stage("simulate", subject, out, config, settings, force)
 

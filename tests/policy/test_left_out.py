@@ -1,7 +1,7 @@
 """Who is left out of which general policy, and which studies are done from it."""
 
-from experiments import left_out
-from experiments.own_training import FINISHED, MOST
+from experiments import left_out, own_training
+from experiments.own_training import FINISHED, MOST, place
 from gaitval.artefacts import write_json
 from gaitval.datasets.subject_file import BUILTIN
 
@@ -30,8 +30,8 @@ def test_nobody_is_studied_from_a_policy_that_has_seen_them(tmp_path, monkeypatc
         write_json(left_out.Path(out) / "about.json", {})
 
     monkeypatch.setattr(left_out.subprocess, "run", train)
-    monkeypatch.setattr(left_out, "study", lambda *given: studied.append(given))
-    finished = left_out.place(tmp_path, "S05", 0, 0)
+    monkeypatch.setattr(own_training, "study", lambda *given: studied.append(given))
+    finished = place(tmp_path, "S05", 0, 0)
     for name in ("0", str(MOST)):
         write_json(finished / name / FINISHED, {})
     arguments = type("", (), {"seeds": left_out.SEEDS, "work": tmp_path})

@@ -134,7 +134,7 @@ def test_a_study_that_is_finished_is_not_done_again(tmp_path, monkeypatch):
     done = []
     monkeypatch.setattr(own, "by_name", lambda name: {"name": name})
     monkeypatch.setattr(own, "imported", lambda *_: None)
-    monkeypatch.setattr(own, "study", lambda *given: done.append(given[2:]))
+    monkeypatch.setattr(own, "study", lambda *given: done.append(given[2:5]))
     finished = own.place(tmp_path, "lux", 0, 0) / "0" / own.FINISHED
     finished.parent.mkdir(parents=True)
     finished.write_text("{}")
