@@ -97,7 +97,7 @@ MEASURES = {
             "@identified",
             "@errors",
             "@motion",
-            "gaitval/session/halves.py",
+            "extras/gaitval_measurement/halves.py",
             "experiments/held_out_runs.py:walked,halves,store",
         ),
         "data": ("reports/general/policy.safetensors",),

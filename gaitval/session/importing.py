@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from gaitval import wings
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
@@ -75,9 +76,7 @@ def _import(
         if request.halves is None:
             subject = subject_of(found)
         else:
-            from gaitval.session.halves import subject_of_halves
-
-            subject = subject_of_halves(found, request.halves)
+            subject = wings.load(wings.PARTS, "halves")(found, request.halves)
     except GaitvalError as error:
         raise type(error)(
             f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"

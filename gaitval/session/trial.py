@@ -46,6 +46,7 @@ from gaitval.session.scale import FittedBody
 if TYPE_CHECKING:  # a wing makes the one, and few files store events
     from gaitval.gait.stored_events import StoredEvents
     from gaitval.inverse.consistent_motion import ConsistentMotion
+    from gaitval.session.whole_stride import WholeStride
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,15 @@ def work_out_trial(
     name: str,
     recording: Recording,
     tell: Tell = silent,
+    stride: "WholeStride | None" = None,
 ) -> WalkingTrial:
     """Kinematics, forces, dynamics and cycles of one walking trial (`name`) of `session` on the
     scaled `body`, by the options of `request` and the filters of `processing`.
 
-    `recording` is cleaned, in the project's axes; `tell` is called with each decision.
+    `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial
+    without a whole cycle that is a `stride` joins itself and is worked out once more.
     """
+    given = recording
     landmarks = session.marker_set.landmarks
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
@@ -151,6 +155,16 @@ def work_out_trial(
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
     cycles = _cycles(recording, events, forces, shown, processing)
+    if stride is not None:
+        cycles = {side: stride.once(cycles[side]) for side in SIDES}
+    elif not any(cycle.kinematics_valid for side in SIDES for cycle in cycles[side]):
+        from gaitval.session.whole_stride import joined
+
+        if stride := joined(given):
+            tell("events", f"{name}: {stride}")
+            return work_out_trial(
+                request, processing, session, body, name, stride.recording, tell, stride
+            )
     stored, of_file = _stored_events(tell, name, recording, events)
     found = trial_doubts(request, recording, landmarks, events, findings, measured)
     doubts = (*of_file, *found)

@@ -1,0 +1,115 @@
+"""A trial that is one stride of a periodic walk, such as a simulated or an averaged one.
+
+It shows no gait cycle of either side if it is cut anywhere but at a heel strike, though all of both
+is in it. Joined to itself it does: the walk goes on as it began.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.cycles import PLAUSIBLE_STRIDE, GaitCycle
+from gaitval.mocap.recording import Plate, Recording
+
+COPIES: Final = 3
+"""Filters and derivatives have neighbours around all of the one in the middle."""
+CLOSED: Final = 0.003
+"""m, root mean square over markers. Strides of people differ by more; a jump of this size moves a
+moment by less than its band."""
+FEWEST_MARKERS: Final = 4
+_NEIGHBOURS: Final = 5
+"""Frames at an end from which its velocity is taken."""
+
+
+@dataclass(frozen=True)
+class WholeStride:
+    """A stride that was joined to itself.
+
+    Attributes
+    ----------
+    recording : the stride three times; the second has the times of the trial.
+    seconds : from its beginning to that of the next, s.
+    apart : root mean square distance of the markers from where they began, m, the person's way
+        taken away.
+    """
+
+    recording: Recording
+    seconds: float
+    apart: float
+
+    def __str__(self) -> str:
+        return (
+            f"the trial is one stride of {self.seconds:.3f} s that ends as it began, within "
+            f"{1000.0 * self.apart:.2f} mm: it is joined to itself, so that each side has a whole "
+            "cycle"
+        )
+
+    def once(self, cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, ...]:
+        """One of the equal `cycles` of a side, the one that is furthest from both ends."""
+        first = self.recording.start + 0.5 * self.seconds
+        return tuple(each for each in cycles if first <= each.start < first + self.seconds)[:1]
+
+
+def joined(recording: Recording) -> WholeStride | None:
+    """The stride that a clean `recording`, along +x, consists of; None if it is no whole stride, or
+    ends in another pose than it began.
+    """
+    rate = recording.marker_rate
+    seen = np.isfinite(recording.markers).all(axis=(0, 2))
+    if seen.sum() < FEWEST_MARKERS or len(recording.markers) < 2 * _NEIGHBOURS:
+        return None
+    markers = recording.markers[:, seen]
+    middle = markers.mean(axis=1)
+    pose = markers - middle[:, None]
+    velocity = _between_ends(pose, rate)
+    apart = pose[0] - pose[-1]
+    # when the last pose has become the first
+    gap = float((apart * velocity).sum() / (velocity**2).sum())
+    frames = round(gap * rate)
+    left = float(np.sqrt(np.mean((apart - velocity * frames / rate) ** 2)))
+    low, high = PLAUSIBLE_STRIDE
+    seconds = (len(markers) - 1 + frames) / rate
+    # 0: the last frame is the first again; 1: it is the one before
+    if frames not in (0, 1) or left > CLOSED or not low <= seconds <= high:
+        return None
+    count = len(markers) - 1 + frames
+    way = middle[-1] - middle[0] + _between_ends(middle, rate) * frames / rate
+    way[2] = 0.0
+    shifts = [(copy - 1) * way for copy in range(COPIES)]
+    per_frame = round(recording.force_rate / rate)
+    again = replace(
+        recording,
+        markers=np.concatenate([recording.markers[:count] + shift for shift in shifts]),
+        start=recording.start - seconds,
+        plates=tuple(_again(plate, count * per_frame, shifts) for plate in recording.plates),
+        events=(),
+    )
+    return WholeStride(again, seconds, left)
+
+
+def _between_ends(values: Array, rate: float) -> Array:
+    """Velocity where the end of `values` (T, …), at `rate` Hz, meets their beginning."""
+    ends = values[:_NEIGHBOURS], values[-_NEIGHBOURS:]
+    return np.asarray(rate * np.mean([np.diff(each, axis=0).mean(axis=0) for each in ends], axis=0))
+
+
+def _again(plate: Plate, samples: int, shifts: Sequence[Array]) -> Plate:
+    """A plate of the walkway for every copy, as one; it has no corners."""
+    still, force = np.zeros((len(shifts), 3)), plate.force[:samples]
+
+    def whole(values: Array, more: Iterable[Array]) -> Array:
+        return np.concatenate([values[:samples] + each for each in more])
+
+    return replace(
+        plate,
+        corners=np.full((4, 3), np.nan),
+        force=whole(force, still),
+        centre_of_pressure=whole(plate.centre_of_pressure, shifts),
+        free_moment=whole(plate.free_moment, still),
+        moment=None
+        if plate.moment is None
+        else whole(plate.moment, [np.cross(shift, force) for shift in shifts]),
+    )
