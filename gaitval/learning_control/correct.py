@@ -22,7 +22,7 @@ it did not before, so a correction is used only if it walks as far from every st
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from itertools import chain
 
 import numpy as np
@@ -252,7 +252,7 @@ def correct(
         to_record = 0.0
     else:
         task = replace(task, record=asked)
-    phases = task.configuration.validation.start_phases
+    phases = tuple(task.configuration.validation.start_phases)
     start = phases[0]
     sd = prior_sd(settings.harmonics)
 
@@ -274,8 +274,10 @@ def correct(
             ]
             return list(_walks(pool, to_record, cases))
 
-        def far(point: Array, start: Sequence[float]) -> tuple[Endurance, ...]:
-            changed = adjusted(task.reference, task.reference_body, correction_of(sd * point))
+        @cache
+        def far(used: int, start: tuple[float, ...]) -> tuple[Endurance, ...]:
+            change = correction_of(sd * points[used])
+            changed = adjusted(task.reference, task.reference_body, change)
             return walked_far(pool.with_task(replace(task, reference=changed)), policy, mu, start)
 
         from gaitval.learning_control.search import harm, search
@@ -300,16 +302,16 @@ def correct(
             if points[used].any():
                 refused = harm(here[0], here[used], other[0], other[used])
             if refused is None:
-                starts = far(points[used], starting)
+                starts = far(used, starting)
                 falls = _falls(starts)
-                before = _falls(far(none, starting)) if falls else 0
+                before = _falls(far(0, starting)) if falls else 0
                 if falls <= before:
                     break
                 refused = f"{falls} of {len(starts)} long walks fall with it, {before} without"
                 # Near a fall it is luck from which it falls: as many that no validation walks from.
                 starting = (*phases, *((phase + 0.5 / len(phases)) % 1.0 for phase in phases))
         else:
-            used, starts = 0, far(none, phases)
+            used, starts = 0, far(0, phases)
     return Corrected(
         correction=correction_of(sd * points[used]),
         errors=found.errors,
