@@ -118,7 +118,7 @@ def work_out_trial(
     scaled `body`, by the options of `request` and the filters of `processing`.
 
     `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial
-    without a whole cycle that is a `stride` joins itself and is worked out once more.
+    without a whole cycle of each side that is a `stride` is joined to itself and worked out again.
     """
     given = recording
     landmarks = session.marker_set.landmarks
@@ -157,7 +157,7 @@ def work_out_trial(
     cycles = _cycles(recording, events, forces, shown, processing)
     if stride is not None:
         cycles = {side: stride.once(cycles[side]) for side in SIDES}
-    elif not any(cycle.kinematics_valid for side in SIDES for cycle in cycles[side]):
+    elif not all(any(each.kinematics_valid for each in of_side) for of_side in cycles.values()):
         from gaitval.session.whole_stride import joined
 
         if stride := joined(given):

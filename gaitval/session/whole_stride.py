@@ -1,7 +1,7 @@
 """A trial that is one stride of a periodic walk, such as a simulated or an averaged one.
 
-It shows no gait cycle of either side if it is cut anywhere but at a heel strike, though all of both
-is in it. Joined to itself it does: the walk goes on as it began.
+It shows the gait cycle of one side if it is cut at that one's heel strike, else of none, though all
+of both is in it. Joined to itself it does: the walk goes on as it began.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,6 +19,8 @@ COPIES: Final = 3
 CLOSED: Final = 0.003
 """m, root mean square over markers. Strides of people differ by more; a jump of this size moves a
 moment by less than its band."""
+LONGER: Final = 0.2
+"""Of the trial, what may be more than a stride."""
 FEWEST_MARKERS: Final = 4
 _NEIGHBOURS: Final = 5
 """Frames at an end from which its velocity is taken."""
@@ -64,6 +66,10 @@ def joined(recording: Recording) -> WholeStride | None:
     markers = recording.markers[:, seen]
     middle = markers.mean(axis=1)
     pose = markers - middle[:, None]
+    # a little more than a stride begins where its end is nearest to
+    early = pose[: round(LONGER * len(pose))]
+    first = int(np.argmin(((early - pose[-1]) ** 2).mean(axis=(1, 2))))
+    middle, pose = middle[first:], pose[first:]
     velocity = _between_ends(pose, rate)
     apart = pose[0] - pose[-1]
     # when the last pose has become the first
@@ -71,20 +77,21 @@ def joined(recording: Recording) -> WholeStride | None:
     frames = round(gap * rate)
     left = float(np.sqrt(np.mean((apart - velocity * frames / rate) ** 2)))
     low, high = PLAUSIBLE_STRIDE
-    seconds = (len(markers) - 1 + frames) / rate
+    count = len(pose) - 1 + frames
+    seconds = count / rate
     # 0: the last frame is the first again; 1: it is the one before
     if frames not in (0, 1) or left > CLOSED or not low <= seconds <= high:
         return None
-    count = len(markers) - 1 + frames
     way = middle[-1] - middle[0] + _between_ends(middle, rate) * frames / rate
     way[2] = 0.0
     shifts = [(copy - 1) * way for copy in range(COPIES)]
     per_frame = round(recording.force_rate / rate)
+    samples = slice(first * per_frame, (first + count) * per_frame)
     again = replace(
         recording,
-        markers=np.concatenate([recording.markers[:count] + shift for shift in shifts]),
-        start=recording.start - seconds,
-        plates=tuple(_again(plate, count * per_frame, shifts) for plate in recording.plates),
+        markers=_repeated(recording.markers[first : first + count], shifts),
+        start=recording.start + first / rate - seconds,
+        plates=tuple(_again(plate, samples, shifts) for plate in recording.plates),
         events=(),
     )
     return WholeStride(again, seconds, left)
@@ -96,20 +103,20 @@ def _between_ends(values: Array, rate: float) -> Array:
     return np.asarray(rate * np.mean([np.diff(each, axis=0).mean(axis=0) for each in ends], axis=0))
 
 
-def _again(plate: Plate, samples: int, shifts: Sequence[Array]) -> Plate:
+def _repeated(values: Array, more: Iterable[Array]) -> Array:
+    return np.concatenate([values + each for each in more])
+
+
+def _again(plate: Plate, samples: slice, shifts: Sequence[Array]) -> Plate:
     """A plate of the walkway for every copy, as one; it has no corners."""
-    still, force = np.zeros((len(shifts), 3)), plate.force[:samples]
-
-    def whole(values: Array, more: Iterable[Array]) -> Array:
-        return np.concatenate([values[:samples] + each for each in more])
-
+    still, force = np.zeros((len(shifts), 3)), plate.force[samples]
+    moment = plate.moment
+    turned = [np.cross(shift, force) for shift in shifts]
     return replace(
         plate,
         corners=np.full((4, 3), np.nan),
-        force=whole(force, still),
-        centre_of_pressure=whole(plate.centre_of_pressure, shifts),
-        free_moment=whole(plate.free_moment, still),
-        moment=None
-        if plate.moment is None
-        else whole(plate.moment, [np.cross(shift, force) for shift in shifts]),
+        force=_repeated(force, still),
+        centre_of_pressure=_repeated(plate.centre_of_pressure[samples], shifts),
+        free_moment=_repeated(plate.free_moment[samples], still),
+        moment=None if moment is None else _repeated(moment[samples], turned),
     )

@@ -59,9 +59,12 @@ def whole(session) -> WalkingTrial:
     )
 
 
-@pytest.mark.parametrize(("first", "frames"), [(210, FRAMES), (300, FRAMES + 1)])
+@pytest.mark.parametrize(
+    ("first", "frames"), [(210, FRAMES), (300, FRAMES + 1), (310, FRAMES + 20)]
+)
 def test_both_sides_are_those_of_the_longer_trial(session, whole, first, frames):
-    """From any moment on, with and without the first frame once more at the end."""
+    """From any moment on, with and without the first frame once more at the end, and where the
+    right cycle is in it and the left is not."""
     made, recordings, body = session
     stride = cut(recordings.walking[0], first, frames)
     said = []
@@ -99,7 +102,7 @@ def test_both_sides_are_those_of_the_longer_trial(session, whole, first, frames)
         assert walk.forces.valid[:, i].all()
 
 
-@pytest.mark.parametrize("frames", [FRAMES - 6, FRAMES + 6, FRAMES // 2])
+@pytest.mark.parametrize("frames", [FRAMES - 6, 2 * FRAMES - 20, FRAMES // 2])
 def test_what_is_no_whole_stride_is_not_joined(session, frames):
     _, recordings, _ = session
     assert joined(cut(recordings.walking[0], 210, frames)) is None
@@ -122,3 +125,16 @@ def test_a_stride_that_does_not_close_is_refused_as_before(session):
     walk = work_out_trial(made.request, PROCESSING, recordings, body, "short", short)
     with pytest.raises(RecordError, match="no complete right gait cycle"):
         require_cycles([walk])
+
+
+def test_a_plates_moment_about_the_origin_goes_with_the_walk(session):
+    _, recordings, _ = session
+    stride = cut(recordings.walking[0], 210, FRAMES)
+
+    def about_origin(plate):
+        return np.cross(np.nan_to_num(plate.centre_of_pressure), plate.force) + plate.free_moment
+
+    plates = tuple(replace(each, moment=about_origin(each)) for each in stride.plates)
+    for plate in joined(replace(stride, plates=plates)).recording.plates:
+        np.testing.assert_allclose(plate.moment, about_origin(plate), atol=1e-6)
+        assert np.nanmax(plate.centre_of_pressure[:, 0]) > 2.0, "three strides along the way"
