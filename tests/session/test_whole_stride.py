@@ -136,5 +136,6 @@ def test_a_plates_moment_about_the_origin_goes_with_the_walk(session):
 
     plates = tuple(replace(each, moment=about_origin(each)) for each in stride.plates)
     for plate in joined(replace(stride, plates=plates)).recording.plates:
-        np.testing.assert_allclose(plate.moment, about_origin(plate), atol=1e-6)
+        loaded = np.isfinite(plate.centre_of_pressure).all(axis=1)
+        np.testing.assert_allclose(plate.moment[loaded], about_origin(plate)[loaded], atol=1e-6)
         assert np.nanmax(plate.centre_of_pressure[:, 0]) > 2.0, "three strides along the way"
