@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.study.inputs import POLICY_FILES
@@ -56,6 +57,19 @@ def code() -> dict[str, str]:
     return code_of(_walk, PACKAGE, Path(__file__).parent)
 
 
+def check_side(subject: Subject, worn: Sequence[Device]) -> None:
+    """Raise ConfigurationError if one of the devices `worn` replaces a part of the leg on another
+    side than the `prosthesis` of the `subject`.
+    """
+    for device in worn:
+        if device.stumps and subject.prosthesis in SIDES and device.sides != (subject.prosthesis,):
+            raise ConfigurationError(
+                f"{subject.identifier}: the prosthesis is on the {subject.prosthesis}, but the "
+                f"device {device.name} replaces a part of the {' and '.join(device.sides)} leg. "
+                f'Write sides = ["{subject.prosthesis}"] beside its name in [[devices]].'
+            )
+
+
 def folder_of(subject: Subject) -> str:
     """The folder of a run in which the devices of its `subject` are."""
     return "-".join(str(each["name"]) for each in subject.devices)
@@ -67,6 +81,7 @@ def stage(run: Run) -> Stage:
     """
     name = folder_of(run.subject)
     worn = devices_of({"devices": run.subject.devices}, run.subject.identifier)
+    check_side(run.subject, worn)
     return Stage(
         f"device-{name}",
         lambda: _walk(run, name),

@@ -108,6 +108,11 @@ def _of_this_person(patient: Patient) -> list[str]:
             "What the prosthesis does between socket and foot: its masses are in the body, its "
             "knee and ankle are moved like sound ones."
         )
+    if patient.person.below_knee is not None:
+        found.append(
+            f"What the prosthesis below the {patient.person.below_knee} knee weighs and does: the "
+            "body has a sound leg there."
+        )
     if patient.affected is None:
         found.append("Which side is affected: no table names one.")
     return found

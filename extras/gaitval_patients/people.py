@@ -18,7 +18,7 @@ from gaitval.errors import RecordError
 HEADERS: Final[Mapping[str, str]] = {
     "subject": r"id|subject|subject code|subject id|participant|patient",
     "sex": r"sex|gender",
-    "age": r"age|age \(?yrs\)?|age \(?years\)?|age_years",
+    "age": r"age|age ?\(?(yrs|years|y)\)?|age_years",
     "mass": r"mass|weight|body ?mass|(mass|weight) ?\(kg\)|mass_kg|weight_kg",
     "height": r"height|stature|(height|stature) ?\((m|cm|mm)\)|height_m|height_cm",
     "leg_length": r"leg ?len(gth)?|leg ?length ?\((m|cm)\)|leg_length_m",
@@ -26,12 +26,15 @@ HEADERS: Final[Mapping[str, str]] = {
     "left_leg": r"(leg ?length left|left leg ?length) ?(\((m|cm)\))?|leg_length_left_m",
     "speed": r"speed|gait ?speed|walking ?speed|speed ?\(m/s\)|walking_speed_m_s|og_comf",
     "amputation": r"amputation side|amputated side|prosthetic side",
+    "level": r"(amputation |amputated )?level|level of amputation",
     "affected": r"(on - |off - )?updrs-iii asymmetry|affected side|paretic side|side",
 }
 """Headers, in lower case, of what is read."""
 
 STATES: Final = ("off", "on", "pre", "post")
 """What a name may end in, after an underscore, that is no part of the person's name."""
+_BELOW_KNEE: Final = r"(?i).*(trans-?tibial|below|\b(tt|bk|ttka)\b|syme|ankle|foot).*"
+"""Levels of an amputation that leave the knee."""
 _UNKNOWN: Final = ("", "-", "na", "n/a", "nan", "none", "undetermined", "unknown")
 
 
@@ -43,7 +46,8 @@ class Person:
     ----------
     mass : kg. height, leg_length : m. speed : m/s. age : years.
     legs : m, of both sides, where both were measured.
-    amputation : side of a leg prosthesis.
+    amputation : side of an above-knee prosthesis, or of one whose level is not said.
+    below_knee : side of one that leaves the knee; it is no part of the body's model.
     affected : by state ("on", "off", or "" where the table has no states), the side that moves
         worse.
     """
@@ -57,6 +61,7 @@ class Person:
     legs: Mapping[Side, float] | None = None
     speed: float | None = None
     amputation: Side | None = None
+    below_knee: Side | None = None
     affected: Mapping[str, Side] | None = None
 
 
@@ -114,6 +119,7 @@ def _columns(headers: Iterable[str]) -> dict[str, str]:
 def _person(cells: Mapping[str, str], known: Mapping[str, str]) -> Person | None:
     values: dict[str, Any] = {}
     affected: dict[str, Side] = {}
+    below = False
     for header, meaning in known.items():
         text = cells[header]
         if text.lower() in _UNKNOWN:
@@ -125,6 +131,8 @@ def _person(cells: Mapping[str, str], known: Mapping[str, str]) -> Person | None
                 affected[state[1] if state else ""] = side
         elif meaning == "amputation":
             values[meaning] = _side(text)
+        elif meaning == "level":
+            below = re.fullmatch(_BELOW_KNEE, text) is not None
         elif meaning == "sex":
             letter = text[:1].upper()
             values[meaning] = letter if letter in ("F", "M") else None
@@ -139,6 +147,8 @@ def _person(cells: Mapping[str, str], known: Mapping[str, str]) -> Person | None
             values[meaning] = number
     if not values.get("subject"):
         return None
+    if below and (side := values.pop("amputation", None)):
+        values["below_knee"] = affected[""] = side
     right, left = values.pop("right_leg", None), values.pop("left_leg", None)
     if right and left:
         legs: Mapping[Side, float] = {"right": right, "left": left}

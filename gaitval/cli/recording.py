@@ -114,7 +114,8 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     page = out / FOLDER / "recording.html"
     display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
     path = imported.subject_file
-    display.plain(f"Subject: {path}; continue with: gaitval subject {path}")
+    two = "" if imported.found.body.chosen.symmetric else " --set scaling.symmetric=false"
+    display.plain(f"Subject: {path}; continue with: gaitval subject {path}{two}")
     display.print_doubts(imported.found)
     if imported.subject.gait.not_recorded:
         display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")

@@ -108,18 +108,6 @@ def scale(
     display.print_csv(folder / "scaling.csv", f"Body model in {folder / 'model.urdf'}")
 
 
-@command("gaitval reference 5")
-def reference(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Build the reference motion from the recorded gait: reference.npz."""
-    _stage("reference", subject, out, config, settings, force)
-
-
 @command(
     "gaitval train 5",
     "gaitval train 5 --scratch --set training.samples=500000 --set seed=1",
@@ -164,37 +152,42 @@ def identify(
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 
 
-@command("gaitval correct 5", "gaitval correct 5 --set correction.steps=0")
-def correct(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Correct the reference of the trained policy: correction.json.
+def _bare(stage: str, *examples: str, described: str) -> None:
+    """A command of a `stage` that prints nothing and takes no options of its own."""
+
+    def run(
+        subject: SubjectArgument,
+        out: OutOption = None,
+        config: ConfigOption = None,
+        settings: SetOption = None,
+        force: ForceOption = False,
+    ) -> None:
+        _stage(stage, subject, out, config, settings, force)
+
+    run.__name__, run.__doc__ = stage, described
+    command(f"gaitval {stage} 5", *examples)(run)
+
+
+_bare("reference", described="Build the reference motion from the recorded gait: reference.npz.")
+_bare(
+    "correct",
+    "gaitval correct 5 --set correction.steps=0",
+    described="""Correct the reference of the trained policy: correction.json.
 
     Walks, compares with the reference, and changes the motion that the policy is given by a degree
     or so, so that the walk comes closer to the reference (iterative learning control), and three
     tenths of the way to what the run knew of the record. It reads nothing that was held out.
-    """
-    _stage("correct", subject, out, config, settings, force)
-
-
-@command("gaitval simulate 5", "gaitval simulate 5 --set validation.cycles=50")
-def simulate(
-    subject: SubjectArgument,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Walk with the trained policy, without pushes: rollouts/.
+    """,
+)
+_bare(
+    "simulate",
+    "gaitval simulate 5 --set validation.cycles=50",
+    described="""Walk with the trained policy, without pushes: rollouts/.
 
     The identified body and the nominal one walk the cycles that are compared, from the first start
     phase. The hundred cycles from every start phase are walked by `gaitval correct`.
-    """
-    _stage("simulate", subject, out, config, settings, force)
+    """,
+)
 
 
 @command("gaitval push 5", "gaitval push 5 --set pushes.directions=24")

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.c3d_contents import Contents, labels_of
 from gaitval.mocap.force_plates import (
@@ -23,6 +23,8 @@ from gaitval.mocap.force_plates import (
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor, unit_name
 
+LONGEST_MISSING: Final = 0.02
+"""s. A force changes little in that time: a plate is low-passed at 20 Hz."""
 LARGEST_ZERO_N: Final = 50.0
 """An unloaded plate's offset is below this, N. More in the frames of FORCE_PLATFORM:ZERO is a
 person: many programs write the default frames 1 to 10 even if someone is standing there."""
@@ -118,13 +120,21 @@ def _plate(
         calibration = stored_calibration(where, contents, kind, index, CALIBRATIONS[kind])
     channels = _unwrapped(where, contents, numbers)
     if not np.isfinite(channels).all():
+        missing = np.asarray(~np.isfinite(channels).all(axis=1))
+        longest = max(end - begin for begin, end in zip(*runs(missing), strict=True))
+        short = longest <= LONGEST_MISSING * per_frame * contents.number("POINT", "RATE")
         warnings.warn(
             f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
-            "numbers; the plate is left out. Export the trial again",
+            f"numbers; {'they are put between those around them' if short else 'it is left out'}. "
+            "Export the trial again",
             RecordWarning,
             stacklevel=2,
         )
-        return None
+        if not short:
+            return None
+        there = np.flatnonzero(~missing)
+        for column in channels.T:
+            column[:] = np.interp(np.arange(len(column)), there, column[there])
     if calibration is None:
         channels = channels * _channel_units(path, where, contents, kind, numbers, metres, channels)
     # A matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.

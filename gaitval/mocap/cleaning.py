@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
-from gaitval.mocap.exchanges import exchange_back, refuse_mirrored_labels
+from gaitval.mocap.exchanges import exchange_back, mirrored_arms
 from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jumps
@@ -88,7 +88,13 @@ def clean(
     # Before the spikes: a marker that visits another one's place for a moment would be cut as one.
     findings += exchange_back(recording, markers, segments)
     # After the exchanges: labels that are wrong for a part of the trial only are right by now.
-    refuse_mirrored_labels(recording.with_markers(recording.names, markers), landmarks)
+    seen_now = recording.with_markers(recording.names, markers)
+    for pair in mirrored_arms(seen_now, segments, landmarks):
+        columns = [recording.names.index(name) for name in pair]
+        markers[:, columns] = markers[:, columns[::-1]]
+        findings.append(
+            finding(recording, "swap", pair, 0, len(markers), "left and right exchanged back")
+        )
     spiked = np.zeros(markers.shape[:2], dtype=bool)
     if jumps(markers, recording.marker_rate):
         from gaitval.mocap.cut_spikes import cut_spikes

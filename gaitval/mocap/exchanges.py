@@ -109,6 +109,10 @@ def _change_over_gap(
     return None
 
 
+ARMS: Final = frozenset(
+    ("torso", *(f"{part}_{side}" for part in ("upper_arm", "forearm") for side in "rl"))
+)
+"""Segments whose markers no leg needs."""
 # How names mark a side, the clearest way first: a whole word, a capital at the beginning of a word,
 # a single small letter, a capital at the end.
 _LEFT_RIGHT: Final = (
@@ -143,17 +147,22 @@ def opposite_marker(name: str, names: Iterable[str]) -> str | None:
     return None
 
 
-def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Refuse a trial whose left markers are on the right of their partners throughout.
+def mirrored_arms(
+    recording: Recording, segments: Mapping[str, str], landmarks: Mapping[str, str]
+) -> list[tuple[str, str]]:
+    """Left and right markers of `ARMS` that have each other's names throughout; which of them is
+    which is plain, and no leg needs them.
 
     Parameters
     ----------
     recording : z up, m.
+    segments : of the body model by marker.
     landmarks : see `foot_markers`; they show where the person faces.
 
     Raises
     ------
-    RecordError : left and right labels are exchanged, or the direction the person faces is unknown.
+    RecordError : those of a leg or the pelvis are exchanged, so the file may be mirrored, or the
+        direction the person faces is unknown.
     """
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])
@@ -168,7 +177,7 @@ def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -
         # legs scissor land on one line, where markers are a little across it.
         if len(apart) and np.median(apart) < -ON_ONE_LINE_M:
             wrong.append((name, partner))
-    if wrong:
+    if not {segments.get(name) for pair in wrong for name in pair} <= ARMS:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
         raise RecordError(
             f"{recording.source}: left and right are exchanged for {pairs}: seen in the direction "
@@ -176,6 +185,7 @@ def refuse_mirrored_labels(recording: Recording, landmarks: Mapping[str, str]) -
             "Exchange these labels in the recording program and export the trial again; if all "
             "markers are listed, the file is mirrored: its axes must be right-handed."
         )
+    return wrong
 
 
 def _is_left(name: str, partner: str, landmarks: Mapping[str, str]) -> bool:

@@ -39,7 +39,7 @@ LARGEST_COORDINATE = 20.0
 """A standing person is within this distance of the laboratory's origin, m; beyond it the markers
 are in millimetres."""
 
-WIDTHS = {"knee_width": (0.06, 0.17), "ankle_width": (0.04, 0.12), "elbow_width": (0.04, 0.12)}
+WIDTHS = {"knee_width": (0.04, 0.17), "ankle_width": (0.03, 0.12), "elbow_width": (0.03, 0.12)}
 """Plausible widths across the epicondyles and malleoli, m."""
 
 Width = float | tuple[float, float] | None

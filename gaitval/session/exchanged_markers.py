@@ -1,18 +1,12 @@
 """Two markers that have each other's names in standing or in walking: put right, or refused."""
 
-from typing import Final
-
 from gaitval.errors import RecordError
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.marker_labels import Exchange
+from gaitval.mocap.exchanges import ARMS
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.session.read import marker_columns
-
-ARMS: Final = frozenset(
-    ("torso", *(f"{part}_{side}" for part in ("upper_arm", "forearm") for side in "rl"))
-)
-"""Segments whose markers no leg needs."""
 
 
 def put_right(

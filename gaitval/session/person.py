@@ -70,12 +70,19 @@ def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
     """The person, from what the user says (`options`) and from the files, the standing trial first;
     `tell` is called with what the files say.
 
-    Raises SubjectError if mass or stature is nowhere, or cannot be, and RecordError if a file is
-    damaged.
+    Raises SubjectError if mass or stature is nowhere, or cannot be, and RecordError if all files
+    are damaged: of several, those that can be read are used.
     """
     sex = check_said(options.mass, options.height, options.sex, options.age)
     files = [options.trials[0] if options.static is None else options.static, *options.trials]
-    facts = [read_person(path) for path in dict.fromkeys(files) if path.is_file()]
+    facts, damaged = list[PersonFacts](), list[RecordError]()
+    for path in dict.fromkeys(files):
+        try:
+            facts += [read_person(path)] if path.is_file() else []
+        except RecordError as error:
+            damaged.append(error)
+    if damaged and not facts:
+        raise damaged[0]
     for each in facts[:1]:
         if each.name or each.system:
             words = [each.name or "no name", *([f"made by {each.system}"] if each.system else [])]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitval.coordinates import Side
+from gaitval.coordinates import Side, opposite
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import LETTERS
 from gaitval.mocap.recording import Plate, Recording
@@ -41,6 +41,12 @@ def with_said_plates(
     RecordError if a plate is not there.
     """
     plates = {plate.name: plate for plate in recording.plates}
+    for name, side in feet:
+        if (name, opposite(side)) in feet:
+            raise RecordError(
+                f"--plate {name}=right and --plate {name}=left: a plate is said to be of one foot. "
+                "Give one of them, or neither if both feet step on it."
+            )
     for option, name in (
         *(("--plate", n) for n, _ in feet),
         *(("--plate-axis", n) for n, _ in turned),

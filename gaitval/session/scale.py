@@ -197,8 +197,8 @@ def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
             yield QualityFlag(
                 "legs that differ", row.segment, abs(row.right_m - row.left_m), USUAL_ASYMMETRY,
                 "m", f"right {row.right_m:.3f} m and left {row.left_m:.3f} m: a marker is off, or "
-                "the legs differ. Both sides get the mean; --set scaling.symmetric=false keeps "
-                "each side's own",
+                "the legs differ. Both sides get the mean; --set scaling.symmetric=false, here and "
+                "for gaitval subject, keeps each side's own",
             )  # fmt: skip
 
 

@@ -117,3 +117,16 @@ def test_the_main_job_walks_with_a_device_then_and_links_its_page(tmp_path, monk
     assert result["walker"] == str(tmp_path.resolve())
     stages = read_json(tmp_path / "stages.json")
     assert stages["device-ankle_spring"]["outputs"]
+
+
+@pytest.mark.parametrize("name", ["above_knee", "below_knee"])
+def test_a_device_in_place_of_a_leg_is_on_the_side_of_the_prosthesis(name):
+    right = of_subject.devices_of({"devices": [{"name": name, "sides": ["right"]}]}, "x")
+    patient = load_subject(5).model_copy(update={"prosthesis": "left"})
+    with pytest.raises(ConfigurationError, match=r'on the left.*right leg.*sides = \["left"\]'):
+        of_subject.check_side(patient, right)
+    left = of_subject.devices_of({"devices": [{"name": name, "sides": ["left"]}]}, "x")
+    of_subject.check_side(patient, left)
+    of_subject.check_side(load_subject(5), right)  # what a device would do to a healthy person
+    exo = of_subject.devices_of({"devices": [{"name": "hip_exo"}]}, "x")
+    of_subject.check_side(patient, exo)

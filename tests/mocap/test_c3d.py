@@ -303,6 +303,17 @@ class TestPlates:
         np.testing.assert_allclose(recording.plates[0].corners, plate.corners, atol=1e-6)
         assert_carries(recording.plates[0])
 
+    @pytest.mark.parametrize(("gap", "kept"), [(8, True), (9, False)])
+    def test_numbers_that_are_missing_for_a_moment_are_put_between(self, tmp_path, gap, kept):
+        """20 ms of 400 Hz; what misses more is left out, and both are said."""
+        plate = plate_of(2, CORNERS)
+        plate.channels[10 : 10 + gap] = np.nan
+        with pytest.warns(RecordWarning, match="put between" if kept else "it is left out"):
+            recording = read_c3d(write(tmp_path / "a.c3d", plates=[plate]))
+        assert len(recording.plates) == kept
+        for each in recording.plates:
+            assert_carries(each)
+
     @pytest.mark.parametrize("depth_sign", [-1, 1])
     def test_four_sensors_of_type_3(self, tmp_path, depth_sign):
         axes, centre, half_x, half_y, depth = (

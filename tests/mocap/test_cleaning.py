@@ -213,6 +213,25 @@ def test_one_pair_with_left_and_right_exchanged_all_along_is_refused() -> None:
         cleaned(exchanged(walk(), "L.Knee", "R.Knee", slice(None)))
 
 
+def test_a_pair_of_the_arms_that_is_exchanged_all_along_is_exchanged_back() -> None:
+    """No leg needs them, and which is the left one is plain."""
+    recording = walk()
+    wrists = {"L.Wrist": 0.5, "R.Wrist": 0.45}
+    sides = [
+        recording.marker(f"{name[0]}.ASIS") + np.array([0, 0, up]) for name, up in wrists.items()
+    ]
+    names = (*recording.names, *wrists)
+    recording = recording.with_markers(
+        names, np.concatenate([recording.markers, np.stack(sides, axis=1)], axis=1)
+    )
+    wrong = exchanged(recording, "L.Wrist", "R.Wrist", slice(None))
+    result, report = cleaned(wrong, **{name: f"forearm_{name[0].lower()}" for name in wrists})
+    for name in ("L.Wrist", "R.Wrist"):
+        np.testing.assert_allclose(result.marker(name), recording.marker(name))
+    (swap,) = (each for each in report.findings if each.kind == "swap")
+    assert set(swap.names) == {"L.Wrist", "R.Wrist"}
+
+
 def test_all_labels_with_left_and_right_exchanged_are_refused() -> None:
     recording = walk()
     names = tuple(str(opposite_marker(name, recording.names)) for name in recording.names)

@@ -138,7 +138,7 @@ def test_missing_widths_are_asked_for():
 
 @pytest.mark.parametrize(
     ("width", "hint"),
-    [(102.0, "millimetres: give 0.102"), (10.2, "centimetres: give 0.102"), (0.3, "0.06 to 0.17")],
+    [(102.0, "millimetres: give 0.102"), (10.2, "centimetres: give 0.102"), (0.3, "0.04 to 0.17")],
 )
 def test_widths_in_other_units_are_recognised(width, hint):
     with pytest.raises(ScalingError, match=hint):

@@ -199,3 +199,12 @@ def test_a_name_that_everybody_in_a_laboratory_has_names_nobody(tmp_path, name, 
     file.add_parameter("MANUFACTURER", "SOFTWARE", [system])
     file.write(str(path))
     assert found([path]).recorded_name == expected
+
+
+def test_a_damaged_file_beside_a_sound_one_is_no_reason_to_stop(tmp_path):
+    """What is wrong with it is said when its trial is read, and the others are used."""
+    sound, damaged = c3d(tmp_path / "a.c3d", PLUG_IN_GAIT), tmp_path / "b.c3d"
+    damaged.write_bytes(sound.read_bytes()[:700])
+    assert found([sound, damaged]).mass == read_person(sound).mass_kg
+    with pytest.raises(RecordError, match=r"b\.c3d"):
+        found([damaged])

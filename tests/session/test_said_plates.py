@@ -67,3 +67,11 @@ def test_a_plate_that_is_not_there_is_named():
     )
     with pytest.raises(RecordError, match=r"--plate-axis 3=\.\.\.: there is no such plate"):
         with_said_plates(recording, (), [("3", "y")])
+
+
+def test_a_plate_that_is_said_to_be_of_both_feet_is_refused():
+    recording = Recording("a.c3d", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(step(0),))
+    with pytest.raises(RecordError, match="--plate 1=right and --plate 1=left"):
+        with_said_plates(recording, [("1", "left"), ("1", "right")], [])
+    found = with_said_plates(recording, [("1", "left"), ("1", "left")], [])
+    assert found.plates[0].foot == "left"
