@@ -1,12 +1,17 @@
 """The command that says what a record says about a body."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, SubjectArgument, added_command
+from gaitval.errors import ArtefactError, SubjectError
+
+if TYPE_CHECKING:
+    from gaitval.datasets.subject import Subject
 
 
 @added_command(
@@ -29,7 +34,8 @@ def body(
         ),
     ] = None,
     trials: Annotated[
-        bool, typer.Option("--trials", help="With the person's further trials, see [[trials]].")
+        bool,
+        typer.Option("--trials", help="With the person's further trials (`trials` in the file)."),
     ] = False,
     config: ConfigOption = None,
     settings: SetOption = None,
@@ -46,7 +52,6 @@ def body(
     from gaitval.artefacts import write_json
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.errors import ArtefactError, SubjectError
     from gaitval.identification.begin import begin
     from gaitval.identification.prior import measured_by, prior_sd
     from gaitval.identification.verdicts import judged
@@ -93,7 +98,9 @@ def body(
                 f"{person.identifier} was not scaled by markers, so the hips and knees of "
                 f"{session} are not about its body. Give the subject.toml that this import wrote."
             )
-        legs = legs_of_session(Session.load(session).record, str(session))
+        stored = Session.load(session).record
+        _check_same(person, stored["person"], session)
+        legs = legs_of_session(stored, str(session))
         found = replace(found, posterior=with_joints(found.posterior, model, legs))
     said, shown = sentences(found, model), tables(found, model)
     display.plain(said)
@@ -127,3 +134,20 @@ def body(
         },
     )  # fmt: skip
     display.plain(f"Body: {out}")
+
+
+def _check_same(person: "Subject", other: Mapping[str, Any], session: Path) -> None:
+    """Raise ArtefactError if a `session` is of another person, `other`."""
+    pairs = {
+        "mass, kg": (person.mass_kg, other["mass_kg"]),
+        "stature, m": (person.height_m, other["height_m"]),
+        "sex": (person.sex, other["sex"]),
+    }
+    differ = [
+        f"{what}: {ours} and {theirs}" for what, (ours, theirs) in pairs.items() if ours != theirs
+    ]
+    if differ:
+        raise ArtefactError(
+            f"{session} is a session of somebody else than {person.identifier} "
+            f"({'; '.join(differ)}). Give the subject.toml that this import wrote."
+        )

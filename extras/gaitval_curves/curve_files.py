@@ -141,7 +141,8 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
     found, others = {}, []
     for name in map(str, table.columns):
         plain = name.strip().removesuffix("_mean")
-        if not plain.startswith(("angle_", "moment_", "force_")) or plain.endswith("_sd"):
+        beside = plain.endswith(("_sd", "_band90", "_uncorrected"))
+        if not plain.startswith(("angle_", "moment_", "force_")) or beside:
             others.append(name.strip())
             continue
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)

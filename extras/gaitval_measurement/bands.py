@@ -63,6 +63,8 @@ REMEDIES: Final = {
 }
 
 Curves = dict[str, Array]
+AXES: Final = ("forward", "left", "up")
+"""Of a force, in the names of its curves."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +181,7 @@ def _between_cycles(found: Import) -> Curves:
         for name, curve in of.items():
             curves[f"{kind}_{name}"] = _error(curve.deviation, len(curve.curves), kind)
     for side, curve in found.forces.items():
-        for axis, name in enumerate(("forward", "left", "up")):
+        for axis, name in enumerate(AXES):
             curves[f"force_{name}_{side[0]}"] = _error(
                 curve.deviation[:, axis], len(curve.curves), "force"
             )
@@ -284,7 +286,7 @@ class _Chain:
             if name.endswith(f"_{side[0]}"):
                 found[f"moment_{name}"] = normalise(time, values / mass, window.cycle)
         force = normalise(time, loads.force[:, SIDES.index(side)], window.cycle)
-        for axis, name in enumerate(("forward", "left", "up")):
+        for axis, name in enumerate(AXES):
             found[f"force_{name}_{side[0]}"] = force[:, axis] / (mass * 9.80665)
         return found
 

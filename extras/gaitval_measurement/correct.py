@@ -17,7 +17,7 @@ from gaitval.session.request import Tell
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, work_out_trial
 from gaitval_measurement.balance import moment_of, plate_middle
-from gaitval_measurement.estimate import Examined, alone, kind_of
+from gaitval_measurement.estimate import Examined, kind_of, together
 from gaitval_measurement.said import WORDS, title
 
 KINDS: Final = ("delay", "place", "rotation", "gain", "cross-talk")
@@ -47,16 +47,18 @@ def wanted(given: Sequence[str]) -> tuple[str, ...]:
 def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -> Import:
     """The import `found` again, with its plates corrected for the faults of these `kinds`.
 
-    A fault counts with its estimate, however small it is; one that was found of all plates together
-    is taken from each of them.
+    Of a kind that was found, only the plates that have it are changed; of another, those whose
+    estimate is beyond its error (`estimate.together`). One of all plates is taken from each.
     """
-    figures = {name: value for name, (value, _) in alone(seen).items() if kind_of(name) in kinds}
-    by_plate = {name: value for name, value in figures.items() if not name.endswith(" all")}
-    together = {p for f in seen.found for p in f.cause.parts if p.endswith(" all")}
     plates = [plate.name for plate in found.trials[0].recording.plates]
-    for name in together & set(figures):
-        for plate in plates:
-            by_plate[f"{name.removesuffix(' all')} {plate}"] = figures[name]
+    by_plate = dict[str, float]()
+    for name, value in together(seen, kinds).items():
+        of_all = name.removesuffix(" all")
+        names = [name] if of_all == name else [f"{of_all} {plate}" for plate in plates]
+        by_plate |= dict.fromkeys(names, value)
+    for kind in kinds:
+        if not any(kind_of(name) == kind for name in by_plate):
+            tell("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
     for name, value in by_plate.items():
         words = WORDS[kind_of(name)]
         tell("correct", f"{title(name)}: {-words.factor * value:+.1f} {words.unit}")

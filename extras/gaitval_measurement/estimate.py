@@ -7,7 +7,7 @@ sizes are those of the posterior. So a fault is named only if it explains more t
 two are named where the data cannot separate them.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Final
@@ -624,6 +624,38 @@ def alone(seen: Examined) -> dict[str, tuple[float, float]]:
             if name in cause.parts:
                 found[name] = float(values[i]), float(np.sqrt(covariance[i, i]))
     return found
+
+
+CORRECTED: Final = 2.0
+"""Standard deviations beyond which a fault that was not found is corrected where the user asks."""
+
+
+def together(seen: Examined, kinds: Collection[str]) -> dict[str, float]:
+    """Faults of these `kinds` as one set, which explains the session once, in the units of
+    `expected.USUAL`: those that were found, and of a kind of which none was, those of each plate
+    that are larger than twice their standard deviation.
+    """
+    found = [part for each in seen.found if each.cause is not DELAY for part in each.cause.parts]
+    known = {kind_of(part) for part in found}
+    parts = [
+        *found,
+        *(
+            part
+            for cause in causes(seen.data.names)
+            for part in cause.parts
+            if kind_of(part) in kinds and kind_of(part) not in known and not part.endswith(" all")
+        ),
+    ]
+    sizes = {"delay": (seen.lag.value, seen.lag.deviation)}
+    if parts:
+        values, covariance = _sizes(seen.model, parts)
+        sizes |= zip(parts, zip(values, np.sqrt(np.diag(covariance)), strict=True), strict=True)
+    found += ["delay"] if any(each.cause is DELAY for each in seen.found) else []
+    return {
+        part: float(value)
+        for part, (value, deviation) in sizes.items()
+        if kind_of(part) in kinds and (part in found or abs(value) > CORRECTED * deviation)
+    }
 
 
 def likeness(seen: Examined) -> dict[str, tuple[str, float]]:

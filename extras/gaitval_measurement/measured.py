@@ -2,7 +2,7 @@
 where the user asks for it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -13,11 +13,12 @@ from gaitval.coordinates import Side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.session.request import Tell
 from gaitval.session.session import Import
-from gaitval_measurement.bands import Bands, bands
+from gaitval_measurement.bands import AXES, Bands, bands
 from gaitval_measurement.correct import corrected, wanted
 from gaitval_measurement.estimate import Examined, examined
 from gaitval_measurement.page import (
     SHOWN,
+    TITLES,
     BandRow,
     FitRow,
     band_rows,
@@ -36,7 +37,7 @@ class Measurement:
     Attributes
     ----------
     faults : a line of the table for each fault that was looked for.
-    seen : the estimate itself.
+    seen : the estimate itself; None where no fault was looked for.
     uncorrected : mean moments (Nm/kg) and forces (body weights) as recorded, by name and side,
         where a correction was asked for; else empty.
     bands : of the mean curves.
@@ -46,7 +47,7 @@ class Measurement:
     """
 
     faults: tuple[FaultRow, ...]
-    seen: Examined
+    seen: Examined | None
     uncorrected: dict[str, AverageCurve | dict[Side, AverageCurve]]
     bands: Bands | None = None
     curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
@@ -54,9 +55,36 @@ class Measurement:
     template: str = "gaitval_measurement:measurement.html.j2"
 
     def columns(self) -> dict[str, Array]:
-        """Half of the width of each band of 90 %, (101,) by its column of `curves.csv`."""
+        """Half of the width of each band of 90 %, and moments and forces before a correction,
+        (101,) by their columns of `curves.csv`.
+        """
         half = {} if self.bands is None else self.bands.half
-        return {f"{name}_band90": values for name, values in half.items()}
+        columns = {f"{name}_band90": values for name, values in half.items()}
+        for name, curve in self.uncorrected.items():
+            if isinstance(curve, dict):
+                for side, force in curve.items():
+                    for axis, way in enumerate(AXES):
+                        column = f"force_{way}_{side[0]}_uncorrected"
+                        columns[column] = np.asarray(force.mean)[:, axis]
+            else:
+                columns[f"moment_{name}_uncorrected"] = np.asarray(curve.mean)
+        return columns
+
+    def corrected_rows(
+        self, moments: Mapping[str, tuple[Array, Array]]
+    ) -> list[tuple[str, float, float]]:
+        """Of the sagittal `moments` (mean and deviation by name, Nm/kg), after a correction: the
+        curve, and its largest value as recorded and corrected.
+        """
+        found = []
+        for name, curve in self.uncorrected.items():
+            if name[:-2] in SHOWN and name in moments and not isinstance(curve, dict):
+                title = f"{TITLES[name[:-2]]}, {'right' if name[-1] == 'r' else 'left'}"
+                before, after = (
+                    float(max(each, key=abs)) for each in (curve.mean, moments[name][0])
+                )
+                found.append((title, before, after))
+        return found
 
     def uncertainty(self) -> dict[str, float]:
         """Half of the median width of each band, and of those of lengths: the subject's file."""
@@ -109,9 +137,10 @@ def said_bands(found: Bands) -> str:
 def measured(found: Import, tell: Tell) -> Import:
     """The import `found` with the estimate of its faults, and warnings of those that matter.
 
-    Each is said with `tell`. With `--correct`, moments and forces are those of corrected plates,
-    and the estimate is that before. Without forces of both feet, or with an aid that carries what
-    no plate shows, nothing is looked for; there is a warning if none of the plates' forces is used.
+    Each is said with `tell`. With `--correct`, moments and forces are those of corrected plates, as
+    are the bands, and the estimate is that before. Without forces of both feet, or with an aid that
+    carries what no plate shows, no fault is looked for; there is a warning if none of the plates'
+    forces is used.
 
     Raises
     ------
@@ -119,37 +148,41 @@ def measured(found: Import, tell: Tell) -> Import:
     """
     request = found.request
     kinds = wanted(request.correct)
-    if request.aid is not None:
-        return found
-    if not found.forces:
-        flag = unused(found.trials)
-        tell("warnings", str(flag))
-        decisions = (*found.decisions, ("warnings", str(flag)))
-        return replace(found, of_means=(flag, *found.of_means), decisions=decisions)
-    stood = standing_of(request, found.session)
-    seen = examined(found.body.model, found.trials, request.mass_kg, request.height_m, stood)
-    if seen is None:
-        return found
     said: list[tuple[str, str]] = []
-    around = bands(found, seen)
 
     def noted(step: str, text: str) -> None:
         said.append((step, text))
         tell(step, text)
 
-    flags = warnings(seen)
+    def look(at: Import) -> Examined | None:
+        if request.aid is not None or not at.forces:
+            return None
+        stood = standing_of(request, at.session)
+        return examined(at.body.model, at.trials, request.mass_kg, request.height_m, stood)
+
+    seen = left = look(found)
+    flags = [] if seen is None else [*warnings(seen)]
+    if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
+        flags = [unused(found.trials)]
     for flag in flags:
         noted("warnings", str(flag))
-    curves = {} if around is None else curves_with_bands(found, around)
-    measurement = Measurement(rows(seen), seen, {}, around, curves, fits(seen))
+    result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()
+    if kinds and seen is not None:
+        result = corrected(found, seen, kinds, noted)
+        uncorrected = {**found.moments, "forces": {**found.forces}}
+        left = look(result)
+    around = bands(result, left)
+    measurement = None
     if around is not None:
         noted("uncertainty", said_bands(around))
-    result = found
-    if kinds:
-        result = corrected(found, seen, kinds, noted)
-        before: dict[str, AverageCurve | dict[Side, AverageCurve]] = {**found.moments}
-        before["forces"] = {**found.forces}
-        measurement = replace(measurement, uncorrected=before)
+        measurement = Measurement(
+            () if seen is None else rows(seen),
+            seen,
+            uncorrected,
+            around,
+            curves_with_bands(result, around),
+            () if seen is None else fits(seen),
+        )
     return replace(
         result,
         of_means=(*flags, *result.of_means),

@@ -95,8 +95,7 @@ def _stability(pushes: PushRecovery) -> str:
         for phase, forces in zip(pushes.phases, pushes.largest, strict=True)
         for direction, force in zip(pushes.directions, forces, strict=True)
     ]
-    names = ("phase", "direction_deg", "largest_survived_n")
-    return table(dict(zip(names, zip(*rows, strict=True), strict=True)))
+    return _of_rows(("phase", "direction_deg", "largest_survived_n"), rows)
 
 
 def _push_velocity(traces: Sequence[PushTrace]) -> str:
@@ -107,4 +106,9 @@ def _push_velocity(traces: Sequence[PushTrace]) -> str:
         for cycle, velocity in zip(trace.cycles, trace.velocity, strict=True)
     ]
     names = ("phase", "direction_deg", "cycles_since_push", "forward_m_s", "left_m_s")
-    return table(dict(zip(names, zip(*rows, strict=True), strict=True)))
+    return _of_rows(names, rows)
+
+
+def _of_rows(names: Sequence[str], rows: Sequence[Sequence[float]]) -> str:
+    """Of a walker that fell there are none."""
+    return table(dict(zip(names, [*zip(*rows, strict=True)] or [()] * len(names), strict=True)))

@@ -143,7 +143,7 @@ def work_out(
         of_means=of_means,
         functional=functional,
     )
-    if any(w.forces for w in walks) and "measurement" in wings.names(wings.PARTS):
+    if "measurement" in wings.names(wings.PARTS):
         found = wings.load(wings.PARTS, "measurement")(found, tell)
     return found
 

@@ -120,8 +120,7 @@ def work_out_trial(
     `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial
     without a whole cycle of each side that is a `stride` is joined to itself and worked out again.
     """
-    given = recording
-    landmarks = session.marker_set.landmarks
+    given, landmarks = recording, session.marker_set.landmarks
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics

@@ -76,11 +76,10 @@ def joined(recording: Recording) -> WholeStride | None:
     gap = float((apart * velocity).sum() / (velocity**2).sum())
     frames = round(gap * rate)
     left = float(np.sqrt(np.mean((apart - velocity * frames / rate) ** 2)))
-    low, high = PLAUSIBLE_STRIDE
     count = len(pose) - 1 + frames
     seconds = count / rate
     # 0: the last frame is the first again; 1: it is the one before
-    if frames not in (0, 1) or left > CLOSED or not low <= seconds <= high:
+    if frames not in (0, 1) or left > CLOSED or np.clip(seconds, *PLAUSIBLE_STRIDE) != seconds:
         return None
     way = middle[-1] - middle[0] + _between_ends(middle, rate) * frames / rate
     way[2] = 0.0

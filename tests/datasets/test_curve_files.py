@@ -72,6 +72,7 @@ def test_csv_and_parquet_give_the_same_curves(good, tmp_path, name):
 def test_two_files_and_radians_and_means_and_other_columns(good, tmp_path):
     angles = good.filter(regex="^angle_").apply(np.radians)
     angles.columns = [f"{name}_mean" for name in angles.columns]
+    angles["angle_knee_angle_r_band90"] = angles["angle_knee_angle_r_sd"] = 0.1
     angles["angle_knee_angle_r_sd"] = 0.1
     rest = good.drop(columns=[name for name in good if name.startswith("angle_")])
     found = read_mean_curves(

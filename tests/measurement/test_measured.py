@@ -95,12 +95,58 @@ def test_a_correction_brings_the_moments_back(imported):
     assert any(step == "correct" for step, _ in mended.decisions)
 
 
+@pytest.mark.parametrize(
+    ("fault", "kind", "wrong", "sound"),
+    [("plate 1 40 mm forward", "place", "_r", "_l"), ("plate 2 gain -10 %", "gain", "_l", "_r")],
+)
+def test_a_correction_leaves_the_sound_plate_as_it_is(imported, fault, kind, wrong, sound):
+    right, mended = imported(None), imported(fault, correct=(kind,))
+    for name in ("hip_flexion", "knee_angle", "ankle_angle"):
+        before = mended.measurement.uncorrected[name + wrong].mean
+        off, was = (
+            np.abs(each - right.moments[name + wrong].mean).max()
+            for each in (mended.moments[name + wrong].mean, before)
+        )
+        assert off < 0.3 * was
+        np.testing.assert_array_equal(
+            mended.moments[name + sound].mean, right.moments[name + sound].mean
+        )
+    found = mended.measurement
+    assert found.columns()[f"moment_knee_angle{wrong}_uncorrected"].shape == (101,)
+    assert len(found.corrected_rows({n: (c.mean, c.mean) for n, c in mended.moments.items()})) == 6
+    # the bands are those of what is shown
+    drawn, _ = found.curves[f"moment_knee_angle{wrong}"]
+    np.testing.assert_allclose(drawn, mended.moments[f"knee_angle{wrong}"].mean)
+    for name, half in right.measurement.bands.half.items():
+        assert np.median(found.bands.half[name]) < 1.3 * np.median(half), name
+
+
+def test_a_fault_that_is_not_sure_is_not_corrected(imported):
+    right, same = imported(None), imported(None, correct=("place", "gain", "delay"))
+    for name, curve in right.moments.items():
+        np.testing.assert_array_equal(same.moments[name].mean, curve.mean)
+    said = [text for step, text in same.decisions if step == "correct"]
+    assert len(said) == 3
+    assert all("nothing is changed" in text for text in said)
+
+
+@pytest.mark.parametrize("options", [{"kinematics_only": True}, {"aid": "support"}])
+def test_angles_have_bands_without_forces_or_with_an_aid(imported, options):
+    found, whole = imported(None, **options).measurement, imported(None).measurement
+    assert found.seen is None
+    assert (found.faults, list(found.fits)) == ((), [])
+    for name in ("angle_hip_flexion_r", "angle_knee_angle_l", "angle_ankle_angle_r"):
+        mine, theirs = (np.median(each.bands.half[name]) for each in (found, whole))
+        assert mine == pytest.approx(theirs, rel=0.05)
+    assert found.uncertainty()["angle_knee_angle_l"] > 0.01
+
+
 def test_a_correction_of_a_fault_that_is_not_there_is_said_to_do_harm(imported, monkeypatch):
     said = [
         text for step, text in imported(None, correct=("gain",)).decisions if step == "warnings"
     ]
     assert not any("--correct gain" in text for text in said)
-    monkeypatch.setattr(correct, "alone", lambda _: {"cross-talk x 1": (0.15, 0.01)})
+    monkeypatch.setattr(correct, "together", lambda *_: {"cross-talk x 1": 0.15})
     harmed = imported(None, correct=("cross-talk",))
     said = [text for step, text in harmed.decisions if step == "warnings"]
     assert any("contradict each other more than before" in text for text in said)

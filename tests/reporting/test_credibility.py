@@ -13,6 +13,7 @@ from gaitval.artefacts import write_json
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import credibility
 from gaitval.reporting.facts import at
+from gaitval.reporting.figure_data import _push_velocity
 
 ROOT = Path(__file__).parents[2]
 STORED = ROOT / "reports" / "S05" / "baseline" / "metrics.json"
@@ -54,3 +55,9 @@ def test_every_figure_of_the_project_names_a_command_and_a_file_of_the_tree():
         assert re.fullmatch(r"\d{4}-\d\d-\d\d", each["date"])
         assert each["command"].startswith("python")
         assert len(each["sha256"]) == 64
+
+
+def test_the_pushes_of_a_walker_that_fell_are_a_table_without_rows():
+    head, *rows = _push_velocity([]).splitlines()
+    assert head.startswith("phase,direction_deg")
+    assert rows == []
