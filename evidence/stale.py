@@ -195,7 +195,7 @@ EQUAL: Final = (
         "fa94ac4a03",
         (
             *("gaitval/mocap/c3d_plates.py", "gaitval/mocap/cleaning.py"),
-            *("gaitval/mocap/exchanges.py", "gaitval/session/*.py"),
+            *("gaitval/mocap/exchanges.py", "gaitval/scaling/landmarks.py", "gaitval/session/*.py"),
         ),
         "halves of a session were imported and walked again and are equal to the last digit; what "
         "is new is for files that were refused, or whose plate was left out (tests/mocap, "
