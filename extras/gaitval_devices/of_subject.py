@@ -12,6 +12,7 @@ from typing import Any, Final
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.simulation.walker import Walker, WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
@@ -55,6 +56,18 @@ def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:
 def code() -> dict[str, str]:
     """Hash of every source that walking with devices uses."""
     return code_of(_walk, PACKAGE, Path(__file__).parent)
+
+
+def live_walker(
+    task: WalkingTask, given: Sequence[Mapping[str, Any]]
+) -> tuple[WalkingTask, Walker]:
+    """The `task` with the devices of these whole tables (`given`), and a walker of it, for a walk
+    without an end. Raises ConfigurationError.
+    """
+    from gaitval_devices.walking import EndlessWalker, with_devices
+
+    worn = with_devices(task, devices_of({"devices": list(given)}, "devices"))
+    return worn, EndlessWalker(worn)
 
 
 def check_side(subject: Subject, worn: Sequence[Device]) -> None:

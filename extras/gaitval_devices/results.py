@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gaitval_devices.search import Found
     from gaitval_devices.study import Outcome, Say, Wearer
 
-OF_SUBJECT: Final = ("check", "code", "folder_of", "stage", "tables", "wearing")
+OF_SUBJECT: Final = ("check", "code", "folder_of", "live_walker", "stage", "tables", "wearing")
 """What this part also has, of `of_subject`, whose pages are written with what is here."""
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import added_command
 from gaitval.errors import ConfigurationError, ToleranceError
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     "gaitval live my_patient.toml --no-browser            # prints its address only",
     "gaitval live --replay reports/S05-live/walks/LOG.jsonl          # looks at it again",
     "gaitval live --replay reports/S05-live/walks/LOG.jsonl --check  # walks it without a page",
+    "gaitval live 5 --device hip_exo",
     after="report",
 )
 def live(
@@ -50,6 +52,16 @@ def live(
             show_default=False,
         ),
     ] = None,
+    device: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--device",
+            metavar="DEVICE",
+            help="A shipped device's name or a file, that is put on and taken off in the page. May "
+            "be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -69,7 +81,8 @@ def live(
 ) -> None:
     """Let a person walk now, in a page of this machine, pushed by the mouse.
 
-    Walking speed, the 14 body parameters and slow motion have sliders.
+    Walking speed, the 14 body parameters and slow motion have sliders; devices are put on and taken
+    off.
 
     For teaching and first looks, never for verdicts: speeds are predicted, and nothing is compared
     with a record. The first start takes half a minute, for references at six speeds. What is done
@@ -83,8 +96,12 @@ def live(
         raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
     if check and replay is None:
         raise ConfigurationError("--check: walks a log again. Give it, with --replay.")
+    if device and replay is not None:
+        raise ConfigurationError("--device: the log says what was worn. Leave it out.")
     log = None if replay is None else read_log(replay)
     person = load_subject(str(subject)) if log is None else log.subject
+    if device:
+        person = wings.load(wings.PARTS, "device_results").wearing(person, device)
     folder = out or folder_of(person)
     with (
         display.live_view() as view,
@@ -95,12 +112,12 @@ def live(
 
         if log is not None and replay is not None:
             check_person(log, found, replay)
-            walk = LiveWalk(found, log.speed)
+            walk = LiveWalk(found, log.speed, log.devices)
             if check:
                 _check(log, walk, replay)
                 return
         else:
-            walk = LiveWalk(found)
+            walk = LiveWalk(found, devices=person.devices)
         written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
     if written is not None:
         display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")

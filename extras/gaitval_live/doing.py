@@ -43,6 +43,13 @@ class Restart:
 
 
 @dataclass(frozen=True)
+class Wear:
+    """Put the devices on, or take them off; the person stands on the reference again."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
 class Clock:
     """Go on at a rate of real time, 0 to stand still. It changes when one sees the walk, not the
     walk.
@@ -51,12 +58,13 @@ class Clock:
     rate: float
 
 
-Doing = Push | SetSpeed | Body | Restart | Clock
+Doing = Push | SetSpeed | Body | Restart | Wear | Clock
 KINDS: Final[dict[str, type[Doing]]] = {
     "push": Push,
     "speed": SetSpeed,
     "body": Body,
     "restart": Restart,
+    "device": Wear,
     "clock": Clock,
 }
 
@@ -85,6 +93,9 @@ def doing_of(values: Any, where: str, refusal: type[GaitvalError] = RecordError)
         if name == "name":
             if value not in PARAMETERS:
                 raise refusal(f"{where}: {value!r} is no body parameter ({', '.join(PARAMETERS)}).")
+        elif name == "on":
+            if not isinstance(value, bool):
+                raise refusal(f"{where}: on is {value!r}; give true or false.")
         elif isinstance(value, bool) or not isinstance(value, int | float):
             raise refusal(f"{where}: {name} is {value!r}, which is no number.")
         elif not math.isfinite(value):

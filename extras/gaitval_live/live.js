@@ -247,6 +247,7 @@
     renderer.render(world, camera);
     keepPace(time);
     if (now.step !== drawnStep) root.dataset.frames = ++drawn; // pictures of another moment
+    root.dataset.worn = now.worn;
     drawnStep = now.step;
     tell(time);
     if (time < ghost.until || shareAt(time) < 1) draw();
@@ -475,6 +476,12 @@
     showSpeed();
     sendSpeed(Number(speed.value));
   });
+
+  const worn = find("#worn");
+  find("#device").hidden = scene.devices.length === 0;
+  set("#device-name", scene.devices.join(", "));
+  worn.checked = scene.devices.length > 0;
+  worn.addEventListener("change", () => act({ do: "device", on: worn.checked }));
 
   const size = find("#size");
   const showSize = () => set("#size-now", `${size.value} N`);

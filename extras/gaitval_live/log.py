@@ -47,6 +47,7 @@ class Log:
     subject : who walked.
     policy, references : hashes of what walked, and of what it followed.
     speed : m/s, at the start.
+    devices : whole tables of what could be worn.
     lines : in the order of their steps.
     """
 
@@ -54,6 +55,7 @@ class Log:
     policy: str
     references: tuple[str, ...]
     speed: float
+    devices: tuple[dict[str, Any], ...]
     lines: tuple[Line, ...]
 
     @property
@@ -84,6 +86,7 @@ class Writer:
                 "policy": person.policy.key,
                 "references": list(person.references),
                 "speed": walk.speed,
+                "devices": list(walk.devices),
             }
         )
 
@@ -119,6 +122,9 @@ def read_log(path: Path) -> Log:
     for name, kind in kinds.items():
         if not isinstance(first.get(name), kind):
             raise RecordError(f"{path}, line 1: {name} is missing or no {kind.__name__}.")
+    devices = first.get("devices", [])  # logs of before have none
+    if not isinstance(devices, list) or not all(isinstance(each, dict) for each in devices):
+        raise RecordError(f"{path}, line 1: devices is no list of tables.")
     lines = [_line(each, f"{path}, line {i}") for i, each in enumerate(values[1:], 2)]
     for i, (before, after) in enumerate(pairwise(lines), 3):
         if after.step < before.step:
@@ -128,6 +134,7 @@ def read_log(path: Path) -> Log:
         policy=first["policy"],
         references=tuple(map(str, first["references"])),
         speed=first["speed"],
+        devices=tuple(devices),
         lines=tuple(lines),
     )
 

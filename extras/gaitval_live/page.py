@@ -33,7 +33,7 @@ def served(
     ------
     ConfigurationError : the port is taken.
     """
-    LiveWalk(person, walk.speed).act()  # compiles what was not used before
+    LiveWalk(person, walk.speed, walk.devices).act()  # compiles what was not used before
     scene = scene_of(person, walk, replay=log is not None)
     replay, writer = None, None
     if log is not None:

@@ -18,7 +18,18 @@ from gaitval_live.walk import LiveWalk
 
 ARROW: Final = 0.6
 """m in the picture that a force of the ground of one body weight is long, as in the replay."""
-NUMBERS: Final = ("step", "time", "phase", "speed", "cycles", "down", "rate", "pushes", "over")
+NUMBERS: Final = (
+    "step",
+    "time",
+    "phase",
+    "speed",
+    "cycles",
+    "down",
+    "rate",
+    "pushes",
+    "over",
+    "worn",
+)
 """Of a message, in front of its vectors."""
 
 
@@ -30,6 +41,7 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
     nominal = nominal_parameters()
     return {
         "subject": person.subject.identifier,
+        "devices": [str(each["name"]).replace("_", " ") for each in walk.devices],
         "recorded": [trial.walking_speed_m_s for trial in trials_told(person.subject)],
         "replay": replay,
         "weight": walk.weight,
@@ -77,6 +89,7 @@ def message_of(shown: Shown, session: Session) -> bytes:
         *(seen.step, seen.time, seen.phase, seen.speed, seen.cycles),
         *(float(seen.down), shown.rate, shown.pushes),
         0.0 if replay is None or not replay.over else 1.0 if replay.differs is None else 2.0,
+        float(walk.worn),
     ]
     frames = segment_frames(apply_parameters(walk.body, seen.mu), seen.positions[None])[0]
     quaternion = Rotation.from_matrix(frames[:, :3, :3]).as_quat(canonical=True)

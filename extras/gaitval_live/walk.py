@@ -6,10 +6,12 @@ same walk on the same machine (`log`).
 
 import hashlib
 import math
-from typing import Final, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
@@ -19,7 +21,7 @@ from gaitval.policy.storage import Policy
 from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Trajectory, WalkingTask
 from gaitval_live.blending import Blend
-from gaitval_live.doing import Body, Doing, Push, Restart, SetSpeed
+from gaitval_live.doing import Body, Doing, Push, Restart, SetSpeed, Wear
 from gaitval_live.person import Person
 
 PUSH_SECONDS: Final = 0.05
@@ -146,6 +148,22 @@ class LiveEnvironment(WalkingEnvironment):
         self.walker.state[0, 5] += higher
 
 
+class WornEnvironment(LiveEnvironment):
+    """A person with devices, by their whole tables."""
+
+    def __init__(self, task: WalkingTask, devices: Sequence[Mapping[str, Any]]) -> None:
+        worn, walker = wings.load(wings.PARTS, "device_results").live_walker(task, devices)
+        super().__init__(worn)
+        self.walker = walker
+
+    def with_speed(self, blend: Blend, speed: float) -> float:
+        """`LiveEnvironment.with_speed`; a joint without muscles does not follow the reference."""
+        moved = super().with_speed(blend, speed)
+        self.walker.set_parameters(self.walker.mu)
+        self._step_phase()
+        return moved
+
+
 class LiveWalk:
     """A person who walks, falls and stands up again.
 
@@ -153,14 +171,23 @@ class LiveWalk:
     ----------
     person : who walks.
     speed : m/s to begin with; the middle of what is known if None.
+    devices : whole tables of what can be worn; it is on at the beginning.
 
     Attributes
     ----------
+    worn : whether the devices are on.
     step : actions so far, those after falls included.
     lower, upper : (14,) bounds of the body parameters.
     """
 
-    def __init__(self, person: Person, speed: float | None = None) -> None:
+    def __init__(
+        self,
+        person: Person,
+        speed: float | None = None,
+        devices: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        self.devices = tuple(devices)
+        self.worn = bool(devices)
         self._policy: Policy = person.policy
         # Displacement alone is not a fall here: the line follows (`_follow`).
         tasks = [each.with_environment(drift_tolerance=1e3) for each in person.tasks]
@@ -170,7 +197,10 @@ class LiveWalk:
             each.centre(self._policy.act, nominal)
         self.blend = Blend(known)
         # Of its own: the tables of the first reference would be overwritten with blends.
-        self._environment = LiveEnvironment(tasks[0])
+        self._bare = self._environment = LiveEnvironment(tasks[0])
+        if devices:
+            self._environment = WornEnvironment(tasks[0], devices)
+        self._with_devices = self._environment
         self.lower, self.upper = parameter_bounds(tasks[0].configuration.randomisation)
         self.mu, self._wanted_mu = nominal.copy(), nominal.copy()
         middle = math.sqrt(self.blend.slowest * self.blend.fastest)
@@ -240,6 +270,16 @@ class LiveWalk:
                 self._wanted_mu[index] = within
             case Restart():
                 self._start()
+            case Wear(on):
+                if self.devices and on != self.worn:
+                    self._wear(on)
+
+    def _wear(self, on: bool) -> None:
+        place = self._environment.walker.state[0, 3:5].copy()
+        self._environment = self._with_devices if on else self._bare
+        self._environment.walker.state[0, 3:5] = place
+        self.worn = on
+        self._start()
 
     def act(self) -> None:
         """One action: 6 ms of walking, or of lying on the ground."""

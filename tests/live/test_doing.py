@@ -3,12 +3,21 @@
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, doing_of, values_of
+from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, Wear, doing_of, values_of
 
 
 @pytest.mark.parametrize(
     "doing",
-    [Push(100.0, -50.0), SetSpeed(1.2), Body("friction", 0.7), Restart(), Clock(0.0), Clock(0.25)],
+    [
+        Push(100.0, -50.0),
+        SetSpeed(1.2),
+        Body("friction", 0.7),
+        Restart(),
+        Clock(0.0),
+        Clock(0.25),
+        Wear(True),
+        Wear(False),
+    ],
 )
 def test_what_is_written_is_read(doing):
     assert doing_of(values_of(doing), "here") == doing
@@ -33,6 +42,8 @@ def test_what_is_written_is_read(doing):
         ({"do": "clock", "rate": -1.0}, "rate is -1"),
         ({"do": "clock", "rate": 2.0}, "rate is 2"),
         ({"do": "restart", "now": 1}, "takes nothing"),
+        ({"do": "device", "on": 1.0}, "give true or false"),
+        ({"do": "device"}, "takes on"),
     ],
 )
 def test_what_cannot_be_done_is_refused(values, said):

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from gaitval import wings
 from gaitval.errors import RecordError
-from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed
+from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
 from gaitval_live.log import Writer, check_person, read_log, walk_again
 from gaitval_live.walk import LiveWalk
 
@@ -119,3 +120,26 @@ def test_a_log_without_its_beginning_is_refused(written, tmp_path, name):
     path.write_text(json.dumps(values) + "\n")
     with pytest.raises(RecordError, match=name):
         read_log(path)
+
+
+def test_devices_are_in_the_log_and_walk_again(person, tmp_path):
+    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
+    walk = LiveWalk(person, person.speeds[1], worn)
+    writer = Writer(tmp_path / "one.jsonl", person, walk)
+    for on in (False, True):
+        for _ in range(50):
+            walk.act()
+        writer.did(walk.step, Wear(on))
+        walk.do(Wear(on))
+    for _ in range(50):
+        walk.act()
+    writer.at(walk)
+    writer.close()
+    log = read_log(writer.path)
+    assert [each["name"] for each in log.devices] == ["hip_exo"]
+    assert walk_again(log, LiveWalk(person, log.speed, log.devices)).differs is None
+    assert walk_again(log, LiveWalk(person, log.speed)).differs is not None
+    text = writer.path.read_text().replace('"devices": [', '"devices": [1, ')
+    writer.path.write_text(text)
+    with pytest.raises(RecordError, match="devices is no list of tables"):
+        read_log(writer.path)

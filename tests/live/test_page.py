@@ -8,6 +8,7 @@ import pytest
 from page_in_browser import chromium, overflow, violations
 
 from evidence.browser import FLAGS
+from gaitval import wings
 from gaitval_live.page import _leading, served
 from gaitval_live.walk import LiveWalk
 
@@ -82,6 +83,24 @@ def test_it_walks_is_pushed_and_is_for_everybody(person, request, dark):
     words = server.session.written.read_text()
     for done in ("push", "speed", "body", "clock"):
         assert f'"do": "{done}"' in words
+
+
+@pytest.mark.slow
+def test_a_device_is_taken_off_and_put_on(person, request):
+    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
+    walk = LiveWalk(person, person.speeds[1], worn)
+    with (
+        served(person, walk) as server,
+        looked_at(request.config, server.address) as page,
+    ):
+        box = page.get_by_role("checkbox", name="hip exo")
+        assert box.is_checked()
+        box.uncheck()
+        until(page, "document.getElementById('live').dataset.worn === '0'")
+        assert not walk.worn
+        box.check()
+        until(page, "document.getElementById('live').dataset.worn === '1'")
+        assert violations(page) == []
 
 
 @pytest.mark.slow

@@ -10,8 +10,10 @@ from contextlib import contextmanager
 
 import pytest
 
+from gaitval.model.parameters import PARAMETERS
 from gaitval_live.log import read_log, walk_again
 from gaitval_live.page import served
+from gaitval_live.pictures import NUMBERS
 from gaitval_live.server import FILES, MOST_BYTES, MOST_CONNECTIONS
 from gaitval_live.walk import LiveWalk
 
@@ -200,7 +202,7 @@ def test_a_push_acts_a_moment_after_it_came_in(person):
             next(seen)
         began = time.monotonic()
         assert status(server, "do", method="POST", body=PUSH) == 204
-        force = 9 + len(person.policy.tensors["observation_mean"][:14])  # behind numbers and mu
+        force = len(NUMBERS) + len(PARAMETERS)  # behind numbers and mu
         for moment in seen:
             if moment[force] > 0.0:
                 break

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from gaitval import wings
 from gaitval.configuration import PushSettings
 from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval_live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed
+from gaitval_live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed, Wear
 from gaitval_live.walk import PUSH_SECONDS, LiveWalk
 
 
@@ -129,3 +130,46 @@ def test_nothing_but_what_is_done_changes_the_walk(person):
     second.do(Push(1e-9, 0.0))
     assert acted(first, 5).step == acted(second, 5).step
     assert first.digest != second.digest
+
+
+def tables(*names):
+    return wings.load(wings.PARTS, "device_results").tables(names)
+
+
+def test_a_device_that_is_taken_off_leaves_the_person_as_before(person):
+    """It is put on and taken off in standing; without it the walk is the one without devices."""
+    worn = LiveWalk(person, person.speeds[1], tables("backpack"))
+    bare = LiveWalk(person, person.speeds[1])
+    assert worn.worn
+    assert worn.weight > bare.weight + 50.0
+    with_it = acted(worn, 300)
+    assert not with_it.down
+    worn.do(Wear(False))
+    assert (worn.worn, worn.weight) == (False, bare.weight)
+    mine, theirs = acted(worn, 300).positions, acted(bare, 300).positions
+    np.testing.assert_allclose(np.delete(mine, [3, 4]), np.delete(theirs, [3, 4]), atol=1e-9)
+    place = worn.see().positions[3]
+    worn.do(Wear(True))
+    assert worn.see().positions[3] == pytest.approx(place, abs=1e-9), "where it was taken off"
+
+
+@pytest.mark.parametrize("name", ["hip_exo", "above_knee"])
+def test_devices_walk_quicker_and_twice_the_same(person, name):
+    seen = []
+    for _ in range(2):
+        walk = LiveWalk(person, person.speeds[1], tables(name))
+        acted(walk, 100)
+        walk.do(SetSpeed(person.speeds[-1]))
+        walk.do(Body("damping", 1.0))
+        acted(walk, 200)
+        seen.append(walk.digest)
+    assert seen[0] == seen[1]
+    assert np.isfinite(walk.see().positions).all()
+
+
+def test_without_devices_there_is_nothing_to_put_on(walk):
+    acted(walk, 5)
+    before = walk.see().cycles
+    walk.do(Wear(True))
+    assert not walk.worn
+    assert walk.see().cycles == before > 0.0
