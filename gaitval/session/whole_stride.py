@@ -66,9 +66,9 @@ def joined(recording: Recording) -> WholeStride | None:
     markers = recording.markers[:, seen]
     middle = markers.mean(axis=1)
     pose = markers - middle[:, None]
-    # a little more than a stride begins where its end is nearest to
-    early = pose[: round(LONGER * len(pose))]
-    first = int(np.argmin(((early - pose[-1]) ** 2).mean(axis=(1, 2))))
+    off = np.sqrt(((pose - pose[-1]) ** 2).mean(axis=(1, 2)))
+    first = int(np.argmin(off[: round(LONGER * len(off))]))  # of a little more than a stride
+    several = off[len(off) // 4 : -len(off) // 4].min() < 10.0 * CLOSED
     middle, pose = middle[first:], pose[first:]
     velocity = _between_ends(pose, rate)
     apart = pose[0] - pose[-1]
@@ -79,10 +79,10 @@ def joined(recording: Recording) -> WholeStride | None:
     count = len(pose) - 1 + frames
     seconds = count / rate
     # 0: the last frame is the first again; 1: it is the one before
-    if frames not in (0, 1) or left > CLOSED or np.clip(seconds, *PLAUSIBLE_STRIDE) != seconds:
+    closes = frames in (0, 1) and left <= CLOSED and not several
+    if not closes or np.clip(seconds, *PLAUSIBLE_STRIDE) != seconds:
         return None
-    way = middle[-1] - middle[0] + _between_ends(middle, rate) * frames / rate
-    way[2] = 0.0
+    way = (middle[-1] - middle[0] + _between_ends(middle, rate) * frames / rate) * [1, 1, 0]
     shifts = [(copy - 1) * way for copy in range(COPIES)]
     per_frame = round(recording.force_rate / rate)
     samples = slice(first * per_frame, (first + count) * per_frame)

@@ -102,7 +102,9 @@ def test_both_sides_are_those_of_the_longer_trial(session, whole, first, frames)
         assert walk.forces.valid[:, i].all()
 
 
-@pytest.mark.parametrize("frames", [FRAMES - 6, 2 * FRAMES - 20, FRAMES // 2])
+@pytest.mark.parametrize(
+    "frames", [FRAMES - 6, 2 * FRAMES - 20, FRAMES // 2, 2 * FRAMES, 2 * FRAMES + 1, 3 * FRAMES]
+)
 def test_what_is_no_whole_stride_is_not_joined(session, frames):
     _, recordings, _ = session
     assert joined(cut(recordings.walking[0], 210, frames)) is None
