@@ -75,7 +75,7 @@ def read_plates(
 def _plate(
     path: Path, contents: Contents, index: int, markers: Array, per_frame: int
 ) -> Plate | None:
-    """Plate number `index`; None if the file reserves one but has no data for it."""
+    """Plate number `index`; None without data. It is long because each step needs the last."""
     where = f"{path}: force plate {index + 1}"
     types = contents.of_plate("TYPE", index)
     kind = 0 if types is None else int(types)

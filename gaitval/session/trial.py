@@ -115,10 +115,10 @@ def work_out_trial(
     stride: "WholeStride | None" = None,
 ) -> WalkingTrial:
     """Kinematics, forces, dynamics and cycles of one walking trial (`name`) of `session` on the
-    scaled `body`, by the options of `request` and the filters of `processing`.
+    scaled `body`, by `request` and `processing`. It is long because each step uses the last's.
 
-    `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial
-    without a whole cycle of each side that is a `stride` is joined to itself and worked out again.
+    `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial that
+    is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
     """
     given, landmarks = recording, session.marker_set.landmarks
     motion = trial_motion(body.model, body.markers, recording, processing)
