@@ -123,6 +123,12 @@ def _sphere(
     return wp.vec3(-along * velocity[0], -along * velocity[1], fn), 1.5 * c * fh, along
 
 
+@wp.func
+def _middle_of_overlap(origin: wp.vec3, arm: wp.vec3, radius: float) -> wp.vec3:
+    """Where the ground's force acts on a sphere, m, world."""
+    return wp.vec3(origin[0] + arm[0], origin[1] + arm[1], 0.5 * (origin[2] + arm[2] - radius))
+
+
 @wp.kernel
 def touch_ground(
     origin: wp.array2d[wp.vec3],
@@ -169,14 +175,10 @@ def touch_ground(
         b = body[n]
         wrench[w, b] = wp.spatial_vector()
         arm = rotation[w, b] * place[w, n]
-        height = origin[w, b][2] + arm[2]
-        # in the middle of the overlap
-        at = wp.vec3(
-            origin[w, b][0] + arm[0], origin[w, b][1] + arm[1], 0.5 * (height - radius[w, n])
-        )
+        at = _middle_of_overlap(origin[w, b], arm, radius[w, n])
         turning, moving = wp.spatial_top(motion[w, b]), wp.spatial_bottom(motion[w, b])
         velocity = moving + wp.cross(turning, at - whole_centre[w, pelvis])
-        force, slope, slip = _sphere(law, w, radius[w, n], height, velocity)
+        force, slope, slip = _sphere(law, w, radius[w, n], origin[w, b][2] + arm[2], velocity)
         plain[w, n] = force
         normal += slope
         across += slip
@@ -195,10 +197,7 @@ def touch_ground(
         memory[w, n] = f
         mean[w, side] = mean[w, side] + share * f
         arm = rotation[w, b] * place[w, n]
-        height = origin[w, b][2] + arm[2]
-        at = wp.vec3(
-            origin[w, b][0] + arm[0], origin[w, b][1] + arm[1], 0.5 * (height - radius[w, n])
-        )
+        at = _middle_of_overlap(origin[w, b], arm, radius[w, n])
         wrench[w, b] = wrench[w, b] + wp.spatial_vector(f, wp.cross(at - centre[w, b], f))
 
 

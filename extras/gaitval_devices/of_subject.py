@@ -7,16 +7,18 @@ folder of the run. So a device can be changed without doing the main job again.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError, SubjectError
-from gaitval.simulation.walker import Walker, WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 from gaitval_devices.device import Device, devices_of, load_devices, tables_of
+
+if TYPE_CHECKING:
+    from gaitval.simulation.walker import Walker, WalkingTask
 
 PAGE: Final = "device.html"
 
@@ -59,8 +61,8 @@ def code() -> dict[str, str]:
 
 
 def live_walker(
-    task: WalkingTask, given: Sequence[Mapping[str, Any]]
-) -> tuple[WalkingTask, Walker]:
+    task: "WalkingTask", given: Sequence[Mapping[str, Any]]
+) -> "tuple[WalkingTask, Walker]":
     """The `task` with the devices of these whole tables (`given`), and a walker of it, for a walk
     without an end. Raises ConfigurationError.
     """

@@ -175,7 +175,6 @@ class LiveWalk:
 
     Attributes
     ----------
-    worn : whether the devices are on.
     step : actions so far, those after falls included.
     lower, upper : (14,) bounds of the body parameters.
     """
@@ -187,7 +186,6 @@ class LiveWalk:
         devices: Sequence[Mapping[str, Any]] = (),
     ) -> None:
         self.devices = tuple(devices)
-        self.worn = bool(devices)
         self._policy: Policy = person.policy
         # Displacement alone is not a fall here: the line follows (`_follow`).
         tasks = [each.with_environment(drift_tolerance=1e3) for each in person.tasks]
@@ -238,6 +236,11 @@ class LiveWalk:
         """Whether it has fallen, and does not stand yet."""
         return self.step < self._down_until
 
+    @property
+    def worn(self) -> bool:
+        """Whether the devices are on."""
+        return self._environment is not self._bare
+
     def _within(self, speed: float) -> float:
         return min(max(speed, self.blend.slowest), self.blend.fastest)
 
@@ -278,7 +281,6 @@ class LiveWalk:
         place = self._environment.walker.state[0, 3:5].copy()
         self._environment = self._with_devices if on else self._bare
         self._environment.walker.state[0, 3:5] = place
-        self.worn = on
         self._start()
 
     def act(self) -> None:
