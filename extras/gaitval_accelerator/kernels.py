@@ -32,6 +32,17 @@ def _read(table: wp.array3d[float], which: int, row: int, part: float, joint: in
 
 
 @wp.kernel
+def slopes_of(
+    asked: wp.array2d[float], target: wp.array2d[float], share: float, slope: wp.array2d[float]
+):
+    """How much the joint targets' offsets (N, 25) rad change in a step, a share of an action;
+    a thread for each walker and joint.
+    """
+    w, j = wp.tid()
+    slope[w, j] = share * (asked[w, j] - target[w, j])
+
+
+@wp.kernel
 def command_servos(
     positions: wp.array3d[float],
     velocities: wp.array3d[float],
@@ -199,6 +210,35 @@ def touch_ground(
         arm = rotation[w, b] * place[w, n]
         at = _middle_of_overlap(origin[w, b], arm, radius[w, n])
         wrench[w, b] = wrench[w, b] + wp.spatial_vector(f, wp.cross(at - centre[w, b], f))
+
+
+@wp.kernel
+def implicit_equations(
+    applied: wp.array2d[float],
+    passive: wp.array2d[float],
+    bias: wp.array2d[float],
+    damping: wp.array2d[float],
+    step: float,
+    counts: wp.array1d[int],
+    starts: wp.array1d[int],
+    force: wp.array2d[float],
+    inertia: wp.array2d[float],
+):
+    """The equations of the step, (M + h D) q̈ = f; a thread for each walker and coordinate.
+
+    Parameters
+    ----------
+    applied, passive, bias : (N, 31), as MuJoCo's `qfrc_…`.
+    damping : (N, 31) D.
+    step : h, s.
+    counts, starts : (31,) of the elements in each row of MuJoCo's M; the diagonal's is the last.
+    force : (N, 31) out, without what acts on the bodies.
+    inertia : (N, elements) M, in and out.
+    """
+    w, i = wp.tid()
+    force[w, i] = applied[w, i] + passive[w, i] - bias[w, i]
+    diagonal = starts[i] + counts[i] - 1
+    inertia[w, diagonal] = inertia[w, diagonal] + step * damping[w, i]
 
 
 @wp.kernel

@@ -10,7 +10,7 @@ With D' = D + h K it is the step of `simulation.dynamics`, springs implicit as w
 
 so MuJoCo is given that damping, and its step is ours: to 1e-13 rad after 500 steps where both
 compute in double precision, and to single precision here (tests/accelerator). Servos and contact
-are kernels of our own (`kernels`), between the two halves of MuJoCo's step.
+are kernels of our own (`kernels`).
 """
 
 from collections.abc import Sequence
@@ -36,6 +36,10 @@ _OF_A_BODY = (
     *("jnt_stiffness", "dof_damping"),
 )
 """Fields of MuJoCo's model that differ between bodies and servos."""
+
+
+Numbers = Array | wp.array2d[float] | wp.array1d[float]
+"""In the processor's memory or the device's."""
 
 
 class AcceleratedWalkers:
@@ -74,7 +78,9 @@ class AcceleratedWalkers:
         self._peer = peer
         with wp.ScopedDevice(self.device):
             self.model = mujoco_warp.put_model(peer.model)
-            self.data = mujoco_warp.make_data(peer.model, nworld=count)
+            self.data = mujoco_warp.make_data(peer.model, nworld=count, nconmax=0, njmax=0)
+        # The equations have the damping in them (`kernels.implicit_equations`).
+        self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
         for name in _OF_A_BODY:
             values = np.array([getattr(each.model, name) for each in bodies])
             setattr(self.model, name, self._array(values, getattr(self.model, name).dtype))
@@ -103,11 +109,11 @@ class AcceleratedWalkers:
             self._array(np.zeros((count, spheres, 3)), wp.vec3) for _ in range(2)
         )
         self._mean_ground = self._array(np.zeros((count, 2, 3)), wp.vec3)
-        self._slope, self._target, self._command, self._mean_moments, self._mean_squares = (
-            self._array(np.zeros(joints)) for _ in range(5)
+        self._asked, self._slope, self._target = (self._array(np.zeros(joints)) for _ in range(3))
+        self._command, self._mean_moments, self._mean_squares = (
+            self._array(np.zeros(joints)) for _ in range(3)
         )
         self._root_force = self._array(np.zeros((count, 6)))
-        self._offset = np.zeros(joints)
         self._graph: Any = None
         self._compiled = False
         self.enter()
@@ -127,18 +133,18 @@ class AcceleratedWalkers:
         self.data.qvel.assign(qvel)
         self._phase.assign(np.array([walker.phase for walker in self.walkers]))
         self._memory.assign(np.array([walker._memory for walker in self.walkers]))
-        self._offset[:] = [walker.offset for walker in self.walkers]
+        self._asked.assign(np.array([walker.offset for walker in self.walkers]))
 
     def leave(self) -> None:
         """Bring state, phase, offset, contact forces and means of the last action back."""
         positions, velocities = self.states()
-        phase, memory = self._phase.numpy(), self._memory.numpy()
+        phase, memory, offset = self._phase.numpy(), self._memory.numpy(), self._asked.numpy()
         ground = self._mean_ground.numpy()
         moments, squares = self._mean_moments.numpy(), self._mean_squares.numpy()
         for i, walker in enumerate(self.walkers):
             walker.state[0], walker.state[1] = positions[i], velocities[i]
             walker.phase = float(phase[i])
-            walker._memory[:], walker.offset[:] = memory[i], self._offset[i]
+            walker._memory[:], walker.offset[:] = memory[i], offset[i]
             walker.mean_ground_reaction[:] = ground[i]
             walker.mean_moments[:], walker.mean_square_moments[:] = moments[i], squares[i]
 
@@ -154,8 +160,11 @@ class AcceleratedWalkers:
         velocities[:, 6:] = qvel[:, self._peer.rates]
         return positions, velocities
 
-    def advance(self, offset: Array, root_force: Array, pace: Array) -> None:
+    def advance(self, offset: Numbers, root_force: Numbers, pace: Numbers) -> None:
         """Advance all by one action, as `Walker.step` does one.
+
+        What is on the device already is not brought there again, as the output of a policy that is
+        computed there (`wp.from_torch`).
 
         Parameters
         ----------
@@ -163,8 +172,8 @@ class AcceleratedWalkers:
         root_force : (N, 6) external moment Nm and force N on the pelvis, world.
         pace : (N,) how fast to go through the gait cycle, 1 as fast as the reference.
         """
-        self._target.assign(self._offset)
-        self._slope.assign((offset - self._offset) * self._share)
+        wp.copy(self._target, self._asked)
+        self._asked.assign(offset)
         self._root_force.assign(root_force)
         self._pace.assign(pace)
         if self._graph is not None:
@@ -178,7 +187,6 @@ class AcceleratedWalkers:
         else:
             self._action()
             self._compiled = True
-        self._offset[:] = offset
 
     def synchronize(self) -> None:
         """Wait until the device has done what it was asked for."""
@@ -188,13 +196,23 @@ class AcceleratedWalkers:
         for mean in (self._mean_ground, self._mean_moments, self._mean_squares):
             mean.zero_()
         with wp.ScopedDevice(self.device):
+            wp.launch(
+                kernels.slopes_of, self._slope.shape, [self._asked, self._target, self._share],
+                [self._slope],
+            )  # fmt: skip
             for _ in range(self._steps):
                 self._step()
 
     def _step(self) -> None:
-        data, share = self.data, self._share
+        model, data, share = self.model, self.data, self._share
         count = len(self.walkers)
-        mujoco_warp.step1(self.model, data)
+        # MuJoCo's step without what is not in ours (constraints, actuators, sensors), and with one
+        # factorisation, of what is solved.
+        for part in (
+            mujoco_warp.kinematics, mujoco_warp.com_pos, mujoco_warp.crb, mujoco_warp.com_vel,
+            mujoco_warp.passive, mujoco_warp.rne,
+        ):  # fmt: skip
+            part(model, data)
         wp.launch(
             kernels.command_servos,
             (count, ACTUATED_COUNT),
@@ -217,7 +235,19 @@ class AcceleratedWalkers:
             ],
             [self._plain, self._memory, self._mean_ground, data.xfrc_applied],
         )  # fmt: skip
-        mujoco_warp.step2(self.model, data)
+        wp.launch(
+            kernels.implicit_equations,
+            (count, COORDINATE_COUNT),
+            [
+                data.qfrc_applied, data.qfrc_passive, data.qfrc_bias, model.dof_damping,
+                self.walkers[0].physics_step, model.M_rownnz, model.M_rowadr,
+            ],
+            [data.qfrc_smooth, data.M],
+        )  # fmt: skip
+        mujoco_warp.xfrc_accumulate(model, data, data.qfrc_smooth)
+        mujoco_warp.factor_m(model, data)
+        mujoco_warp.solve_m(model, data, data.qacc, data.qfrc_smooth)
+        mujoco_warp.euler(model, data)
         wp.launch(
             kernels.enter,
             (count, ACTUATED_COUNT),

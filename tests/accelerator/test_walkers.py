@@ -54,11 +54,15 @@ def test_their_steps_are_those_of_the_compiled_engine(tasks, device):
     alone, together = crowd(tasks), crowd(tasks)
     accelerated = AcceleratedWalkers(together, device)
     landed = np.zeros((COUNT, 2, 2), dtype=bool)
-    for offset, force, pace in asked(np.random.default_rng(5), 30):
+    for action, (offset, force, pace) in enumerate(asked(np.random.default_rng(5), 30)):
         for i, walker in enumerate(alone):
             walker.step(offset[i], force[i], pace=pace[i])
             for on in (0, 1):
                 landed[i, :, on] |= (walker.mean_ground_reaction[:, 2] > 20.0) == bool(on)
+        if action % 2:  # also what is on the device already
+            offset, force, pace = (
+                wp.array(values, dtype=float, device=device) for values in (offset, force, pace)
+            )
         accelerated.advance(offset, force, pace)
         accelerated.leave()
         for ours, theirs in zip(alone, together, strict=True):

@@ -195,7 +195,9 @@ def test_a_whole_identification(recorded, tmp_path):
     """Search, mode, verdicts; what is not identified stays as scaled; the state is cleared away.
 
     Of a recorded person: the minima of a virtual person's fit lie a third of an SD apart, with
-    sums of squares 0.2 apart, and which one a fit finds depends on the processor.
+    sums of squares 0.2 apart, and which one a fit finds depends on the processor. What is found is
+    compared with the mode that a fit without a search finds, in the posterior's own measure: minima
+    of one kind of processor lie up to 0.07 SD apart in one parameter, and are as likely.
     """
     fit, solution = recorded
     subject = load_subject("S07").model_copy(update={"markers": {}})
@@ -204,14 +206,13 @@ def test_a_whole_identification(recorded, tmp_path):
         subject.record(), scale_subject(subject).model, prior_sd(subject), CONFIGURATION, tmp_path,
         on_progress=seen.append,
     )  # fmt: skip
-    mode = fit.posterior(solution)
     assert found.converged
     assert found.search_distance < 0.5
     assert found.deviance_identified == pytest.approx(solution.cost, abs=0.05)
-    # 0.007 with each of two sets of kernels of linear algebra (Haswell, Zen).
-    np.testing.assert_allclose(
-        (np.array(found.posterior_mean) - mode.mean) / mode.sd, 0.0, atol=0.05
-    )
+    # 0.012, 0.001, 0.019 and 0.002 with four sets of kernels of linear algebra (SkylakeX, Haswell
+    # and Zen, Nehalem, Prescott); 0.05 is 0.2 SD along any direction.
+    (there,) = Profile(fit, solution)([np.array(found.posterior_mean)])
+    assert there == pytest.approx(solution.cost, abs=0.05)
     assert found.deviance_identified < found.deviance_nominal
     assert "weak" in found.verdicts
     for verdict, used, nominal in zip(found.verdicts, found.identified, found.nominal, strict=True):
