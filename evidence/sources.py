@@ -61,7 +61,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "@reference",
         "gaitval/identification/body_fit.py",
         "gaitval/identification/prior.py",
-        "gaitval/identification/verdicts.py",
+        "extras/gaitval_bodies/verdicts.py",
         "extras/gaitval_bodies/shared_errors.py",
     ),
     "errors": (

@@ -25,7 +25,6 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.identification.verdicts import judged
 from gaitval.metrics.comparison import compare_curve, curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
@@ -37,6 +36,7 @@ from gaitval.policy.training import train
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval_bodies.posterior import walked_with
+from gaitval_bodies.verdicts import judged
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ablation.json"

@@ -22,7 +22,6 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.identification.body_fit import BodyFit, BodyPosterior
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.verdicts import judged
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.tree import segment_frames
@@ -31,6 +30,7 @@ from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.combinations import judged_combinations
 from gaitval_bodies.posterior import Profile, search, walked_with
+from gaitval_bodies.verdicts import judged
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "real.json"

@@ -24,7 +24,6 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.identification.verdicts import judged
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
@@ -37,6 +36,7 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval_bodies.combinations import combinations, judged_combinations
 from gaitval_bodies.posterior import walked_with
+from gaitval_bodies.verdicts import judged
 from gaitval_virtual.person import virtual_person
 
 ROOT = Path(__file__).resolve().parent.parent

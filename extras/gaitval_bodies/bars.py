@@ -19,9 +19,9 @@ def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
     """A bar for each parameter of the body, distance between joints, and the legs' difference;
     parameters are those of `page.tables`.
     """
-    from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import PARAMETERS
     from gaitval_bodies.joints import judged_lengths
+    from gaitval_bodies.verdicts import judged
 
     shown = [
         *(each for each in judged(found.posterior) if each.name in PARAMETERS[2:]),

@@ -54,7 +54,6 @@ def body(
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.begin import begin
     from gaitval.identification.prior import measured_by, prior_sd
-    from gaitval.identification.verdicts import judged
     from gaitval.model.parameters import nominal_parameters
     from gaitval.reference.dynamic_fit import consistent_reference
     from gaitval.scaling.scaling import scale_subject
@@ -65,6 +64,7 @@ def body(
     from gaitval_bodies.plausible import implausible
     from gaitval_bodies.pooled import pooled
     from gaitval_bodies.shared_errors import NAMES, identified
+    from gaitval_bodies.verdicts import judged
     from gaitval_bodies.words import sentences
 
     configuration = load_configuration(config, settings=settings or ())

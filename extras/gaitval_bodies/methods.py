@@ -18,7 +18,6 @@ from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.unidentified import unidentified
-from gaitval.identification.verdicts import judged
 from gaitval.metrics.results import FoundParameters
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
@@ -29,6 +28,7 @@ from gaitval_bodies.bars import in_words
 from gaitval_bodies.combinations import correlation, judged_combinations, parameter_sum
 from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.shared_errors import STUCK, identified
+from gaitval_bodies.verdicts import judged
 
 WORDS: Final = "words"
 """What the report of a study says of the body (`bars.in_words`), in `identification.json`."""

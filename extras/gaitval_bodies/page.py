@@ -3,12 +3,12 @@
 from functools import partial
 from pathlib import Path
 
-from gaitval.identification.verdicts import judged
 from gaitval.model.body import BodyModel
 from gaitval.reporting.page import write_html
 from gaitval_bodies.bars import bars, draw
 from gaitval_bodies.joints import judged_lengths
 from gaitval_bodies.shared_errors import NAMES, Shared
+from gaitval_bodies.verdicts import judged
 from gaitval_bodies.words import next_trials, sentences
 
 Table = tuple[str, list[list[str]]]

@@ -6,13 +6,13 @@ from typing import Final
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.identification.verdicts import Judged
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval_bodies.combinations import judged_combinations
 from gaitval_bodies.joints import FunctionalLeg, with_joints
 from gaitval_bodies.pooled import SAME
 from gaitval_bodies.shared_errors import Shared
+from gaitval_bodies.verdicts import Judged
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""

@@ -15,7 +15,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import RecordError
-from gaitval.gait.cycles import GaitCycle, average, cut_cycles, spatiotemporal
+from gaitval.gait.cycles import GaitCycle, average, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events, marker_events
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.mocap.recording import FootForces, Recording
@@ -85,9 +85,12 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
             events = marker_events(recording, landmarks=LANDMARKS)
         else:
             events = find_events(recording, forces, processing, landmarks=LANDMARKS)
+        belt = belt_speed(recording, events, landmarks=LANDMARKS)
         for side in SIDES:
             cycles[side] = cut_cycles(events, side, forces=forces, fewest=0)
-            found_of = spatiotemporal(recording, events, cycles[side], side, landmarks=LANDMARKS)
+            found_of = spatiotemporal(
+                recording, events, cycles[side], side, landmarks=LANDMARKS, belt=belt
+            )
             speeds += list(found_of.speed)
             if len(found_of.stance_fraction):
                 stance[side] = float(np.mean(found_of.stance_fraction))

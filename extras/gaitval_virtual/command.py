@@ -151,6 +151,7 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
         "mass_kg": person.mass_kg,
         "height_m": person.height_m,
         "sex": person.sex,
+        "belt_m_s": made.belt,
     }
     write_json(folder / "truth.json", about)
     trial = made.walking
@@ -160,4 +161,5 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
         f"markers at {trial.marker_rate:g} Hz, {plates} force plates at {trial.force_rate:g} Hz); "
         f"truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
     )
-    display.plain(f"Import it: {import_line(folder, person.mass_kg, person.height_m, person.sex)}")
+    line = import_line(folder, person.mass_kg, person.height_m, person.sex)
+    display.plain(f"Import it: {line} --belt {made.belt:.4f}")

@@ -85,6 +85,8 @@ class RecordedPerson:
     time : (T,) s, of the frames of the walk.
     positions : (T, 31) the true motion in them, on the belt, see `simulation.rollout.Rollout`.
     moments : (T, 25) Nm, the true joint moments in them, the passive ones included.
+    belt : m/s, its speed, that of the walk. Flat feet move 3 % less: in the contact law they creep
+        forward while they brake.
     """
 
     subject: Subject
@@ -95,6 +97,7 @@ class RecordedPerson:
     time: Array
     positions: Array
     moments: Array
+    belt: float
 
     def truth(self) -> list[list[str]]:
         """Header and rows of the truth: time s, angles of pelvis and legs in degrees, moments of
@@ -151,7 +154,7 @@ def recorded_person(
     marker_set = load_marker_set(MARKER_SET)
     standing, worn = _standing(body, measured, marker_set, random)
     rows = _part(walk, task)
-    plates, positions = _on_belts(walk, task, rows)
+    plates, positions, belt = _on_belts(walk, task, rows)
     shown = positions[::CAMERA_STEPS]
     rate = 1.0 / (CAMERA_STEPS * float(walk.time[1] - walk.time[0]))
     markers = marker_positions(body, worn, shown)
@@ -174,6 +177,7 @@ def recorded_person(
         time=np.arange(len(shown)) / rate,
         positions=shown,
         moments=walk.moments[rows][::CAMERA_STEPS],
+        belt=belt,
     )
 
 
@@ -231,9 +235,11 @@ def _part(walk: Rollout, task: WalkingTask) -> slice:
     return slice(start, start + round(SECONDS / (step * CAMERA_STEPS)) * CAMERA_STEPS)
 
 
-def _on_belts(walk: Rollout, task: WalkingTask, rows: slice) -> tuple[tuple[Plate, ...], Array]:
-    """The plates under both belts, right first, and the positions (T, 31) on the treadmill, in the
-    project's axes. The belts run at the mean speed of the walk.
+def _on_belts(
+    walk: Rollout, task: WalkingTask, rows: slice
+) -> tuple[tuple[Plate, ...], Array, float]:
+    """The plates under both belts, right first, the positions (T, 31) on the treadmill, in the
+    project's axes, and the belts' speed, the mean one of the walk.
     """
     time = walk.time[rows] - walk.time[rows.start]
     positions = walk.positions[rows].copy()
@@ -258,7 +264,7 @@ def _on_belts(walk: Rollout, task: WalkingTask, rows: slice) -> tuple[tuple[Plat
         if off.any():
             raise VirtualError("a foot leaves its own belt. Take another number or seed.")
         plates.append(plate)
-    return tuple(plates), positions
+    return tuple(plates), positions, float(speed)
 
 
 def _belt(side: int) -> Array:

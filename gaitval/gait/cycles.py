@@ -384,12 +384,13 @@ def spatiotemporal(
     side: Side,
     *,
     landmarks: Mapping[str, str],
+    belt: float,
 ) -> SpatioTemporal:
     """Spatiotemporal parameters of the cycles of one foot that are valid for kinematics.
 
     The position of a foot is the median of its heel marker while the foot is flat, along and across
-    the direction that the person faces, in axes that move with the belt (`belt_speed`; over ground
-    they are fixed). So one formula serves treadmill and ground.
+    the direction that the person faces, in axes that move with the belt (over ground they are
+    fixed). So one formula serves treadmill and ground.
 
     Parameters
     ----------
@@ -398,10 +399,7 @@ def spatiotemporal(
     cycles : of one side; parameters of none have no values.
     side : which.
     landmarks : see `foot_markers`.
-
-    Raises
-    ------
-    RecordError : the feet never stand, so the speed of the belt is unknown.
+    belt : its speed, m/s, see `belt_speed`.
     """
     events = tuple(events)
     cycles = [cycle for cycle in cycles if cycle.kinematics_valid]
@@ -409,7 +407,7 @@ def spatiotemporal(
         none = np.zeros(0)
         return SpatioTemporal(side, *(none for _ in fields(SpatioTemporal)[1:]))
     other = opposite(side)
-    places = _Places(recording, events, landmarks)
+    places = _Places(recording, events, landmarks, belt)
     start, end, toe_off, opposite_toe_off, opposite_strike = np.array(
         [[c.start, c.end, c.toe_off, c.opposite_toe_off, c.opposite_strike] for c in cycles]
     ).T
@@ -461,11 +459,14 @@ class _Places:
     """Where the feet stand on the belt or the ground, forward and to the left, m."""
 
     def __init__(
-        self, recording: Recording, events: Sequence[Event], landmarks: Mapping[str, str]
+        self,
+        recording: Recording,
+        events: Sequence[Event],
+        landmarks: Mapping[str, str],
+        belt: float,
     ) -> None:
         forward = facing(recording, landmarks)
         leftward = np.array([-forward[1], forward[0], 0.0])
-        belt = belt_speed(recording, events, landmarks=landmarks)
         self.time = recording.time
         self.heels: dict[Side, Array] = {
             # A foot at rest on the belt moves backwards at the belt's speed v. Adding v t makes it

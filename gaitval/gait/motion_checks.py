@@ -51,6 +51,8 @@ SWING_TIMES: Final = (1.0, 2.2)
 """Swing time over the square root of leg length / gravity: 1.21 (1.4 m/s) to 1.89 (0.49 m/s). A leg
 swings nearly as a pendulum, so this hardly depends on speed and size; a frame rate written double
 halves it."""
+LARGEST_BELT_ERROR: Final = 0.05
+"""Of the belt's speed, at least of 1 m/s: flat feet roll at 0.01 to 0.03 m/s."""
 LEG_SHARE: Final = 0.53
 """Height of the hip over stature (Winter 2009, figure 4.1)."""
 
@@ -202,6 +204,20 @@ def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Qu
             f"than the motion needs (at most {100 * LARGEST_MISMATCH:.0f} % elsewhere): a plate "
             "was silent or stuck, or the foot was also on something else",
         )  # fmt: skip
+
+
+def belt_doubts(belt: float, feet: float) -> Iterator[QualityFlag]:
+    """Warning about a belt that runs at another speed m/s than flat feet move: one at most."""
+    if abs(feet - belt) > LARGEST_BELT_ERROR * max(belt, 1.0):
+        yield QualityFlag(
+            "belt",
+            "feet",
+            feet,
+            belt,
+            "m/s",
+            f"flat feet move back at {feet:.3f} m/s, but the belt's speed is given as {belt:.3f} "
+            "m/s: it is another trial's, or the markers' scale or frame rate is wrong.",
+        )
 
 
 def swing_doubts(

@@ -114,6 +114,8 @@ class ImportOptions(BaseModel):
     floor: Annotated[float | None, Shown("M")] = None
     """Height of what the person stands on in the standing trial, m above the origin; by the corners
     of the plates if left out, else 0."""
+    belt: Annotated[float | None, Field(ge=0.0, le=5.0), Shown("M/S")] = None
+    """Speed of the treadmill's belt in all trials, m/s; as the flat feet move if left out."""
     feet_not_flat: bool = False
     """The person stands on toes or heels: put the feet flat for scaling."""
     marker_set: str | None = None

@@ -24,6 +24,7 @@ from gaitval.gait.cycles import (
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
+from gaitval.gait.motion_checks import belt_doubts
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
@@ -165,8 +166,10 @@ def work_out_trial(
                 request, processing, session, body, name, stride.recording, tell, stride
             )
     stored, of_file = _stored_events(tell, name, recording, events)
+    feet = belt_speed(recording, events, landmarks=landmarks)
+    belt = feet if request.belt is None else request.belt
     found = trial_doubts(request, recording, landmarks, events, findings, measured)
-    doubts = (*of_file, *found)
+    doubts = (*of_file, *belt_doubts(belt, feet), *found)
     for doubt in doubts:
         tell("warnings", f"{name}: {doubt}")
     return WalkingTrial(
@@ -181,10 +184,12 @@ def work_out_trial(
         loads=loads,
         dynamics=dynamics,
         consistent=consistent,
-        belt=belt_speed(recording, events, landmarks=landmarks),
+        belt=belt,
         cycles=cycles,
         gait={
-            side: spatiotemporal(recording, events, cycles[side], side, landmarks=landmarks)
+            side: spatiotemporal(
+                recording, events, cycles[side], side, landmarks=landmarks, belt=belt
+            )
             for side in SIDES
         },
         findings=findings,

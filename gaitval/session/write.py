@@ -32,7 +32,7 @@ from gaitval.opensim.motion import (
 from gaitval.opensim.osim import write_osim
 from gaitval.reporting.figure_data import FOLDER as FIGURES
 from gaitval.reporting.recording_report import write_recording_report
-from gaitval.session.results import IMPORT_VERSION, ImportResult
+from gaitval.session.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
@@ -279,17 +279,7 @@ def _trial_record(walk: WalkingTrial) -> dict[str, Any]:
                 ("marker pairs", marker_errors(walk.compared)),
             )
         },
-        "anchoring": {
-            name: getattr(walk.anchoring, name)
-            for name in (
-                "sliding_before",
-                "sliding_after",
-                "largest_before",
-                "largest_after",
-                "marker_rms_before",
-                "marker_rms_after",
-            )
-        },
+        "anchoring": {name: getattr(walk.anchoring, name) for name in AnchoringResult.model_fields},
         "frames_not_converged": int((~walk.kinematics.converged).sum()),
         "gait": {side: walk.gait[side].summary() for side in SIDES},
         "findings": [str(finding) for finding in walk.findings],

@@ -8,7 +8,6 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.verdicts import IDENTIFIED
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
@@ -22,6 +21,7 @@ from gaitval_bodies.joints import (
     legs_of_session,
     with_joints,
 )
+from gaitval_bodies.verdicts import IDENTIFIED
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model

@@ -220,7 +220,7 @@ def test_parameters_are_those_of_the_walk_on_belt_and_ground(
     events = true_events(8.0)
     assert belt_speed(recording, events, landmarks=LANDMARKS) == pytest.approx(belt, abs=1e-6)
     cycles = cut_cycles(events, side)
-    result = spatiotemporal(recording, events, cycles, side, landmarks=LANDMARKS)
+    result = spatiotemporal(recording, events, cycles, side, landmarks=LANDMARKS, belt=belt)
     expected = {
         "stride_time": STRIDE,
         "step_time": 0.5 * STRIDE,
@@ -246,7 +246,7 @@ def test_a_place_that_is_not_seen_is_not_made_up() -> None:
     markers[140:200, recording.names.index("R.Heel")] = np.nan  # its stance from 1.4 s on
     gap = recording.with_markers(recording.names, markers)
     cycles = cut_cycles(true_events(), "right")
-    result = spatiotemporal(gap, true_events(), cycles, "right", landmarks=LANDMARKS)
+    result = spatiotemporal(gap, true_events(), cycles, "right", landmarks=LANDMARKS, belt=0.0)
     assert np.isnan(result.stride_length[:2]).all()
     assert np.isfinite(result.stride_length[2:4]).all()
     assert np.isfinite(result.stride_time).all()
@@ -256,7 +256,7 @@ def test_no_stance_means_no_belt_speed_and_no_cycle_no_parameters() -> None:
     strikes_only = [event for event in true_events() if event.kind == "heel_strike"]
     with pytest.raises(RecordError, match="speed of the belt is unknown"):
         belt_speed(walk(), strikes_only, landmarks=LANDMARKS)
-    none = spatiotemporal(walk(), true_events(), [], "left", landmarks=LANDMARKS)
+    none = spatiotemporal(walk(), true_events(), [], "left", landmarks=LANDMARKS, belt=0.0)
     assert none.side == "left"
     assert none.speed.shape == (0,)
     assert np.isnan(none.summary()["stride_time"]).all()
@@ -277,7 +277,7 @@ def test_wbds01_t01_walks_as_its_authors_say(gait_data: Path) -> None:
     for side in SIDES:
         cycles = cut_cycles(events, side, forces=forces, fewest=15)
         assert all(cycle.kinetics_valid for cycle in cycles)
-        result = spatiotemporal(recording, events, cycles, side, landmarks=landmarks)
+        result = spatiotemporal(recording, events, cycles, side, landmarks=landmarks, belt=speed)
         cadence.append(np.nanmean(result.cadence))
         step.append(np.nanmean(result.step_length))
     assert np.mean(cadence) == pytest.approx(67.797, rel=0.01)
@@ -294,7 +294,7 @@ def test_wbds01_over_ground_walks_at_its_speed(gait_data: Path) -> None:
     speeds = []
     for side in SIDES:
         cycles = cut_cycles(events, side)
-        found = spatiotemporal(recording, events, cycles, side, landmarks=landmarks)
+        found = spatiotemporal(recording, events, cycles, side, landmarks=landmarks, belt=0.0)
         speeds.append(found.speed)
     assert np.mean(speeds) == pytest.approx(1.26, rel=0.02)
 
@@ -426,7 +426,7 @@ def test_the_belt_runs_against_the_way_that_the_person_faces(turn: float) -> Non
     assert belt_speed(turned, true_events(), landmarks=LANDMARKS) == pytest.approx(SPEED, rel=1e-6)
     for side in SIDES:
         cycles = cut_cycles(true_events(), side)
-        found = spatiotemporal(turned, true_events(), cycles, side, landmarks=LANDMARKS)
+        found = spatiotemporal(turned, true_events(), cycles, side, landmarks=LANDMARKS, belt=SPEED)
         np.testing.assert_allclose(found.step_width, 2 * WIDTH, atol=1e-6)
         np.testing.assert_allclose(found.stride_length, SPEED * STRIDE, atol=1e-6)
 

@@ -10,6 +10,7 @@ from gaitval.gait.force_checks import Stance
 from gaitval.gait.motion_checks import (
     LEG_SHARE,
     aid_doubts,
+    belt_doubts,
     motion_doubts,
     swing_doubts,
     weight_doubts,
@@ -262,3 +263,22 @@ def test_the_median_swing_of_both_feet_counts():
     assert not list(swing_doubts(both, 1.75))
     stance = [Event(0.0, "right", "heel_strike"), Event(0.1, "right", "toe_off")]
     assert not list(swing_doubts(stance, 1.75))
+
+
+@pytest.mark.parametrize(
+    ("belt", "feet", "warned"),
+    [
+        (1.2, 1.16, False),  # flat feet roll
+        (1.2, 1.1, True),
+        (1.2, 1.3, True),
+        (1.2, -1.2, True),  # the other way
+        (0.4, 0.36, False),
+        (0.0, 0.0, False),
+        (1.2, 0.0, True),  # over ground
+    ],
+)
+def test_a_belt_at_another_speed_than_the_feet(belt: float, feet: float, warned: bool) -> None:
+    doubts = list(belt_doubts(belt, feet))
+    assert len(doubts) == warned
+    for doubt in doubts:
+        assert f"move back at {feet:.3f} m/s" in str(doubt)

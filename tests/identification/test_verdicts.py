@@ -6,11 +6,11 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import measured_by, prior_sd
-from gaitval.identification.verdicts import judged, verdict_of
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval_bodies.combinations import combinations, correlation, judged_combinations
 from gaitval_bodies.posterior import conditional_mean
+from gaitval_bodies.verdicts import judged, verdict_of
 
 THIGH, SHANK = (PARAMETERS.index(f"{name}_length") for name in ("thigh", "shank"))
 
