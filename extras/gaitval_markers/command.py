@@ -52,6 +52,7 @@ def markers(
     """
     from gaitval.errors import RecordError
     from gaitval.mocap.reading import read_recording
+    from gaitval.scaling.landmarks import needed_landmarks
     from gaitval_markers.draft import CERTAIN, CERTAIN_BY_NAME, draft_markers
     from gaitval_markers.files import UNRECOGNISED, as_toml, said_of
     from gaitval_markers.picture import draw
@@ -94,10 +95,18 @@ def markers(
         display.plain(f"{UNRECOGNISED} Give a --standing in which the person does.")
     display.plain(
         f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, or "
-        f"{CERTAIN_BY_NAME:.0%} where the name says the same place; used."
+        f"{CERTAIN_BY_NAME:.0%} where the name says the same place; used. On arms and forefeet, "
+        "and where the other side has none, only if the name says so."
     )
     for guess in left:
         display.plain(f"  not used: {guess.name}: {said_of(guess)}")
+    taken = {each.site.landmark: each.at for each in used if each.site and each.site.landmark}
+    if lacking := [name for name in needed_landmarks(taken, None, None) if name not in taken]:
+        display.plain(
+            f"Not to be imported yet: no marker is used for {', '.join(lacking)}. Take the # away "
+            f"from the lines of {target} that are right; instead of .Medial an import takes "
+            "--knee-width and --ankle-width."
+        )
     display.plain(f"Picture: {picture}")
     given = ["gaitval", "import", "--trial", str(file), "--marker-set", str(target)]
     if standing is not None:

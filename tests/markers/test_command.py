@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from gaitval.errors import GaitvalError
 from gaitval.mocap import reading
 from gaitval.mocap.recording import Recording
+from gaitval.scaling.landmarks import landmarks_of
+from gaitval.scaling.marker_sets import load_marker_set
 from gaitval_markers.command import markers
 
 
@@ -28,12 +30,35 @@ def test_a_set_a_picture_and_the_command_that_goes_on(tmp_path: Path) -> None:
     words = " ".join(done.output.split())
     assert f"gaitval import --static stand.c3d --trial walk.c3d --marker-set {out}" in words
     assert "RKNE" in out.read_text(encoding="utf-8")
+    assert "Not to be imported yet" not in words
     picture = out.with_suffix(".svg").read_text(encoding="utf-8")
     assert picture.count("<svg") == 1
     # Never over a file that may have been corrected by hand.
     again = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(out)])
     assert isinstance(again.exception, GaitvalError)
     assert "may have been corrected by hand" in str(again.exception)
+
+
+def test_what_an_import_would_miss_is_said_with_the_line_that_goes_on(
+    stander: Recording, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Labels that mean nothing leave the forefeet to the user, and the import would refuse that."""
+    named = replace(stander, names=tuple(f"M{n:02d}" for n in range(len(stander.names))))
+    monkeypatch.setattr(reading, "read_recording", lambda path, plates=True: named)
+    out = tmp_path / "mine.toml"
+    done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    (said,) = (line for line in done.output.replace("\n  not used", "\0").split("Not to be ")[1:])
+    lacking = said.partition(". Take the # away")[0]
+    assert "R.MT1" in lacking
+    assert "L.MT1" in lacking
+    marked = load_marker_set(out)
+    with pytest.raises(GaitvalError, match=r"missing from the standing pose.*R\.MT1"):
+        landmarks_of(
+            {mark.landmark: np.zeros(3) for mark in marked.markers.values() if mark.landmark},
+            None,
+            None,
+        )
 
 
 def test_another_ending_is_refused(tmp_path: Path) -> None:
