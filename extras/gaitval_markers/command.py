@@ -50,9 +50,9 @@ def markers(
     A guess below 95 % (80 % where its name says the same place), or one that its name contradicts,
     is written as a comment for you to judge.
     """
-    from gaitval.errors import RecordError
+    from gaitval.errors import RecordError, ScalingError
     from gaitval.mocap.reading import read_recording
-    from gaitval.scaling.landmarks import needed_landmarks
+    from gaitval.scaling.landmarks import landmarks_of
     from gaitval_markers.draft import CERTAIN, CERTAIN_BY_NAME, draft_markers
     from gaitval_markers.files import UNRECOGNISED, as_toml, said_of
     from gaitval_markers.picture import draw
@@ -100,12 +100,17 @@ def markers(
     )
     for guess in left:
         display.plain(f"  not used: {guess.name}: {said_of(guess)}")
-    taken = {each.site.landmark: each.at for each in used if each.site and each.site.landmark}
-    if lacking := [name for name in needed_landmarks(taken, None, None) if name not in taken]:
+    try:
+        landmarks_of(
+            {each.site.landmark: each.at for each in used if each.site and each.site.landmark},
+            None,
+            None,
+        )
+    except ScalingError as error:
         display.plain(
-            f"Not to be imported yet: no marker is used for {', '.join(lacking)}. Take the # away "
-            f"from the lines of {target} that are right; instead of .Medial an import takes "
-            "--knee-width and --ankle-width."
+            f"Not to be imported yet: {str(error).partition('. ')[0]}. Take the # away from the "
+            f"lines of {target} that are right; without medial markers give --knee-width and "
+            "--ankle-width."
         )
     display.plain(f"Picture: {picture}")
     given = ["gaitval", "import", "--trial", str(file), "--marker-set", str(target)]

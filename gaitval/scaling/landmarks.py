@@ -103,7 +103,7 @@ def landmarks_of(
     """The landmarks that have a marker in `markers`, (3,) m each; refuses a trial that lacks a
     required one. `knee_width` and `ankle_width` (m) replace the medial markers of a joint.
     """
-    needed = needed_landmarks(markers, knee_width, ankle_width)
+    needed = _needed(markers, knee_width, ankle_width)
     missing = [name for name in needed if name not in markers]
     without_medial = [name for name in missing if not name.endswith(".Medial")]
     _fail(
@@ -145,12 +145,8 @@ def landmarks_of(
     return points
 
 
-def needed_landmarks(
-    markers: Mapping[str, Place], knee_width: Width, ankle_width: Width
-) -> list[str]:
-    """Landmarks of which a marker is needed, because no other of `markers` and no width in m
-    (`knee_width`, `ankle_width`) replaces it.
-    """
+def _needed(markers: Mapping[str, Place], knee_width: Width, ankle_width: Width) -> list[str]:
+    """Landmarks that nothing else can replace."""
     needed = [f"{side}.{name}" for side in "RL" for name in LANDMARKS]
     replaced: set[str] = set()
     if "Sacrum" in markers:

@@ -1,5 +1,6 @@
 """`gaitval markers`: writes a set and its picture, says what it left, and how to go on."""
 
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
