@@ -201,6 +201,12 @@ EQUAL: Final = (
         "is new is for files that were refused, or whose plate was left out (tests/mocap, "
         "tests/session)",
     ),
+    Equal(
+        "b9e819ab74",
+        "50309ab51f",
+        ("extras/gaitval_markers/command.py",),
+        "what the command prints below the guesses; the drafts are as before (tests/markers)",
+    ),
 )
 """Oldest first."""
 
