@@ -90,7 +90,7 @@ EQUAL: Final = (
         "19950ddc95",
         "dc2d394352",
         (
-            *("gaitval/identification/verdicts.py", "gaitval/model/tree.py"),
+            "gaitval/model/tree.py",
             *("gaitval/policy/observation.py", "gaitval/study/sources.py"),
             *("extras/gaitval_bodies/*.py", "extras/gaitval_estimate/stage.py"),
         ),
@@ -135,7 +135,7 @@ EQUAL: Final = (
         "b521cee121",
         (
             *("gaitval/gait/force_checks.py", "gaitval/gait/mean_curves.py"),
-            *("gaitval/identification/verdicts.py", "extras/gaitval_bodies/*.py"),
+            "extras/gaitval_bodies/*.py",
             *("gaitval/mocap/c3d_plates.py", "gaitval/scaling/scaling.py"),
             *("gaitval/session/*.py", "gaitval/study/stage.py"),
             "gaitval/simulation/mujoco_body.py",

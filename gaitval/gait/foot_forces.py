@@ -7,12 +7,14 @@ wrench, and a filtered centre of pressure would not belong to the filtered force
 Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gaitval.arrays import Array, Flags
+from gaitval import wings
+from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
@@ -61,6 +63,7 @@ def assign_forces(
     *,
     landmarks: Mapping[str, str],
     cutoff_hz: float | None = None,
+    divide: bool = False,
 ) -> tuple[FootForces, tuple[Finding, ...]]:
     """Ground reaction on each foot from the plates that it was on.
 
@@ -80,6 +83,7 @@ def assign_forces(
     processing : cut-offs and order of the low-pass, and the force threshold.
     landmarks : see `foot_markers`.
     cutoff_hz : Hz; `force_cutoff_hz` if not given, `moment_force_cutoff_hz` for inverse dynamics.
+    divide : the force of a plate under both feet between them (`gaitval_measurement.divided`).
 
     Returns
     -------
@@ -103,7 +107,9 @@ def assign_forces(
     )
     findings: list[Finding] = []
     for plate in recording.plates:
-        findings += _share_out(recording, plate, feet, processing, shares)
+        findings += _share_out(
+            recording, plate, feet, processing, shares, landmarks if divide else None
+        )
     if not shares.touched.any():
         largest = max(float(plate.force[:, 2].max()) for plate in recording.plates)
         raise RecordError(
@@ -174,9 +180,16 @@ def resample_forces(forces: FootForces, times: Array) -> FootForces:
 
 
 def _share_out(
-    recording: Recording, plate: Plate, feet: Feet, processing: ProcessingSettings, shares: _Shares
+    recording: Recording,
+    plate: Plate,
+    feet: Feet,
+    processing: ProcessingSettings,
+    shares: _Shares,
+    divide: Mapping[str, str] | None,
 ) -> list[Finding]:
-    """Assign each contact with a plate to a foot, in place; returns the objections as findings."""
+    """Assign each contact with a plate to a foot, in place; returns the objections as findings.
+    What is under both feet is divided with the landmarks `divide`.
+    """
     vertical = low_pass(
         plate.force[:, 2],
         rate=recording.force_rate,
@@ -193,7 +206,15 @@ def _share_out(
     sharing = shared_by_both(plate, feet, recording.force_rate)
     if plate.foot is not None:
         sharing = np.zeros(samples, dtype=bool)
-    used = np.zeros(samples, dtype=bool)
+    used, halved = np.zeros(samples, dtype=bool), np.zeros(samples, dtype=bool)
+    owners = np.full(samples, -1)
+    parts: list[tuple[slice, Array]] = []
+    if divide is not None and sharing.any():
+        whole = np.concatenate([plate.force, moment], axis=1)
+        part_of = wings.load(wings.PARTS, "divided")
+        parts = part_of(recording, divide, feet.stance, sharing, whole, processing)
+    for during, _ in parts:
+        halved[during] = True
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         # the filter also needs the rise and fall below the threshold
         # They reach at most half-way to the next contact, so that no sample counts twice.
@@ -218,17 +239,33 @@ def _share_out(
                 mine[end : window.stop] = True
             # All wrenches are about the same origin, so those of a foot on two plates simply add
             # up.
+            owners[mine] = column
             shares.wrench[mine, column, :3] += plate.force[mine]
             shares.wrench[mine, column, 3:] += moment[mine]
         # One foot owns a shared contact, but both touch the plate.
         shares.touched[begin:end] |= sharing[begin:end, None]
         if plate.foot is None:
             findings += judge_contact(
-                recording, plate, feet, begin, end, owner, distances, sharing, shares.valid
+                recording, plate, feet, begin, end, owner, distances, sharing, halved, shares.valid
             )
         used[begin:end] = True
+    if divide is not None:
+        # The load of a double support that is cut off is not known, nor when it began.
+        reach = int(SETTLING_SECONDS * recording.force_rate)
+        for begin, end in zip(*runs(sharing & ~halved), strict=True):
+            shares.valid[max(begin - reach, 0) : end + reach] = False
+    _give(shares, np.concatenate([plate.force, moment], axis=1), owners, parts)
     findings += judge_brushes(recording, plate, feet, vertical, used, processing, shares.valid)
     return findings
+
+
+def _give(
+    shares: _Shares, wrench: Array, owners: NDArray[np.int64], parts: Sequence[tuple[slice, Array]]
+) -> None:
+    """Put the parts of a divided `wrench` (T, 6) in the place of what its owner was given of it."""
+    for during, part in parts:
+        given = owners[during, None] == np.arange(2)
+        shares.wrench[during] += part - given[..., None] * wrench[during, None]
 
 
 def _require_plates(recording: Recording) -> None:

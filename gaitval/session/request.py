@@ -163,6 +163,9 @@ class ImportOptions(BaseModel):
     ] = ()
     """A force plate whose force along this axis of the file has the wrong sign; its free moment
     follows."""
+    divide_plates: bool = False
+    """Divide the force of a plate under both feet between them, by its centre of pressure; else it
+    is not used. For a treadmill with one plate."""
     correct: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("FAULT")] = ()
     """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
     (of plates), or several with commas. Both results are shown."""

@@ -135,7 +135,7 @@ def work_out_trial(
     forces = loads = dynamics = consistent = measured = None
     findings: tuple[Finding, ...] = ()
     if recording.plates and not request.kinematics_only:
-        carried = trial_loads(recording, processing, landmarks, shown)
+        carried = trial_loads(recording, processing, landmarks, shown, divide=request.divide_plates)
         recording, forces, loads = carried.recording, carried.forces, carried.loads
         findings = carried.findings
         for finding in findings:
@@ -303,6 +303,8 @@ def trial_loads(
     processing: ProcessingSettings,
     landmarks: Mapping[str, str],
     shown: Mapping[Side, Flags],
+    *,
+    divide: bool = False,
 ) -> TrialLoads:
     """The ground reaction on each foot, for gait cycles and for inverse dynamics.
 
@@ -311,13 +313,15 @@ def trial_loads(
     recording : cleaned, in the project's axes, with force plates; `landmarks` names its markers.
     processing : its two cut-offs of forces.
     shown : (T,) whether the markers show each leg, see `leg_shown`.
+    divide : the force of a plate under both feet, see `assign_forces`.
     """
     recording, zeroing = zero_plates(recording, landmarks=landmarks)
-    forces, assigning = assign_forces(recording, processing, landmarks=landmarks)
+    forces, assigning = assign_forces(recording, processing, landmarks=landmarks, divide=divide)
     # Different cut-offs of motion and force make impact artefacts (`ProcessingSettings`).
     slow, _ = assign_forces(
-        recording, processing, landmarks=landmarks, cutoff_hz=processing.moment_force_cutoff_hz
-    )
+        recording, processing, landmarks=landmarks, divide=divide,
+        cutoff_hz=processing.moment_force_cutoff_hz,
+    )  # fmt: skip
     loads = resample_forces(slow, recording.time)
     moving = shown["right"] & shown["left"]
     loads = replace(loads, valid=loads.valid & moving[:, None])

@@ -99,7 +99,7 @@ def judged(plate, feet, owner, away, *, sharing=None, others=()):
     valid = np.ones((N, 2), bool)
     found = judge_contact(
         trial(plate, *others), plate, feet, 100, 200, owner, away,
-        np.zeros(N, bool) if sharing is None else sharing, valid,
+        np.zeros(N, bool) if sharing is None else sharing, np.zeros(N, bool), valid,
     )  # fmt: skip
     return found, valid
 
@@ -179,7 +179,9 @@ def test_both_feet_on_a_plate_and_one_that_comes_from_another():
     feet = feet_at([0.0, 0.1], [0.2, 0.5])
     away = distances(NEAR, FAR)
     found, valid = judged(loaded(), feet, RIGHT, away, sharing=sharing)
-    assert [each.action for each in found] == ["both feet on this plate; forces not used"]
+    assert [each.action for each in found] == [
+        "both feet on this plate; forces not used, or divided with --divide-plates"
+    ]
     assert found[0].names == ("plate 1", "right foot", "left foot")
     expected = np.ones((N, 2), bool)
     expected[150:180] = False

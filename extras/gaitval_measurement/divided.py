@@ -1,0 +1,155 @@
+"""A plate under both feet: its force divided between them, by its centre of pressure.
+
+A plate measures the sum. In double support its centre of pressure p moves from the foot behind to
+the foot in front, and between the centres of pressure of the feet it stands as the vertical forces
+do: with w the share in front, p = w p' + (1 - w) p''. These two are not measured, but each is known
+where its foot stands alone, and in between it rolls: behind from there to the toes, in front from
+the heel to there. The level forces are those whose lines, with the sum's, meet at one height h,
+
+    f' / f'_z = f / f_z + (p - p') / h,
+
+because the forces on both feet point to about the same place above the centre of mass (Maus et al.
+2010, doi:10.1038/ncomms1073). All forces and moments add up to those of the plate.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import SIDES
+from gaitval.gait.filters import low_pass
+from gaitval.gait.sampling import interpolated
+from gaitval.mocap.foot_markers import facing, foot_markers, pelvis_markers
+from gaitval.mocap.recording import Recording
+
+BESIDE: Final = 0.03
+"""s before and after the markers' double support that may belong to it."""
+TOES: Final = 0.6
+"""How far ahead of the forefoot's marker the foot behind rolls, and `HEEL`, how far ahead of the
+heel's that in front begins, over the distance of these markers."""
+HEEL: Final = 0.25
+LATE: Final = 2.0
+"""Power of the time in double support with which the foot behind rolls; 1 / it in front. These
+three and the height were chosen on four people of `gaitval virtual --c3d`."""
+HEIGHT: Final = 1.3
+"""Of the place in which the forces meet, over that of the pelvis's markers."""
+LEAST: Final = 0.5
+"""Of the median force: less is not all of a walking person."""
+
+
+def divided(
+    recording: Recording,
+    landmarks: Mapping[str, str],
+    stance: Flags,
+    sharing: Flags,
+    wrench: Array,
+    processing: ProcessingSettings,
+) -> list[tuple[slice, Array]]:
+    """What each foot has of a plate's force while both are on it.
+
+    Parameters
+    ----------
+    recording : in the project's axes; `landmarks` names its markers.
+    stance : (T, 2) where each foot stands, right first, at the rate of the forces.
+    sharing : (T,) where both are on the plate.
+    wrench : (T, 6) N and Nm about the origin, of the plate.
+    processing : its low-pass of forces.
+
+    Returns
+    -------
+    The times, and there (n, 2, 6) N and Nm. Double supports that are cut off, or before or after
+    which not one foot stands alone, are left out.
+    """
+    wrench = low_pass(
+        wrench,
+        rate=recording.force_rate,
+        cutoff_hz=processing.force_cutoff_hz,
+        order=processing.filter_order,
+    )
+    forward = facing(recording, landmarks)[:2]
+    frames = (recording.force_time - recording.start) * recording.marker_rate
+    markers = [foot_markers(recording, landmarks)[side] for side in SIDES]
+    heels = [interpolated(each.heel, frames)[:, :2] for each in markers]
+    fronts = [interpolated(each.front, frames)[:, :2] for each in markers]
+    length = float(np.nanmedian([(f - h) @ forward for f, h in zip(fronts, heels, strict=True)]))
+    height = HEIGHT * float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2]))
+    up = wrench[:, 2]
+    least = LEAST * float(np.median(up[stance.any(axis=1)]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pressure = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / up[:, None]
+    alone = stance[:, 0] ^ stance[:, 1]
+    beside = round(BESIDE * recording.force_rate)
+    found = []
+    for begin, end in zip(*runs(sharing), strict=True):
+        first, last = begin - beside, end + beside - 1
+        if first < 0 or last >= len(up) or not (alone[begin - 1] and alone[end]):
+            continue
+        behind, ahead = int(stance[begin - 1, 1]), int(stance[end, 1])
+        during = slice(first, last + 1)
+        at, back, front = pressure[during], fronts[behind][during], heels[ahead][during]
+        seen = np.isfinite(at).all() and np.isfinite(back).all() and np.isfinite(front).all()
+        if behind == ahead or not seen or (up[during] < least).any():
+            continue
+        time = np.linspace(0.0, 1.0, len(at))[:, None]
+        known = at[0] - back[0], at[-1] - front[-1]
+        # Across, each stays where it is known.
+        toes, heel = (
+            along * length * forward + each - (each @ forward) * forward
+            for along, each in zip((TOES, HEEL), known, strict=True)
+        )
+        rolled, landed = time**LATE, time ** (1.0 / LATE)
+        two = (
+            back + (1.0 - rolled) * known[0] + rolled * toes,
+            front + (1.0 - landed) * heel + landed * known[1],
+        )
+        share = _share((at - two[0]) @ forward, (two[1] - two[0]) @ forward, 0.1 * length)
+        found.append((during, _parts(wrench[during], at, two, share, height, behind)))
+    return found
+
+
+def _share(passed: Array, between: Array, least: float) -> Array:
+    """(n,) share of the foot in front, which rises from 0 to 1.
+
+    Parameters
+    ----------
+    passed, between : (n,) m, along the walk, from the pressure behind to that of both and to that
+        in front.
+    least : m, that is divided by where they are nearer.
+    """
+    share = np.clip(passed / np.maximum(between, least), 0.0, 1.0)
+    # The load goes over once: the mean of the nearest rising curves above and below.
+    share = 0.5 * (np.maximum.accumulate(share) + np.minimum.accumulate(share[::-1])[::-1])
+    share[0], share[-1] = 0.0, 1.0
+    return share
+
+
+def _parts(
+    wrench: Array, at: Array, two: tuple[Array, Array], share: Array, height: float, behind: int
+) -> Array:
+    """The parts (n, 2, 6) of a `wrench` (n, 6), right first.
+
+    Parameters
+    ----------
+    at : (n, 2) m, its centre of pressure.
+    two : those of the foot behind and of that in front.
+    share : (n,) of the vertical force in front.
+    height : m, where the forces meet.
+    behind : column of the foot behind.
+    """
+    ahead = share[:, None] * wrench[:, :3]
+    ahead[:, :2] += ahead[:, 2:] * (at - two[1]) / height
+    parts = np.zeros((len(wrench), 2, 6))
+    for column, force, point in (
+        (behind, wrench[:, :3] - ahead, two[0]),
+        (1 - behind, ahead, two[1]),
+    ):
+        arm = np.column_stack([point, np.zeros(len(point))])
+        parts[:, column, :3], parts[:, column, 3:] = force, np.cross(arm, force)
+    # What is left of the moment goes with the load.
+    rest = wrench[:, 3:] - parts[:, :, 3:].sum(axis=1)
+    parts[:, behind, 3:] += (1.0 - share)[:, None] * rest
+    parts[:, 1 - behind, 3:] += share[:, None] * rest
+    return parts
