@@ -207,6 +207,15 @@ EQUAL: Final = (
         ("extras/gaitval_markers/command.py",),
         "what the command prints below the guesses; the drafts are as before (tests/markers)",
     ),
+    Equal(
+        "55e1bc7582",
+        "9714d2b530",
+        (
+            *("gaitval/gait/foot_forces.py", "gaitval/gait/plate_contacts.py"),
+            *("gaitval/session/request.py", "gaitval/session/trial.py"),
+        ),
+        "a plate is divided only with --divide-plates (tests/gait, tests/measurement); a message",
+    ),
 )
 """Oldest first."""
 
