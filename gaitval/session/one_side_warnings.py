@@ -95,6 +95,7 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         if not cycle.kinetics_valid
     ]
     plates = [f"{walk.name}: {finding}" for walk in walks for finding in walk.findings]
+    shared = any("--divide-plates" in each for each in plates)
     raise RecordError(
         "no gait cycle whose ground reaction the plates show from heel strike to heel strike, so a "
         "subject's mean moments and forces cannot be computed.\n"
@@ -103,7 +104,7 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
         "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
-    ).with_way_on("--kinematics-only")
+    ).with_way_on(*["--divide-plates"] * shared, "--kinematics-only")
 
 
 def _some(what: str, lines: Sequence[str], most: int = 4) -> str:

@@ -65,8 +65,9 @@ def test_of_one_plate_each_foot_has_what_its_own_plate_measured(tmp_path: Path, 
         return as_one(recording), findings
 
     monkeypatch.setattr(trial, "zero_plates", made_one)
-    with pytest.raises(RecordError, match=r"both feet on this plate.*--divide-plates"):
+    with pytest.raises(RecordError, match=r"both feet on this plate.*--divide-plates") as refused:
         imported(options, "plain")
+    assert refused.value.goes_on == ("--divide-plates", "--kinematics-only")
     found = imported(options.model_copy(update={"divide_plates": True}), "divided")
     (walk,) = found.found.trials
     for side in SIDES:
