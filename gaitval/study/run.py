@@ -12,8 +12,8 @@ then by epsilon, is copied to `policy/` and `identification.json`, where the lat
 
 import shutil
 import threading
-from collections.abc import Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -52,6 +52,7 @@ STATE = "identification_state.json"
 """What an identification that runs has found, beside its results (`gaitval_bodies.posterior`)."""
 
 IN_WORKERS = (
+    "gaitval.cli",  # a worker begins with what the main program imports
     "gaitval.learning_control.correct",
     "gaitval.metrics.epsilon",
     "gaitval.metrics.policy_comparison",
@@ -176,11 +177,6 @@ def run_subject(
         renew_workers()
         # the workers do one what the other leaves of their time
         walks, pushes = (simulate_stage(run), repeat_stage(run)), push_stage(_silent(run))
-        if run.configuration.training.workers > 1 and (force or why_run(pushes, run.folder)):
-            # what the report needs, which takes a second, while this process waits
-            threading.Thread(
-                target=import_module, args=("gaitval.reporting.report",), daemon=True
-            ).start()
         _together(run, (*walks, *body_stages(run)), pushes, force=force)
         kept.close()
         do(validate_stage(run))
@@ -201,8 +197,10 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    shown = None
-    if run.configuration.training.workers > 1:
+    shown: AbstractContextManager[None] | None = None
+    if run.configuration.identification.method != "posterior":
+        shown = _loading()
+    elif run.configuration.training.workers > 1:
         from gaitval.study.watching import generations_shown
 
         # the other stage reports nothing, so its progress is read from the file of its state
@@ -210,6 +208,14 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         shown = generations_shown(run.observer, state, run.configuration.identification.generations)
     identify = identify_stage(_silent(run), round_number)
     _together(run, training, identify, shown, force=force)
+
+
+@contextmanager
+def _loading() -> Iterator[None]:
+    """Within the block, load what the report needs, which takes a second, while others work."""
+    target, module = import_module, "gaitval.reporting.report"
+    threading.Thread(target=target, args=(module,), daemon=True).start()
+    yield
 
 
 def _silent(run: Run) -> Run:

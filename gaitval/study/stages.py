@@ -27,6 +27,7 @@ from gaitval.metrics.walk_results import (
 )
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
+from gaitval.policy.processes import kept_workers
 from gaitval.study.inputs import (
     GAIN,
     IDENTIFIED,
@@ -367,15 +368,12 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         if round_number > 1:
             copy_files(run.folder / before, run.folder / here, names)
             return
-        prior = prior_sd(run.subject)
-        if method == "none":
-            from gaitval.identification.unidentified import unidentified
-
-            found = unidentified(run.configuration, prior)
+        # in a worker, which has loaded what it takes; the others have work for all workers
+        workers = kept_workers() if method == "shared" else None
+        if workers is None:
+            _identify(run, run.folder / here)
         else:
-            found = _searched(run, prior, run.folder / here)
-        write_json(run.folder / here / "identification.json", found.as_dict())
-        save_identified_reference(run, run.folder / here)
+            workers.submit(_identify, run, run.folder / here).result()
 
     return Stage(
         f"identify-{round_number}",
@@ -390,6 +388,19 @@ def identify_stage(run: Run, round_number: int) -> Stage:
         values=values,
         workspace=here,
     )
+
+
+def _identify(run: Run, folder: Path) -> None:
+    """Write what the record of `run` says about mu into `folder`, and the reference."""
+    prior = prior_sd(run.subject)
+    if run.configuration.identification.method == "none":
+        from gaitval.identification.unidentified import unidentified
+
+        found = unidentified(run.configuration, prior)
+    else:
+        found = _searched(run, prior, folder)
+    write_json(folder / "identification.json", found.as_dict())
+    save_identified_reference(run, folder)
 
 
 def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
@@ -611,6 +622,7 @@ def correct_stage(run: Run) -> Stage:
     def correct() -> None:
         from gaitval.learning_control.correct import TO_ESTIMATE, TO_RECORD, correct
 
+        kept_workers()  # they start while this process reads
         mu = body_parameters(run.folder / "identification.json")
         result = correct(
             identified_task(run, mu),
@@ -860,6 +872,7 @@ def report_stage(run: Run) -> Stage:
     def report() -> None:
         from gaitval.reporting.report import write_report
 
+        kept_workers()
         write_report(run.folder)
 
     return Stage(
