@@ -12,7 +12,7 @@ because the forces on both feet point to about the same place above the centre o
 2010, doi:10.1038/ncomms1073). All forces and moments add up to those of the plate.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -46,6 +46,7 @@ def divided(
     stance: Flags,
     sharing: Flags,
     wrench: Array,
+    level: float,
     processing: ProcessingSettings,
 ) -> list[tuple[slice, Array]]:
     """What each foot has of a plate's force while both are on it.
@@ -56,12 +57,13 @@ def divided(
     stance : (T, 2) where each foot stands, right first, at the rate of the forces.
     sharing : (T,) where both are on the plate.
     wrench : (T, 6) N and Nm about the origin, of the plate.
+    level : m, of its surface.
     processing : its low-pass of forces.
 
     Returns
     -------
-    The times, and there (n, 2, 6) N and Nm. Double supports that are cut off, or before or after
-    which not one foot stands alone, are left out.
+    The times, and there (n, 2, 6) N and Nm, low-passed. Double supports that are cut
+    off, or before or after which not one foot stands alone, are left out.
     """
     wrench = low_pass(
         wrench,
@@ -75,11 +77,12 @@ def divided(
     heels = [interpolated(each.heel, frames)[:, :2] for each in markers]
     fronts = [interpolated(each.front, frames)[:, :2] for each in markers]
     length = float(np.nanmedian([(f - h) @ forward for f, h in zip(fronts, heels, strict=True)]))
-    height = HEIGHT * float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2]))
+    height = HEIGHT * float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2])) - level
     up = wrench[:, 2]
-    least = LEAST * float(np.median(up[stance.any(axis=1)]))
+    least = LEAST * float(np.median(up[up > processing.force_threshold_n]))
+    turned = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        pressure = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / up[:, None]
+        pressure = (turned + level * wrench[:, :2]) / up[:, None]
     alone = stance[:, 0] ^ stance[:, 1]
     beside = round(BESIDE * recording.force_rate)
     found = []
@@ -106,7 +109,8 @@ def divided(
             front + (1.0 - landed) * heel + landed * known[1],
         )
         share = _share((at - two[0]) @ forward, (two[1] - two[0]) @ forward, 0.1 * length)
-        found.append((during, _parts(wrench[during], at, two, share, height, behind)))
+        arms = [np.column_stack([each, np.full(len(each), level)]) for each in two]
+        found.append((during, _parts(wrench[during], at, arms, share, height, behind)))
     return found
 
 
@@ -127,26 +131,25 @@ def _share(passed: Array, between: Array, least: float) -> Array:
 
 
 def _parts(
-    wrench: Array, at: Array, two: tuple[Array, Array], share: Array, height: float, behind: int
+    wrench: Array, at: Array, arms: Sequence[Array], share: Array, height: float, behind: int
 ) -> Array:
     """The parts (n, 2, 6) of a `wrench` (n, 6), right first.
 
     Parameters
     ----------
     at : (n, 2) m, its centre of pressure.
-    two : those of the foot behind and of that in front.
+    arms : (n, 3) m, those of the foot behind and of that in front.
     share : (n,) of the vertical force in front.
-    height : m, where the forces meet.
+    height : m above the plate, where the forces meet.
     behind : column of the foot behind.
     """
     ahead = share[:, None] * wrench[:, :3]
-    ahead[:, :2] += ahead[:, 2:] * (at - two[1]) / height
+    ahead[:, :2] += ahead[:, 2:] * (at - arms[1][:, :2]) / height
     parts = np.zeros((len(wrench), 2, 6))
-    for column, force, point in (
-        (behind, wrench[:, :3] - ahead, two[0]),
-        (1 - behind, ahead, two[1]),
+    for column, force, arm in (
+        (behind, wrench[:, :3] - ahead, arms[0]),
+        (1 - behind, ahead, arms[1]),
     ):
-        arm = np.column_stack([point, np.zeros(len(point))])
         parts[:, column, :3], parts[:, column, 3:] = force, np.cross(arm, force)
     # What is left of the moment goes with the load.
     rest = wrench[:, 3:] - parts[:, :, 3:].sum(axis=1)

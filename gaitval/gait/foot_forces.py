@@ -202,19 +202,19 @@ def _share_out(
     findings = []
     samples = len(vertical)
     shares.heights.append(float(np.nanmedian(plate.centre_of_pressure[:, 2])))
-    moment = _moment(plate)
+    whole = np.concatenate([plate.force, _moment(plate)], axis=1)
     sharing = shared_by_both(plate, feet, recording.force_rate)
     if plate.foot is not None:
         sharing = np.zeros(samples, dtype=bool)
-    used, halved = np.zeros(samples, dtype=bool), np.zeros(samples, dtype=bool)
-    owners = np.full(samples, -1)
-    parts: list[tuple[slice, Array]] = []
-    if divide is not None and sharing.any():
-        whole = np.concatenate([plate.force, moment], axis=1)
-        part_of = wings.load(wings.PARTS, "divided")
-        parts = part_of(recording, divide, feet.stance, sharing, whole, processing)
-    for during, _ in parts:
-        halved[during] = True
+    used, owners = np.zeros(samples, dtype=bool), np.full(samples, -1)
+    halved, parts = None, []
+    if divide is not None:
+        halved = np.zeros(samples, dtype=bool)
+        if sharing.any():
+            part_of, level = wings.load(wings.PARTS, "divided"), shares.heights[-1]
+            parts = part_of(recording, divide, feet.stance, sharing, whole, level, processing)
+        for during, _ in parts:
+            halved[during] = True
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         # the filter also needs the rise and fall below the threshold
         # They reach at most half-way to the next contact, so that no sample counts twice.
@@ -240,8 +240,7 @@ def _share_out(
             # All wrenches are about the same origin, so those of a foot on two plates simply add
             # up.
             owners[mine] = column
-            shares.wrench[mine, column, :3] += plate.force[mine]
-            shares.wrench[mine, column, 3:] += moment[mine]
+            shares.wrench[mine, column] += whole[mine]
         # One foot owns a shared contact, but both touch the plate.
         shares.touched[begin:end] |= sharing[begin:end, None]
         if plate.foot is None:
@@ -249,12 +248,12 @@ def _share_out(
                 recording, plate, feet, begin, end, owner, distances, sharing, halved, shares.valid
             )
         used[begin:end] = True
-    if divide is not None:
+    if halved is not None:
         # The load of a double support that is cut off is not known, nor when it began.
         reach = int(SETTLING_SECONDS * recording.force_rate)
         for begin, end in zip(*runs(sharing & ~halved), strict=True):
             shares.valid[max(begin - reach, 0) : end + reach] = False
-    _give(shares, np.concatenate([plate.force, moment], axis=1), owners, parts)
+    _give(shares, whole, owners, parts)
     findings += judge_brushes(recording, plate, feet, vertical, used, processing, shares.valid)
     return findings
 

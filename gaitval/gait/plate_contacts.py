@@ -97,7 +97,7 @@ def judge_contact(
     owner: NDArray[np.int64],
     distances: Array,
     sharing: Flags,
-    halved: Flags,
+    halved: Flags | None,
     valid: Flags,
 ) -> list[Finding]:
     """Findings where a contact is not one foot's only, or not completely on the plates.
@@ -113,12 +113,13 @@ def judge_contact(
     owner : (n,) of `owners_of`.
     distances : (n, 2) m, of `distances_to_feet`.
     sharing : (T,) of `shared_by_both`, over the whole trial.
-    halved : (T,) where the force is divided between the feet.
+    halved : (T,) where the force is divided between the feet; None if that is not asked for.
     valid : (T, 2) set to False in place where a foot's force is not known.
     """
     findings = []
     plates = [other for other in recording.plates if np.isfinite(other.corners).all()]
-    for start, stop in zip(*runs((sharing & ~halved)[begin:end]), strict=True):
+    whole = sharing if halved is None else sharing & ~halved
+    for start, stop in zip(*runs(whole[begin:end]), strict=True):
         first, last = begin + int(start), begin + int(stop)
         points = [
             (over_plate(plate, feet.outlines[c][first:last]) & feet.low[c][first:last]).mean(axis=0)
@@ -137,7 +138,8 @@ def judge_contact(
             f"the {SIDES[guest]} foot crosses onto this plate, where the {SIDES[1 - guest]} one "
             "is standing; forces not used"
             if partly
-            else "both feet on this plate; forces not used, or divided with --divide-plates"
+            else "both feet on this plate; forces not used"
+            + (", or divided with --divide-plates" if halved is None else ": it is cut off")
         )
         # Of both feet: a plate measures the sum of two forces.
         valid[first:last] = False
@@ -146,7 +148,7 @@ def judge_contact(
     load = plate.force[begin:end, 2]
     heavy = load > WELL_LOADED * load.max()
     for column, side in enumerate(SIDES):
-        mine = (owner == column) & ~(sharing | halved)[begin:end]
+        mine = (owner == column) & ~(sharing if halved is None else sharing | halved)[begin:end]
         if not mine.any():
             continue
         first, last = begin + int(np.argmax(mine)), begin + len(mine) - int(np.argmax(mine[::-1]))

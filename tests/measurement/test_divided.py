@@ -21,10 +21,13 @@ def test_the_parts_add_up_and_their_forces_meet_with_the_sums():
     rng = np.random.default_rng(1)
     wrench = rng.normal(0.0, 50.0, (30, 6))
     wrench[:, 2] += 700.0
-    at = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
+    level = 0.1  # m, of the plate above the origin
+    at = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) + level * wrench[:, :2]
+    at /= wrench[:, 2:3]
     behind, ahead = at - np.array([0.3, 0.1]), at + np.array([0.2, -0.1])
+    arms = [np.column_stack([each, np.full(30, level)]) for each in (behind, ahead)]
     share, height = np.linspace(0.0, 1.0, 30), 1.2
-    parts = _parts(wrench, at, (behind, ahead), share, height, 1)
+    parts = _parts(wrench, at, arms, share, height, 1)
     np.testing.assert_allclose(parts.sum(axis=1), wrench, atol=1e-9)
     np.testing.assert_allclose(parts[:, 0, 2], share * wrench[:, 2])
     # The lines of the sum's force and of that in front are at one place at this height.
