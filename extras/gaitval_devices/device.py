@@ -206,6 +206,20 @@ class Strap(Table):
     inertia: NotNegative = 0.0
 
 
+class Socket(Table):
+    """What ties a prosthesis to the stump: it turns in soft tissue, in series with the hinge below.
+
+    Attributes
+    ----------
+    stiffness, damping : Nm/rad and Nms/rad, between both.
+    play : rad to either side, in which it turns freely.
+    """
+
+    stiffness: Annotated[float, Field(ge=10, le=1e5)]
+    damping: Positive
+    play: Annotated[float, Field(ge=0, le=0.2)] = 0.0
+
+
 class Hinge(Table):
     """A hinge parallel to a joint.
 
@@ -224,6 +238,7 @@ class Hinge(Table):
     stance_damper: StanceDamper | None = None
     motor: Motor | None = None
     strap: Strap | None = None
+    socket: Socket | None = None
     controller: AnyController | None = Field(None, discriminator="kind")
 
     @model_validator(mode="after")
@@ -235,8 +250,9 @@ class Hinge(Table):
                 "with torque, speed and power, or remove `controller`."
             )
         resists = self.spring or self.stance_damper or self.damping > 0.0
-        if not (resists or self.motor) and (self.muscles or self.strap):
-            what = "the strap holds nothing" if self.strap else "it does nothing"
+        tie = next((each for each in ("strap", "socket") if getattr(self, each)), None)
+        if not (resists or self.motor) and (self.muscles or tie):
+            what = f"the {tie} holds nothing" if tie else "it does nothing"
             raise ValueError(
                 f"hinge at {self.joint}: no spring, damping or motor, so {what}. Add one of them, "
                 "or remove the hinge."
@@ -244,7 +260,13 @@ class Hinge(Table):
         if self.strap is not None and not self.muscles:
             raise ValueError(
                 f"hinge at {self.joint}: a prosthesis has this joint (muscles = false), so there "
-                "is no limb below it for a strap to hold. Remove `strap`."
+                "is no limb below it for a strap to hold. Remove `strap`; what ties a prosthesis "
+                "to the stump is `socket`."
+            )
+        if self.socket is not None and self.muscles:
+            raise ValueError(
+                f"hinge at {self.joint}: a socket ties a prosthesis to a stump, and the person has "
+                "this joint. Give `muscles = false`, or `strap` for what is worn beside a limb."
             )
         ratchet = self.clutch is not None and self.clutch.ratchet
         if ratchet and not self.muscles:

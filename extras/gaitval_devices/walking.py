@@ -103,7 +103,7 @@ def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
             for name in device.places(hinge.joint):
                 side: Side = "left" if name.endswith("_l") else "right"
                 controller = task.own() if task.own and hinge.motor else hinge.controller
-                implicit = not hinge.muscles and hinge.motor is None
+                implicit = not (hinge.muscles or hinge.motor or hinge.socket)
                 joint = ACTUATED.index(name)
                 found.append(Worn(name, joint, side, hinge, device, controller, implicit))
     return tuple(found)
@@ -111,7 +111,7 @@ def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
 
 def hinge_numbers(hinge: Hinge) -> Array:
     """(NUMBERS,) of a hinge for `hinge_step`."""
-    spring, motor, strap = hinge.spring, hinge.motor, hinge.strap
+    spring, motor, strap, socket = hinge.spring, hinge.motor, hinge.strap, hinge.socket
     ratchet = hinge.clutch is not None and hinge.clutch.ratchet
     numbers = np.zeros(column.NUMBERS)
     if spring is not None:
@@ -122,7 +122,9 @@ def hinge_numbers(hinge: Hinge) -> Array:
         rate = 2.0 * math.pi * motor.bandwidth
         numbers[column.TORQUE : column.BANDWIDTH + 1] = motor.torque, motor.speed, motor.power, rate
     if strap is not None:
-        numbers[column.STRAPPED :] = 1.0, strap.stiffness, strap.damping, strap.inertia
+        numbers[column.STRAPPED :] = 1.0, strap.stiffness, strap.damping, strap.inertia, 0.0
+    if socket is not None:
+        numbers[column.STRAPPED :] = 1.0, socket.stiffness, socket.damping, 0.0, socket.play
     return numbers
 
 

@@ -129,6 +129,18 @@ def test_a_prosthesis_has_no_strap_and_two_hinges_at_a_joint_are_refused():
         read(GOOD + second)
 
 
+def test_a_socket_is_of_a_prosthesis_and_holds_something():
+    socket = "socket = { stiffness = 500.0, damping = 2.0, play = 0.02 }\n"
+    own = GOOD.partition("motor")[0]
+    with pytest.raises(ConfigurationError, match="muscles = false"):
+        read(own + "damping = 1.0\n" + socket)
+    without = own.replace('joint = "knee_angle"', 'joint = "knee_angle"\nmuscles = false')
+    with pytest.raises(ConfigurationError, match="the socket holds nothing"):
+        read(without + socket)
+    (device,) = read(without + "damping = 1.0\n" + socket)
+    assert device.hinges[0].socket.play == 0.02
+
+
 def test_an_unknown_name_lists_those_that_there_are():
     with pytest.raises(ConfigurationError, match="hip_exo"):
         load_devices("jetpack")

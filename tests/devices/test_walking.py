@@ -4,7 +4,7 @@ import pytest
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval_devices.device import Device, load_devices
+from gaitval_devices.device import Device, Socket, Spring, load_devices
 from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
@@ -63,10 +63,58 @@ def test_power_is_torque_times_speed_and_totals_are_sums(person):
     assert 1e-3 < np.abs(apart).max() < 0.2
 
 
+def with_socket(name, joint, **socket):
+    """A shipped device whose hinge at a joint ends in a socket."""
+    (device,) = load_devices(name)
+    hinges = [
+        each.model_copy(update={"socket": Socket(**socket)}) if each.joint == joint else each
+        for each in device.hinges
+    ]
+    return device.model_copy(update={"hinges": tuple(hinges)})
+
+
+def test_a_shank_turns_in_its_socket(person):
+    loose = with_socket("below_knee", "ankle_angle", stiffness=300.0, damping=3.0, play=0.03)
+    walk, fixed = (
+        walked(person, [each], cycles=0.6) for each in (loose, *load_devices("below_knee"))
+    )
+    column = walk.hinges.index("ankle_angle_r")
+    joint = walk.rollout.positions[:, 6 + ACTUATED.index("ankle_angle_r")]
+    apart = walk.angle[:, column] - joint
+    # The play, and on it what the load turns of the rest: u / 300 Nm/rad, but for the damper.
+    assert 0.03 < np.abs(apart).max() < 0.03 + np.abs(walk.limb[:, column]).max() / 300.0 + 0.01
+    own = fixed.rollout.positions[:, 6 + ACTUATED.index("ankle_angle_r")]
+    np.testing.assert_array_equal(fixed.angle[:, column], own)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_locked_knee_is_a_stiff_spring(person, side):
+    """A prosthesis' springs are integrated implicitly, so that no stiffness is too large."""
+    (device,) = load_devices("above_knee")
+    locked = Spring(stiffness=20000.0, rest=0.05)
+    hinges = [
+        each.model_copy(update={"spring": locked}) if each.joint == "knee_angle" else each
+        for each in device.hinges
+    ]
+    walk = walked(
+        person, [device.model_copy(update={"hinges": tuple(hinges), "sides": (side,)})], cycles=0.5
+    )
+    knee = walk.rollout.positions[:, 6 + ACTUATED.index(f"knee_angle_{side[0]}")]
+    # From the reference's angle at the start it springs back within a tenth of a second.
+    settled = round(0.1 * len(knee) / walk.rollout.time[-1])
+    assert np.isfinite(knee).all()
+    assert np.degrees(np.abs(knee[settled:] - 0.05).max()) < 1.0
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["hip_exo", "below_knee"])
+@pytest.mark.parametrize("name", ["hip_exo", "below_knee", "with a socket"])
 def test_dart_walks_alike(person, name):
-    devices = load_devices(name)
+    socket = {"stiffness": 300.0, "damping": 3.0, "play": 0.03}
+    devices = (
+        [with_socket("below_knee", "ankle_angle", **socket)]
+        if name == "with a socket"
+        else load_devices(name)
+    )
     ours, theirs = (walked(person, devices, cycles=0.3, engine=e) for e in ("compiled", "dart"))
     np.testing.assert_allclose(ours.rollout.positions, theirs.rollout.positions, atol=1e-6)
     np.testing.assert_allclose(ours.limb, theirs.limb, atol=1e-4)
