@@ -75,7 +75,8 @@ def legs_of_session(record: Mapping[str, Any], where: str) -> dict[Side, Functio
     ------
     ArtefactError : a hip was not found, or the body was scaled with functional hips already.
     """
-    if "hip functional" in record["measurements"]["sources"].get("thigh", ""):
+    # The thigh's length may have been fitted since, which says no more of the hips.
+    if any("hip functional" in each for each in record["measurements"]["sources"].values()):
         raise ArtefactError(
             f"{where}: the body was scaled with functional hips (--hip-centre functional), so its "
             "range-of-motion trial would count twice. Leave --session out, or import again without "

@@ -1,8 +1,9 @@
 """The drafted set as a TOML file, which `gaitval import --marker-set` reads."""
 
-import json
 from collections.abc import Iterator
 from typing import Final
+
+import tomli_w
 
 from gaitval_markers.body import MIDDLE
 from gaitval_markers.draft import CERTAIN, CERTAIN_BY_NAME, Draft, Guess
@@ -31,8 +32,8 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
         "# Keys: segment; landmark (without one a marker only tracks its segment); weight in",
         "# inverse kinematics; static_only: taken off after standing; optional: may be missing.",
         "",
-        f"title = {json.dumps(title)}",
-        f"source = {json.dumps(source)}",
+        f"title = {_quoted(title)}",
+        f"source = {_quoted(source)}",
         "",
         "[markers]",
         *(_line(guess, draft) for guess in _in_order(sure)),
@@ -54,18 +55,27 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
             "",
             "# Left out, because gaitval's body has no such segment, or no marker is there:",
         ]
-        lines += [f"# {', '.join([*left_out, *draft.computed])}"]
+        # A name may have a line break, after which it would be no comment.
+        others = [
+            name if name.isprintable() else _quoted(name) for name in (*left_out, *draft.computed)
+        ]
+        lines += [f"# {', '.join(others)}"]
     return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    """As TOML, on one line."""
+    return tomli_w.dumps({"text": text}).removeprefix("text = ").rstrip("\n")
 
 
 def _line(guess: Guess, draft: Draft) -> str:
     site = guess.site
     if site is None:
         why = "only the walk has it" if guess.walking_only else "on no known place"
-        return f'{json.dumps(guess.name)} = {{ segment = "?" }}  # {why}'
-    keys = [f"segment = {json.dumps(site.segment)}"] if site.use else ['segment = "?"']
+        return f'{_quoted(guess.name)} = {{ segment = "?" }}  # {why}'
+    keys = [f"segment = {_quoted(site.segment)}"] if site.use else ['segment = "?"']
     if site.landmark:
-        keys.append(f"landmark = {json.dumps(site.landmark)}")
+        keys.append(f"landmark = {_quoted(site.landmark)}")
     weight = WEIGHTS.get(site.name, 1) if site.landmark else SOFT.get(site.part, 1)
     if weight != 1:
         keys.append(f"weight = {weight}")
@@ -73,7 +83,7 @@ def _line(guess: Guess, draft: Draft) -> str:
         keys.append("static_only = true")
     if site.part in ("torso", "upper_arm", "forearm"):
         keys.append("optional = true")
-    name = json.dumps(guess.name, ensure_ascii=False)
+    name = _quoted(guess.name)
     return f"{name} = {{ {', '.join(keys)} }}  # {said_of(guess)}"
 
 

@@ -106,6 +106,14 @@ class _Change:
     walking: Mapping[tuple[Side, str], Array]
     hips: Mapping[str, Array]
 
+    def opposite(self) -> "_Change":
+        return _Change(
+            self.source,
+            {name: -moved for name, moved in self.places.items()},
+            {place: -moved for place, moved in self.walking.items()},
+            {side: -moved for side, moved in self.hips.items()},
+        )
+
 
 def bands(found: Import, seen: Examined | None) -> Bands | None:
     """The bands of the import `found`, whose faults were `seen`; None if no whole cycle of either
@@ -121,7 +129,11 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
         try:
             curves, other = chain.run(change)
         except GaitvalError:
-            continue  # a landmark that may not be there gives no body
+            # A landmark that may not be there gives no body; to the other side it may.
+            try:
+                curves, other = chain.run(change.opposite())
+            except GaitvalError:
+                continue
         moved = {name: curves[name] - base[name] for name in base}
         _add(parts, change.source, moved)
         for name in lengths:

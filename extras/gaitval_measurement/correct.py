@@ -48,18 +48,13 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
     """The import `found` again, with its plates corrected for the faults of these `kinds`.
 
     Of a kind that was found, only the plates that have it are changed; of another, those whose
-    estimate is beyond its error (`estimate.together`). One of all plates is taken from each.
+    estimate is beyond its error (`estimate.together`).
     """
-    plates = [plate.name for plate in found.trials[0].recording.plates]
-    by_plate = dict[str, float]()
-    for name, value in together(seen, kinds).items():
-        of_all = name.removesuffix(" all")
-        names = [name] if of_all == name else [f"{of_all} {plate}" for plate in plates]
-        by_plate |= dict.fromkeys(names, value)
+    faults = together(seen, kinds)
     for kind in kinds:
-        if not any(kind_of(name) == kind for name in by_plate):
+        if not any(kind_of(name) == kind for name in faults):
             tell("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
-    for name, value in by_plate.items():
+    for name, value in faults.items():
         words = WORDS[kind_of(name)]
         tell("correct", f"{title(name)}: {-words.factor * value:+.1f} {words.unit}")
     trials = []
@@ -67,7 +62,7 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
         trials.append(
             work_out_trial(
                 found.request, found.processing, found.session, found.body, walk.name,
-                without_faults(recording, by_plate),
+                without_faults(recording, faults),
             )
         )  # fmt: skip
     (force, moment), (force_now, moment_now) = _left(found.trials), _left(trials)
@@ -113,19 +108,34 @@ def _recordings(found: Import) -> list[Recording]:
 
 def without_faults(recording: Recording, faults: dict[str, float]) -> Recording:
     """A `recording` whose plates have these `faults`, in the units of `expected.USUAL`, without
-    them.
+    them. One of all plates adds to those of each; if they are turned, they are as one block about
+    their middle (`estimate.balance`). Corners move with a plate, but do not turn: which foot is on
+    which plate was found with them.
     """
+    middles = [
+        plate_middle(plate, np.hstack([plate.force, moment_of(plate)]))
+        for plate in recording.plates
+    ]
+    block = np.mean(middles, axis=0) if middles else np.zeros(3)
     plates = []
-    for plate in recording.plates:
+    for plate, middle in zip(recording.plates, middles, strict=True):
         size = {
-            kind: faults.get(f"{kind} {plate.name}", 0.0)
-            for kind in ("place x", "place y", "rotation", "gain", "cross-talk x", "cross-talk y")
+            kind: faults.get(f"{kind} {plate.name}", 0.0) + faults.get(f"{kind} all", 0.0)
+            for kind in ("place x", "place y", "gain", "cross-talk x", "cross-talk y")
         }
-        plates.append(_repaired(plate, size, faults.get("delay", 0.0) * recording.force_rate))
+        turns = (
+            (faults.get(f"rotation {plate.name}", 0.0), middle),
+            (faults.get("rotation all", 0.0), block),
+        )
+        samples = faults.get("delay", 0.0) * recording.force_rate
+        plates.append(_repaired(plate, size, turns, samples))
     return replace(recording, plates=tuple(plates))
 
 
-def _repaired(plate: Plate, size: dict[str, float], samples: float) -> Plate:
+def _repaired(
+    plate: Plate, size: dict[str, float], turns: Sequence[tuple[float, Array]], samples: float
+) -> Plate:
+    """`turns` are angles, rad, and the points (3,) m that they are about."""
     force, moment = plate.force, moment_of(plate)
     middle = plate_middle(plate, np.hstack([force, moment]))
     # In the reverse order of how they come about: what is recorded late was shown by channels
@@ -134,16 +144,20 @@ def _repaired(plate: Plate, size: dict[str, float], samples: float) -> Plate:
     more = force[:, 2:] * np.array([size["cross-talk x"], size["cross-talk y"], 0.0])
     force, moment = force - more, moment - np.cross(middle, more)
     force, moment = force / (1.0 + size["gain"]), moment / (1.0 + size["gain"])
-    back = Rotation.from_rotvec([0.0, 0.0, -size["rotation"]]).as_matrix()
-    turned = force @ back.T
-    moment = (moment - np.cross(middle, force)) @ back.T + np.cross(middle, turned)
+    for angle, about in turns:
+        if not angle:
+            continue
+        back = Rotation.from_rotvec([0.0, 0.0, -angle]).as_matrix()
+        turned = force @ back.T
+        moment = (moment - np.cross(about, force)) @ back.T + np.cross(about, turned)
+        force = turned
     by = np.array([size["place x"], size["place y"], 0.0])
-    moment = moment - np.cross(by, turned)
-    point, free = _pressure(plate, turned, moment)
+    moment = moment - np.cross(by, force)
+    point, free = _pressure(plate, force, moment)
     return replace(
         plate,
         corners=plate.corners - by,
-        force=turned,
+        force=force,
         centre_of_pressure=point,
         free_moment=free,
         moment=None if plate.moment is None else moment,

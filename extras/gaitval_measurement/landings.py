@@ -9,7 +9,7 @@ Axes: the project's (REP-103, z up). Forces act on the person.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -161,14 +161,19 @@ def disagreements(found: Landings) -> Iterator[Disagreement]:
     Plates show only some steps, so what they lack is none; what the markers lack is.
     """
     there = [method for method in METHODS if method in found.events]
-    for number, first in enumerate(there):
-        for second in there[number + 1 :]:
-            for event in sorted(found.events[first], key=lambda each: each.time):
-                late = _late(event, found.events[second])
-                if abs(late) > SAME_SECONDS:
-                    late = np.nan
-                if not abs(late) <= LARGEST_STRAY_S:
-                    yield Disagreement(event.side, event.kind, event.time, first, second, late)
+    for first, second in combinations(there, 2):
+        yield from _apart(found, first, second)
+        if first != "plates":
+            yield from (each for each in _apart(found, second, first) if np.isnan(each.late))
+
+
+def _apart(found: Landings, first: Method, second: Method) -> Iterator[Disagreement]:
+    for event in sorted(found.events[first], key=lambda each: each.time):
+        late = _late(event, found.events[second])
+        if abs(late) > SAME_SECONDS:
+            late = np.nan
+        if not abs(late) <= LARGEST_STRAY_S:
+            yield Disagreement(event.side, event.kind, event.time, first, second, late)
 
 
 def _late(event: Event, among: Sequence[Event]) -> float:

@@ -89,11 +89,7 @@ def standing_of(request: Request, session: SessionRecordings) -> Standing | None
     if not recording.plates:
         return None
     weight = request.mass_kg * STANDARD_GRAVITY
-    kept = np.ones(len(recording.force_time), dtype=np.bool_)
-    if request.static_time is not None:
-        begin, end = request.static_time
-        kept = (recording.force_time >= begin) & (recording.force_time <= end)
-    forces = {plate.name: plate.force[kept] for plate in recording.plates}
+    forces = {plate.name: plate.force for plate in recording.plates}
     loaded = {
         name: force for name, force in forces.items()
         if len(force) and np.median(force[:, 2]) > LOADED * weight
@@ -120,6 +116,8 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
         from gaitval.session.said_plates import as_said
 
         found = as_said(found, request)
+    if request.static_time is not None:
+        found = _in_window(found, request.static_time)
     plates = found.turned(session.axes.rotation).plates
     turn = _turn(plates, session.walking[0].plates)
     if turn is None:
@@ -129,6 +127,24 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
         plates = only.turned(Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()).plates
     standing: Recording = replace(session.standing, plates=plates, force_rate=found.force_rate)
     return replace(session, standing=standing)
+
+
+def _in_window(recording: Recording, window: tuple[float, float]) -> Recording:
+    """A `recording` whose plates have the samples in a `window` of its clock, s."""
+    kept = (recording.force_time >= window[0]) & (recording.force_time <= window[1])
+    signals = ("force", "centre_of_pressure", "free_moment", "moment")
+    plates = [
+        replace(
+            plate,
+            **{
+                name: values[kept]
+                for name in signals
+                if (values := getattr(plate, name)) is not None
+            },
+        )
+        for plate in recording.plates
+    ]
+    return replace(recording, plates=tuple(plates))
 
 
 def _turn(here: Sequence[Plate], there: Sequence[Plate]) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 from gaitval.artefacts import write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.errors import ConfigurationError
+from gaitval.errors import ConfigurationError, RecordError
 from gaitval_patients.passive_foot import expected_ankles
 from gaitval_patients.people import Person, read_people
 from gaitval_patients.records import Patient, patient
@@ -41,7 +41,12 @@ def found_patients(
     """
     known: dict[str, Person] = {}
     for table in people:
-        known |= read_people(table)
+        for who, person in read_people(table).items():
+            if known.setdefault(who, person) != person:
+                raise RecordError(
+                    f"{table}: {who} is in an earlier --people table with other values. Give the "
+                    "tables of groups with the same numbers one at a time, with --only."
+                )
     everybody = read_strides(strides)
     groups = {each.group for each in everybody}
     names = groups | {each.subject for each in everybody}
@@ -51,7 +56,7 @@ def found_patients(
             raise ConfigurationError(
                 f"{who}: no such group or person in {strides}. Groups: {', '.join(sorted(groups))}."
             )
-    return [
+    found = [
         patient(
             each,
             known,
@@ -62,6 +67,16 @@ def found_patients(
         for each in everybody
         if not only or {each.group, each.subject} & set(only)
     ]
+    first = dict[str, Patient]()
+    for each in found:
+        name = each.subject.identifier
+        if (other := first.setdefault(name, each)) is not each:
+            who = " and ".join(f"{p.strides.subject} of {p.strides.group}" for p in (other, each))
+            raise RecordError(
+                f"{strides}: {who} would both be {name}, and one would take the other's place. "
+                "Name one of them otherwise, or choose with --only."
+            )
+    return found
 
 
 def written(found: Sequence[Patient], out: Path) -> Path:

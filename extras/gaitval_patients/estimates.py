@@ -62,12 +62,13 @@ class Estimate(NamedTuple):
         }
 
 
-def leg_length(height: float, measured: float | None) -> Estimate:
+def leg_length(height: Estimate, measured: float | None) -> Estimate:
     """Hip to floor, m, as `measured` or by the stature `height`, m."""
     if measured is not None:
         return Estimate(measured, 0.0, "recorded")
-    mean = mean_lengths(height)["hip_height"]
-    return Estimate(mean, LEG_SD * mean, "of stature, as in WBDS")
+    mean = mean_lengths(height.value)["hip_height"]
+    share = float(np.hypot(LEG_SD, height.sd / height.value))
+    return Estimate(mean, share * mean, "of stature, as in WBDS")
 
 
 def stride_time(stride_length: float, leg: float, *, patient: bool) -> Estimate:
@@ -114,7 +115,9 @@ def pace(stride_length: Estimate, leg: Estimate, speed: float | None, *, patient
             stride_length,
         )
     time_of = stride_time(stride_length.value, leg.value, patient=patient)
-    slope = WALK[1]
+    # Short strides of patients have the cadence of free ones, whatever their length.
+    short = patient and stride_length.value / leg.value < FREE_STRIDE
+    slope = 0.0 if short else WALK[1]
     # The line's own error and, through its slope, that of the stride length.
     own = time_of.sd / time_of.value
     value = stride_length.value / time_of.value

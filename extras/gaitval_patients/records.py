@@ -131,10 +131,11 @@ def patient(
     mass = _known(
         person.mass,
         _BMI[0] * height.value**2,
-        float(_BMI[1] * height.value**2),
+        # Of the index, and of the square of a stature that was not recorded.
+        float(np.hypot(_BMI[1] * height.value**2, 2.0 * _BMI[0] * height.value * height.sd)),
         "a body mass index of 26",
     )
-    leg = estimates.leg_length(height.value, person.leg_length)
+    leg = estimates.leg_length(height, person.leg_length)
     found |= {"height": height, "mass": mass, "leg_length": leg}
     if person.legs is not None:
         found["leg_difference"] = estimates.leg_difference(person.legs)
@@ -162,7 +163,7 @@ def patient(
         "left_phase": strike.phase,
         "stance_fraction": StanceFraction(right=0.62, left=0.62),
         "gait": Gait(samples=SAMPLES, angles=curves),
-        "measurements": _measurements(height.value, mass.value, leg, person),
+        **_lengths(height.value, mass.value, leg, person),
     }
     draft = make_subject(values, strides.subject)
     model = scale_subject(draft, symmetric=not two_sided(person)).model
@@ -192,7 +193,8 @@ def patient(
             right=on_ground.stance["right"], left=on_ground.stance["left"]
         ),
     }
-    affected = person.amputation or (person.affected or {}).get(state)
+    sides = person.affected or {}
+    affected = person.amputation or sides.get(state, sides.get(""))
     return Patient(
         make_subject(values, strides.subject),
         strides,
@@ -235,24 +237,29 @@ def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, 
     return {"person": person.identifier, "laboratory": laboratory or group}
 
 
-def _measurements(height: float, mass: float, leg: Estimate, person: Person) -> dict[str, Any]:
-    """Lengths of the body by leg length and stature, each leg with its own, and the masses of a
-    prosthesis.
+def _lengths(height: float, mass: float, leg: Estimate, person: Person) -> dict[str, Any]:
+    """Lengths of the body by leg length and stature, as `tape`; as `measurements` where each leg
+    has its own, or the masses of a prosthesis.
     """
-    measured = measure_by_tape(height_m=height, hip_height=leg.value if leg.sd == 0.0 else None)
+    tape = {"hip_height": leg.value} if leg.sd == 0.0 else {}
+    if not two_sided(person):
+        return {"tape": tape}
+    measured = measure_by_tape(height_m=height, **tape)
     if person.legs is not None:
         by_side: dict[Side, Measurements] = {
             side: measure_by_tape(height_m=height, hip_height=person.legs[side]) for side in SIDES
         }
-        measured = _two_legs(by_side)
+        mean = float(np.mean(list(person.legs.values())))
+        measured = _two_legs(measure_by_tape(height_m=height, hip_height=mean), by_side)
     if person.amputation is not None:
         fractions = mass_fractions(person.sex or "M", person.age)
         measured = with_prosthesis(measured, person.amputation, mass, fractions)
-    return measured.to_dict()
+    return {"measurements": measured.to_dict()}
 
 
-def _two_legs(by_side: Mapping[Side, Measurements]) -> Measurements:
-    return replace(by_side["right"], left=by_side["left"].left)
+def _two_legs(both: Measurements, by_side: Mapping[Side, Measurements]) -> Measurements:
+    """The trunk stands on the mean of both legs."""
+    return replace(both, right=by_side["right"].right, left=by_side["left"].left)
 
 
 def two_sided(person: Person) -> bool:

@@ -153,6 +153,7 @@ def walk_all(
         of = value_hash(
             {
                 "subject": patient.subject.to_toml(),
+                "affected": patient.affected,
                 "settings": configuration.model_dump(mode="json"),
                 "code": code,
                 "policy": policy.key,

@@ -39,19 +39,23 @@ def without_gaps(
     # The same length in frames: (T − 1) / duration is the marker rate.
     longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
     gaps = [
-        (float(time[begin]), float(time[end - 1]))
-        for begin, end in zip(*runs(~seen), strict=True)
-        if end - begin > longest
+        slice(begin, end) for begin, end in zip(*runs(~seen), strict=True) if end - begin > longest
     ]
+    last = len(time) - 1
     found = []
     for cycle in cycles:
-        # Two intervals overlap if each begins before the other ends.
-        inside = [gap for gap in gaps if gap[0] < cycle.end and gap[1] > cycle.start]
+        # Two intervals overlap if each begins before the other ends. That of a gap is from the last
+        # frame before it to the first one after it, because between frames is interpolated.
+        inside = [
+            gap
+            for gap in gaps
+            if time[max(gap.start - 1, 0)] < cycle.end and time[min(gap.stop, last)] > cycle.start
+        ]
         if inside:
             reasons = tuple(
                 f"the markers do not show the pelvis and the {cycle.side} leg at "
-                f"{begin:.3f}-{end:.3f} s"
-                for begin, end in inside
+                f"{time[gap.start]:.3f}-{time[gap.stop - 1]:.3f} s"
+                for gap in inside
             )
             cycle = _refused(cycle, *reasons)
         found.append(cycle)

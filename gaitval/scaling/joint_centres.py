@@ -299,7 +299,7 @@ def _sources(
     sources = {}
     hip = "functional" if functional else "after Harrington"
     if functional:
-        sources["thigh"] = "markers, hip functional (Ehrig 2006)"
+        sources["thigh"] = sources["hips"] = "markers, hip functional (Ehrig 2006)"
     chord = [
         joint
         for joint in ("Knee", "Ankle")

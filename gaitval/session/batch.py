@@ -32,14 +32,17 @@ class BatchPerson(ImportOptions):
 
 
 def below(folder: Path, options: Options) -> Options:
-    """The same `options`, with paths that are relative to a `folder`."""
+    """The same `options`, with paths, also that of a marker set, relative to a `folder`."""
 
     def placed(value: object) -> object:
         if isinstance(value, tuple):
             return tuple(placed(each) for each in value)
         return folder / value if isinstance(value, Path) else value
 
-    return options.model_copy(update={name: placed(value) for name, value in options})
+    changed = {name: placed(value) for name, value in options}
+    if options.marker_set and options.marker_set.lower().endswith(".toml"):
+        changed["marker_set"] = str(folder / options.marker_set)
+    return options.model_copy(update=changed)
 
 
 def person_of(file: Path, where: str, table: Any, tell: Tell = silent) -> BatchPerson:

@@ -196,9 +196,14 @@ def _usable_walks(
         except RecordError as error:
             failed.append((name, error))
     # What cannot be right in one trial is no chance in another of the same plates.
-    wrong = {doubt.check for walk in known.trials for doubt in walk.doubts if doubt.certain}
+    every = [doubt for walk in known.trials for doubt in walk.doubts]
+    wrong = {(doubt.check, doubt.where) for doubt in every if doubt.certain}
     for walk in known.trials:
-        doubts = [replace(doubt, certain=True) for doubt in walk.doubts if doubt.check in wrong]
+        doubts = [
+            replace(doubt, certain=True)
+            for doubt in walk.doubts
+            if (doubt.check, doubt.where) in wrong
+        ]
         try:
             refuse_certain(walk.recording.source, doubts, len(walk.recording.plates))
             walks.append(walk)

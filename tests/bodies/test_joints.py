@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import prior_sd
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
+from gaitval.scaling.joint_centres import locate, measure
+from gaitval.scaling.measurements import with_fitted_lengths
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.joints import (
     ANKLE,
@@ -135,8 +137,8 @@ def knee(side, bent, higher):
     return {"trial": "rom.c3d", "side": side, "joint": "knee", "refused": "", "knee": found}
 
 
-def session(*joints, thigh="markers"):
-    return {"measurements": {"sources": {"thigh": thigh}}, "functional": list(joints)}
+def session(*joints):
+    return {"measurements": {"sources": {"thigh": "markers"}}, "functional": list(joints)}
 
 
 def test_of_several_trials_of_a_session_the_best_counts():
@@ -157,6 +159,14 @@ def test_the_knee_that_bent_furthest_counts():
 def test_a_hip_that_is_missing_or_counts_already_is_said():
     with pytest.raises(ArtefactError, match="left hip"):
         legs_of_session(session(hip("right", 0.002, 0.0), knee("left", 80.0, 0.0)), "here")
-    used = session(thigh="markers, hip functional (Ehrig 2006)")
-    with pytest.raises(ArtefactError, match="count twice"):
-        legs_of_session(used, "here")
+    # What an import stores: hips as measured, and a thigh that was fitted to the walk since.
+    subject = next(each for each in builtin_subjects() if each.markers)
+    points = locate(subject.markers)
+    hips = {side: points[f"{side}.Hip.Centre"] for side in "RL"}
+    measured = measure(subject.markers, hip_centres=hips)
+    fitted = with_fitted_lengths(measured, {"thigh": measured.right.thigh}, "joint fit")
+    assert fitted.sources["thigh"] == "joint fit"
+    for each in (measured, fitted):
+        stored = {**session(), "measurements": each.to_dict()}
+        with pytest.raises(ArtefactError, match="count twice"):
+            legs_of_session(stored, "here")

@@ -1,5 +1,6 @@
 """Markers are found by their places, whatever they are called, and by names where these agree."""
 
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -98,3 +99,12 @@ def test_a_standing_trial_of_wbds_is_drafted_without_its_names(wbds_static: Path
         right += same
         assert same or not guess.used
     assert right >= 0.92 * len(kept)
+
+
+def test_names_of_files_and_markers_cannot_write_lines_of_their_own() -> None:
+    """A C3D label and a file's name may have anything in them."""
+    name = 'HJC\n"RASI" = { segment = "thigh_r" }\n#JC'
+    draft = Draft((), (name,), 1.0, 1.7, recognised=False)
+    for title in ("walk😀.c3d", "a\x7f.c3d", 'b"\n[markers]'):
+        found = tomllib.loads(as_toml(draft, title, title))
+        assert found == {"title": title, "source": title, "markers": {}}

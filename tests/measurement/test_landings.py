@@ -114,3 +114,14 @@ def test_the_command_draws_and_says_what_it_saw(sample_request, tmp_path):
     assert picture.stat().st_size > 10_000
     wrong = CliRunner().invoke(events.app, [*given, "--out", str(tmp_path / "events.jpg")])
     assert isinstance(wrong.exception, RecordError)
+
+
+def test_an_event_of_the_file_alone_is_named_once(walk, found):
+    recording, landmarks = walk
+    extra = Event(found.events["markers"][4].time + 0.3, SIDES[0], "heel_strike")
+    other = landings(
+        replace(recording, events=(*found.events["markers"], extra)), landmarks, PROCESSING
+    )
+    said = [each for each in disagreements(other) if each.first == "file"]
+    assert [(each.time, each.second) for each in said] == [(extra.time, "markers")]
+    assert "the markers show nothing there" in str(said[0])

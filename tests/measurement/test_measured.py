@@ -121,6 +121,36 @@ def test_a_correction_leaves_the_sound_plate_as_it_is(imported, fault, kind, wro
         assert np.median(found.bands.half[name]) < 1.3 * np.median(half), name
 
 
+def test_plates_that_are_turned_as_one_block_are_turned_back_as_one(sample):
+    _, session = sample
+    (walk,) = session.walking
+    fault = next(
+        each
+        for each in faults(("1", "2"))
+        if each.name == "all plates rotated 5° beside the cameras"
+    )
+    (wrong,) = fault.change(session).walking
+    found = correct.without_faults(wrong, {"rotation all": np.radians(5.0)})
+    for plate, sound, turned in zip(found.plates, walk.plates, wrong.plates, strict=True):
+        loaded = np.isfinite(sound.centre_of_pressure[:, 0]) & (sound.force[:, 2] > 200.0)
+        np.testing.assert_allclose(plate.force, sound.force, atol=1e-6)
+        np.testing.assert_allclose(
+            plate.centre_of_pressure[loaded], sound.centre_of_pressure[loaded], atol=1e-6
+        )
+        # which foot is on which plate was found with the corners
+        np.testing.assert_array_equal(plate.corners, turned.corners)
+
+
+def test_a_fault_of_all_plates_adds_to_those_of_each(sample):
+    _, session = sample
+    (walk,) = session.walking
+    both = {"place x 1": 0.03, "place x all": 0.02}
+    for given in (both, dict(reversed(both.items()))):
+        found = correct.without_faults(walk, given)
+        for plate, before, by in zip(found.plates, walk.plates, (0.05, 0.02), strict=True):
+            np.testing.assert_allclose(before.corners[:, 0] - plate.corners[:, 0], by)
+
+
 def test_a_fault_that_is_not_sure_is_not_corrected(imported):
     right, same = imported(None), imported(None, correct=("place", "gain", "delay"))
     for name, curve in right.moments.items():

@@ -8,6 +8,7 @@ import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.mocap.recording import Plate, Recording
+from gaitval.session.standing_pose import cut_to
 from gaitval_measurement import standing
 from gaitval_measurement.standing import KINDS, Standing, standing_of, with_plates
 
@@ -97,3 +98,20 @@ def test_plates_are_turned_as_those_of_the_walk(monkeypatch):
 
     (found,) = with_plates(Request, Session(recording(), (walk,))).standing.plates
     np.testing.assert_allclose(found.force[0], [0.0, 30.0, WEIGHT], atol=1e-9)
+
+
+def test_the_plates_are_of_the_same_window_as_the_markers(monkeypatch):
+    """Somebody holds a bag until 0.1 s; standing is looked at after that."""
+    held = plate("1", 1.0)
+    held.force[:100, 2] *= 1.14
+    whole = recording(held)
+    monkeypatch.setattr(standing, "read_recording", lambda _: whole)
+
+    class Late(Request):
+        static_time = (0.12, 0.18)
+
+    still = cut_to(recording(), Late.static_time)
+    session = Session(still, (whole,))
+    (found,) = with_plates(Late, session).standing.plates
+    assert len(found.force) == 61
+    assert standing_of(Late, session).force["1"][2] == pytest.approx(WEIGHT)

@@ -68,3 +68,17 @@ def test_the_sound_side_is_not_touched(amputee):
     found = expected_ankles(patient, builtin_subjects())
     assert np.array_equal(found["left"](PHASE), record.moments["ankle_angle_l"](PHASE))
     assert not np.allclose(found["right"](PHASE), record.moments["ankle_angle_r"](PHASE), atol=0.02)
+
+
+def test_a_foot_that_is_never_bent_further_than_in_swing_has_no_stiffness(amputee):
+    """What remains is the load's, whose lever is the same for every angle."""
+    _, record, model = amputee
+    name, stance = "ankle_angle_r", record.stance_fraction["right"]
+    swing = (stance + 0.05 < PHASE) & (PHASE < 0.96)
+    found = []
+    for higher in (np.radians(60.0), np.radians(70.0)):
+        angle = record.angles[name](PHASE) + np.where(swing, higher, 0.0)
+        lifted = replace(record, angles=record.angles | {name: periodic_through(angle, 60)})
+        found.append(passive_ankle(lifted, model, "right")(PHASE))
+    np.testing.assert_allclose(*found, atol=1e-9)
+    assert np.abs(found[0]).max() < 2.0

@@ -4,16 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_strides import stride_rows, write_strides
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
+from gaitval.errors import RecordError
 from gaitval.gait.record import PeriodicCurve, periodic_through
+from gaitval.identification.prior import measured_by
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.anthropometry import mass_fractions
 from gaitval.scaling.scaling import scale_subject
 from gaitval_patients.asymmetry import angle_rows, symmetry_index, worse_side
 from gaitval_patients.cohort import found_patients, written
-from gaitval_patients.estimates import Estimate, leg_difference, pace, stride_time
+from gaitval_patients.estimates import Estimate, leg_difference, leg_length, pace, stride_time
 from gaitval_patients.one_stride import TOLERANCE, left_strike, smoothed
 from gaitval_patients.page import page_values, write_pages
 from gaitval_patients.people import Person
@@ -228,3 +231,66 @@ def test_a_page_names_side_norms_and_what_cannot_be_said(patients, tmp_path):
     assert (tmp_path / "table.csv").read_text().splitlines()[2] == (
         "P2,subjects/P2.toml,kinematics,false"
     )
+
+
+def test_two_measured_legs_may_change_places(strides_table, tmp_path):
+    """The trunk stands on their mean, so a body in the mirror is the body's mirror image."""
+    found = []
+    for right, left in (("0.89", "0.84"), ("0.84", "0.89")):
+        people = tmp_path / "people.csv"
+        people.write_text(
+            "ID,Sex,Age,Height (m),Mass (kg),Right leg length (m),Left leg length (m)\n"
+            f"P2,F,30,1.65,60,{right},{left}\n",
+            encoding="utf-8",
+        )
+        (two,) = found_patients(strides_table, [people], only=["P2"])
+        found.append(scale_subject(two.subject, symmetric=False).model)
+    one, other = found
+    for segment in one.segments:
+        name = segment.name
+        same = other[{"_r": name[:-2] + "_l", "_l": name[:-2] + "_r"}.get(name[-2:], name)]
+        assert segment.mass == pytest.approx(same.mass)
+        mirror = np.diag([1.0, -1.0, 1.0])
+        np.testing.assert_allclose(segment.inertia, mirror @ same.inertia @ mirror, atol=1e-12)
+        np.testing.assert_allclose(segment.centre_of_mass, mirror @ same.centre_of_mass, atol=1e-12)
+
+
+def test_what_is_not_recorded_widens_what_rests_on_it(strides_table, tmp_path):
+    tall, guessed = Estimate(1.70, 0.0, "recorded"), Estimate(1.70, 0.09, "the mean of adults")
+    assert leg_length(tall, None).value == leg_length(guessed, None).value
+    known, wide = leg_length(tall, None).sd, leg_length(guessed, None).sd
+    assert wide == pytest.approx(np.hypot(known, leg_length(tall, None).value * 0.09 / 1.70))
+    (one,) = found_patients(strides_table, [], only=["P2"])
+    mass, height = one.estimates["mass"], one.estimates["height"]
+    assert mass.sd / mass.value > 2.0 * height.sd / height.value
+
+
+def test_lengths_by_stature_are_not_taken_for_those_of_markers(strides_table, people_table):
+    (one,) = found_patients(strides_table, [people_table], only=["P1_off"])
+    assert measured_by(one.subject)["thigh_length"] == "stature"
+    assert one.subject.tape == {"hip_height": load_subject("5").leg_length_m}
+
+
+def test_the_side_of_an_unnamed_state_holds_for_every_state(strides_table, tmp_path):
+    people = tmp_path / "people.csv"
+    people.write_text("ID,Sex,Affected side\nP1,M,Left\n", encoding="utf-8")
+    (one,) = found_patients(strides_table, [people], only=["P1_off"])
+    assert one.affected == "left"
+
+
+def test_two_people_who_would_be_one_are_refused(tmp_path):
+    rows = stride_rows("5", "well", "P 1") + stride_rows("2", "ill", "P.1")
+    table = write_strides(tmp_path / "strides.csv", rows)
+    with pytest.raises(RecordError, match=r"P 1 of well and P\.1 of ill would both be P_1"):
+        found_patients(table, [])
+    assert len(found_patients(table, [], only=["ill"])) == 1
+
+
+def test_tables_that_contradict_each_other_are_refused(strides_table, tmp_path):
+    tables = []
+    for name, mass in (("a", 80), ("b", 50), ("c", 80)):
+        tables.append(tmp_path / f"{name}.csv")
+        tables[-1].write_text(f"ID,Sex,Weight (kg)\nP2,F,{mass}\n", encoding="utf-8")
+    with pytest.raises(RecordError, match=r"b\.csv: P2 is in an earlier --people table"):
+        found_patients(strides_table, tables[:2])
+    assert found_patients(strides_table, tables[::2], only=["P2"])[0].subject.mass_kg == 80.0

@@ -1,6 +1,7 @@
 """A side that no trial shows, curves that do not close, and markers that come into view late."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from gaitval.errors import RecordError, SubjectError
 from gaitval.gait.cycle_checks import ODD_SUPPORT, without_odd_support
 from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import fit_force
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.inverse.inverse_kinematics import InverseKinematics
+from gaitval.session import session
 from gaitval.session.average import drift_doubts, largest_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_doubts
@@ -331,3 +334,30 @@ def test_motion_before_its_markers_come_into_view_does_not_leak_into_it():
     found = smoothed(poses, rate, ProcessingSettings())
     np.testing.assert_allclose(found[seen_from:, knee], truth[seen_from:], atol=0.02)
     np.testing.assert_array_equal(found[:seen_from, knee], 0.0)
+
+
+def test_a_fault_of_one_plate_says_nothing_of_another(monkeypatch):
+    def flag(plate, certain):
+        return QualityFlag(
+            "braking", f"plate {plate}", 0.01, 0.02, "1", "wrong", certain=certain, plate=plate
+        )
+
+    def left(*flags):
+        walks = {
+            name: SimpleNamespace(
+                name=name, doubts=doubts, recording=SimpleNamespace(source=name, plates=(1, 2))
+            )
+            for name, doubts in zip("AB", flags, strict=True)
+        }
+        monkeypatch.setattr(session, "work_out_trial", lambda *given: walks[given[4]])
+        request = SimpleNamespace(trials="AB", called=str)
+        known = session.Progress(session=SimpleNamespace(walking=(1, 2)), body=SimpleNamespace())
+        try:
+            found = session._usable_walks(request, None, known, lambda *_: None)
+        except RecordError:
+            return []
+        return [walk.name for walk in found]
+
+    assert left((flag("1", True),), (flag("2", False),)) == ["B"]
+    assert left((flag("1", True),), (flag("1", False),)) == []
+    assert left((), (flag("2", False),)) == ["A", "B"]

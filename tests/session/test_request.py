@@ -61,6 +61,8 @@ def test_paths_are_placed_and_nothing_else(tmp_path):
     assert placed.trials == (tmp_path / "walk1.c3d",)
     assert placed.static == tmp_path / "stand.c3d"
     assert (placed.no_plate, placed.marker_set) == (("2",), "wbds")
+    own = below(tmp_path, options.model_copy(update={"marker_set": "lab.toml"}))
+    assert own.marker_set == str(tmp_path / "lab.toml")
 
 
 def test_plates_and_feet_are_pairs_also_as_text():
