@@ -133,8 +133,8 @@ def _sessions(
 
 def _outputs(out: Path, options: Mapping[str, Any]) -> Outputs:
     from gaitval.configuration import load_configuration
-    from gaitval.session.batch import BatchPerson
     from gaitval.session.importing import import_files
+    from gaitval_formats.batch_person import BatchPerson
 
     request = options["request"]
     person = BatchPerson(

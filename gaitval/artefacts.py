@@ -96,9 +96,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
     Raises
     ------
-    ArtefactError : the disk is full, or the folder may not be written to.
+    ArtefactError : the disk is full, the folder may not be written to, or `path` is a folder.
     """
     path = Path(path)
+    if path.is_dir():
+        raise ArtefactError(f"{path}: is a folder. Give the name of a file.")
     with writing(path):
         make_folder(path.parent)
         # In the same folder, because a file can only be replaced in one step within a file system;

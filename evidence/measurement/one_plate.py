@@ -21,7 +21,6 @@ from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.foot_forces import _moment
-from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Recording
@@ -29,6 +28,7 @@ from gaitval.session import trial
 from gaitval.session.importing import import_files
 from gaitval.session.request import ImportOptions
 from gaitval.study.stored_policy import general_walker
+from gaitval_export.c3d_writing import write_c3d
 from gaitval_measurement import divided
 from gaitval_virtual.recording import recorded_person
 

@@ -13,7 +13,6 @@ from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
-from gaitval.session.batch import person_of
 from gaitval.session.importing import import_files
 from gaitval.session.stored import limits_of_record
 from gaitval.session.write import FOLDER, RECORD
@@ -43,6 +42,7 @@ def subject_of(study: Study, folder: Path, observer: Observer) -> Subject:
 
 def _imported(study: Study, folder: Path, observer: Observer) -> Subject:
     assert study.recording is not None
+    person_of = wings.load(wings.PARTS, "session_person")
     person = person_of(folder, study.name, {**study.recording, "name": study.name})
     about = folder / "session" / "imported.json"
     wanted = {"record": value_hash(record_parts(study))}

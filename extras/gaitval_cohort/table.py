@@ -42,7 +42,7 @@ from typing import Annotated, Any, Final, Literal
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from gaitval import file_gate
+from gaitval import file_gate, wings
 from gaitval.artefacts import read_toml, write_text
 from gaitval.errors import ConfigurationError
 from gaitval.session.request import FILES, ImportOptions
@@ -71,7 +71,7 @@ class Study(BaseModel):
     ----------
     name : of its folder.
     subject : number, name or path of the subject file; None for a recording or a virtual person.
-    recording : to import first: the options of a `session.batch.BatchPerson`, without its name.
+    recording : to import first: the options of `gaitval import`, without the name.
     virtual : to make first.
     trial : of the subject that the study is of; its own if empty.
     start : what the first training starts from: the general policy, or nothing.
@@ -274,11 +274,11 @@ def _devices(path: Path, where: str, values: dict[str, Any]) -> list[Any]:
 
 def _recording(path: Path, where: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """The options of a recording, checked; its paths are absolute."""
-    from gaitval.session.batch import person_of  # reads recordings, which takes a while to load
-
+    person_of = wings.load(wings.PARTS, "session_person")
     about = {**values["recording"], "name": values["name"]}
     person = person_of(path.resolve(), where, about)
-    return person.model_dump(mode="json", exclude={"name"}, exclude_defaults=True)
+    found: dict[str, Any] = person.model_dump(mode="json", exclude={"name"}, exclude_defaults=True)
+    return found
 
 
 def _name_of(values: Mapping[str, Any], seeds: list[Any]) -> str:

@@ -18,12 +18,12 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.metrics.recording_limits import State, failure
-from gaitval.session.batch import BatchPerson, person_of
 from gaitval.session.importing import Imported, import_files
 from gaitval.session.request import Tell, silent
 from gaitval.session.summary import limit_rows
 from gaitval.session.trial import valid_cycles
 from gaitval.session.write import FOLDER
+from gaitval_formats.batch_person import BatchPerson, person_of
 
 TABLE: Final = "batch.csv"
 
@@ -40,6 +40,7 @@ class Outcome:
     page : to read.
     limits : how many passed, failed and were not judged.
     failed : those that failed, with value and limit.
+    warnings : of the import, and why trials were left out.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Outcome:
     page: str
     limits: str = ""
     failed: str = ""
+    warnings: str = ""
 
 
 def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
@@ -152,6 +154,11 @@ def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
         limits=", ".join(f"{states[state]} {state}" for state in get_args(State)),
         failed="; ".join(
             failure(row.name, row.value, row.limit, row.unit) for row in rows if row.failed
+        ),
+        warnings="; ".join(
+            re.sub(r"\s+", " ", text.strip().rstrip("."))
+            for step, text in found.decisions
+            if step == "warnings" or (step == "trials" and "left out" in text)
         ),
     )
 

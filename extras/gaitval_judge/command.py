@@ -66,16 +66,23 @@ def judge(
     masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. The
     exit code is 1 if a limit that decides has failed.
     """
-    from gaitval.datasets.plausible import mass_and_height_problems
+    from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
     from gaitval.errors import ConfigurationError
     from gaitval_judge.judge import Request
     from gaitval_judge.judge import judge as judged
     from gaitval_judge.write import NAME, write_judgement, write_result
 
-    if mass is not None and height is not None:
-        problems = mass_and_height_problems(mass, height)
-        if problems:
-            raise ConfigurationError(" ".join(problems))
+    both = mass is not None and height is not None
+    if both and (problems := mass_and_height_problems(mass or 0.0, height or 0.0)):
+        raise ConfigurationError(" ".join(problems))
+    for name, value, (low, high), unit in (
+        ("mass", mass, MASS, "kg"),
+        ("height", height, HEIGHT, "m"),
+    ):
+        if value is not None and not low <= value <= high:
+            raise ConfigurationError(
+                f"--{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
+            )
     request = Request(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
         ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,

@@ -18,6 +18,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
+from gaitval.coordinates import SIDES
 from gaitval.model.body import BodyModel
 from gaitval.session.trial import WalkingTrial
 from gaitval_measurement.balance import FALL, NEWTON, PRESSURE, Data, data_of, trials_of
@@ -158,6 +159,10 @@ def examined(
     if 0.0 not in tried:
         return None
     among = causes(tried[0.0].names)
+    # How the pressure of one foot alone rolls is its toeing in or out as well as a turned plate.
+    groups = zip(tried[0.0].kind, tried[0.0].group, strict=True)
+    if len({group.split()[0] for kind, group in groups if kind in PRESSURE}) < len(SIDES):
+        among = tuple(cause for cause in among if not cause.name.startswith("rotation"))
     lag = delay_of(tried, height_m)
     linear = balance(tried[0.0], height_m)
     later = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY, stood=stood)
@@ -614,10 +619,10 @@ def alone(seen: Examined) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {"delay": (seen.lag.value, seen.lag.deviation)}
     late = any(f.cause is DELAY for f in seen.found)
     for cause in causes(seen.data.names):
-        best = max(
-            (one for one in seen.weighed if cause in one and (DELAY in one) == late),
-            key=lambda one: seen.weighed[one],
-        )
+        sets = [one for one in seen.weighed if cause in one and (DELAY in one) == late]
+        if not sets:  # it was not looked for
+            continue
+        best = max(sets, key=lambda one: seen.weighed[one])
         parts = [p for c in best if c is not DELAY for p in c.parts]
         values, covariance = _sizes(seen.model, parts)
         for i, name in enumerate(parts):

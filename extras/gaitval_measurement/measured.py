@@ -2,15 +2,17 @@
 where the user asks for it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.gait.cycles import AverageCurve
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.session.request import Tell
 from gaitval.session.session import Import
 from gaitval_measurement.bands import AXES, Bands, bands
@@ -28,6 +30,9 @@ from gaitval_measurement.page import (
 )
 from gaitval_measurement.said import FaultRow, rows, unused, warnings
 from gaitval_measurement.standing import standing_of
+
+UNSHOWN: Final = 15.0
+"""Degrees; half of a band of 90 % of a sagittal angle is 3 to 8 in recordings that show it."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +118,23 @@ class Measurement:
         }
 
 
+def unshown(found: Bands) -> Iterator[QualityFlag]:
+    """That the markers do not show a sagittal angle, with how well it is known."""
+    half = {
+        name.removeprefix("angle_"): float(np.degrees(np.median(each)))
+        for name, each in found.half.items()
+        if name.startswith("angle_") and name[6:-2] in SHOWN
+    }
+    wide = {name: size for name, size in half.items() if size > UNSHOWN}
+    if wide:
+        said = ", ".join(f"{name} ± {size:.0f}°" for name, size in wide.items())
+        yield QualityFlag(
+            "shown angles", "all trials", max(wide.values()), UNSHOWN, "deg",
+            f"the markers hardly show {said}: a segment beside it has too few that are seen in the "
+            "walk. Look at what was left out, and label more of its markers",
+        )  # fmt: skip
+
+
 def said_bands(found: Bands) -> str:
     """The widths of the sagittal bands, and what they come from, in a sentence."""
     parts = []
@@ -175,6 +197,10 @@ def measured(found: Import, tell: Tell) -> Import:
     measurement = None
     if around is not None:
         noted("uncertainty", said_bands(around))
+        hidden = [*unshown(around)]
+        for flag in hidden:
+            noted("warnings", str(flag))
+        flags += hidden
         measurement = Measurement(
             () if seen is None else rows(seen),
             seen,

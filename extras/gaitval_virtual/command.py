@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, SetOption, added_command
 from gaitval.errors import ConfigurationError
@@ -137,9 +138,9 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
     """The files of a recorded virtual person, and how to go on."""
     from gaitval.artefacts import write_json, write_text
     from gaitval.datasets.sample import import_line
-    from gaitval.mocap.c3d_writing import write_c3d
     from gaitval.model.parameters import PARAMETERS
 
+    write_c3d = wings.load(wings.PARTS, "write_c3d")
     write_c3d(folder / "standing.c3d", made.standing)
     write_c3d(folder / "walking.c3d", made.walking)
     rows = made.truth()

@@ -18,7 +18,9 @@ from gaitval.gait.record import Curve
 # with steps as unequal as 20 to 80, who drag a foot or walk with an aid.
 HEIGHT = (0.8, 2.3)  # m
 MASS = (10.0, 200.0)  # kg
-BMI = (10.0, 45.0)  # kg/m²
+BMI = (10.0, 80.0)  # kg/m²
+OBESE = 45.0  # kg/m², above which pounds for kilograms are as likely
+SMALL = 1.4  # m, below which hardly an adult is
 LEG_RATIO = (0.38, 0.60)  # leg length / height; WBDS 0.48-0.56, at two years 0.42
 AGE = (2.0, 105.0)  # years
 SPEED = (0.1, 2.5)  # m/s, walking
@@ -61,7 +63,23 @@ def mass_and_height_problems(mass: float, height: float) -> list[str]:
         return []
     from gaitval.datasets.other_units import no_body
 
-    return no_body(mass, height, MASS, HEIGHT, BMI)
+    return no_body(mass, height, MASS, HEIGHT, (BMI[0], OBESE))
+
+
+def unusual_build(mass: float, height: float, age: float | None) -> list[str]:
+    """What of a body (kg, m, years) may be a mistake, though people are so; a sentence each."""
+    index, found = mass / height**2, []
+    if index > OBESE:
+        found.append(
+            f"{mass:g} kg at {height:g} m is a body mass index of {index:.0f} kg/m². If the mass "
+            f"is in pounds, give {mass * 0.45359237:.1f}"
+        )
+    if age is None and height < SMALL:
+        found.append(
+            f"{height:g} m tall, and no age was given: the masses of the segments are those of an "
+            "adult. Give the age, if this is a child"
+        )
+    return found
 
 
 def _range_problem(

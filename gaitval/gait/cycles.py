@@ -1,7 +1,7 @@
 """Gait cycles of a recorded trial: their times, curves over them, and spatiotemporal parameters.
 
 A cycle runs from one heel strike to the next of the same foot. No cycle is dropped silently: one
-that is not used states why.
+that is not used states why. It is long because cycles, places and speeds share the same stances.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -336,7 +336,7 @@ def belt_speed(
 
     Parameters
     ----------
-    recording : cleaned, z up; it need not face along x.
+    recording : cleaned, z up.
     events : of both feet.
     landmarks : see `foot_markers`.
 
@@ -344,18 +344,11 @@ def belt_speed(
     ------
     RecordError : there is no stance from heel strike to toe-off in which the feet are seen.
     """
-    forward = facing(recording, landmarks)
-    feet = foot_markers(recording, landmarks)
-    speeds = []
-    for side, start, stop in _stances(events):
-        begin = start + FLAT_FOOT[0] * (stop - start)
-        end = start + FLAT_FOOT[1] * (stop - start)
-        inside = (recording.time >= begin) & (recording.time <= end)
-        middle = (0.5 * (feet[side].heel + feet[side].front) @ forward)[inside]
-        if len(middle) > 2 and np.isfinite(middle).all():
-            # The slope of a line through the whole flat-foot phase averages the markers' noise. It
-            # is negated because a belt carries the foot backwards.
-            speeds.append(-np.polyfit(recording.time[inside], middle, 1)[0])
+    forward = travel(recording, events, landmarks=landmarks)
+    # Negated because a belt carries the foot backwards.
+    speeds = [
+        -velocity @ forward[:2] for _, _, _, velocity in _flat_feet(recording, events, landmarks)
+    ]
     if not speeds:
         raise RecordError(
             f"{recording.source}: no stance from heel strike to toe-off in which heel and "
@@ -364,6 +357,45 @@ def belt_speed(
         )
     speed = float(np.median(speeds))
     return speed if abs(speed) > SLOWEST_BELT else 0.0
+
+
+def _flat_feet(
+    recording: Recording, events: Iterable[Event], landmarks: Mapping[str, str]
+) -> list[tuple[Side, float, Array, Array]]:
+    """Side, time (s), place (2,) m and velocity (2,) m/s of the foot in each stance in which heel
+    and forefoot are seen while it is flat.
+    """
+    feet = foot_markers(recording, landmarks)
+    found = []
+    for side, start, stop in _stances(events):
+        begin, end = (start + share * (stop - start) for share in FLAT_FOOT)
+        inside = (recording.time >= begin) & (recording.time <= end)
+        middle = (0.5 * (feet[side].heel + feet[side].front))[inside, :2]
+        if len(middle) > 2 and np.isfinite(middle).all():
+            # The slope of a line through the whole flat-foot phase averages the markers' noise.
+            velocity, place = np.polyfit(recording.time[inside] - begin, middle, 1)
+            found.append((side, float(begin), place, velocity))
+    return found
+
+
+def travel(recording: Recording, events: Iterable[Event], *, landmarks: Mapping[str, str]) -> Array:
+    """Horizontal direction (3,) in which the person goes: that of the strides of both feet, on a
+    belt seen from the belt. The pelvis need not point there (`facing`, where no stride is whole).
+
+    Parameters
+    ----------
+    recording, events, landmarks : as `belt_speed` takes them.
+    """
+    flat = _flat_feet(recording, events, landmarks)
+    total = np.zeros(2)
+    for side in SIDES:
+        for (_, begin, first, slow), (_, end, second, fast) in pairwise(
+            each for each in flat if each[0] == side
+        ):
+            if end - begin < PLAUSIBLE_STRIDE[1]:  # none was missed between
+                total += second - first - 0.5 * (slow + fast) * (end - begin)
+    length = float(np.linalg.norm(total))
+    return np.append(total / length, 0.0) if length > 0.0 else facing(recording, landmarks)
 
 
 def _stances(events: Iterable[Event]) -> list[tuple[Side, float, float]]:
@@ -389,8 +421,8 @@ def spatiotemporal(
     """Spatiotemporal parameters of the cycles of one foot that are valid for kinematics.
 
     The position of a foot is the median of its heel marker while the foot is flat, along and across
-    the direction that the person faces, in axes that move with the belt (over ground they are
-    fixed). So one formula serves treadmill and ground.
+    the direction of `travel`, in axes that move with the belt (over ground they are fixed). So one
+    formula serves treadmill and ground.
 
     Parameters
     ----------
@@ -465,7 +497,7 @@ class _Places:
         landmarks: Mapping[str, str],
         belt: float,
     ) -> None:
-        forward = facing(recording, landmarks)
+        forward = travel(recording, events, landmarks=landmarks)
         leftward = np.array([-forward[1], forward[0], 0.0])
         self.time = recording.time
         self.heels: dict[Side, Array] = {

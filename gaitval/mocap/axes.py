@@ -46,7 +46,7 @@ RUNS: Final = (0.3, 0.25)
 squared over gravity and leg length, of running. Who walks sinks as the feet part (-0.57 to -0.96 in
 recordings of nine laboratories, of children with cerebral palsy among others); runners rise."""
 
-ALONG_AXIS: Final = float(np.radians(10.0))
+ALONG_AXIS: Final = float(np.radians(5.0))
 """A path within this angle of an axis of the laboratory is taken to lie along it, as walkways and
 belts do; the rest of the angle is the person's own."""
 
@@ -254,7 +254,7 @@ def turn_to_walking_direction(
 
     Overground this is the direction of the pelvis' path. On a treadmill, where the feet on the
     ground move faster than the pelvis, it is the direction of the pelvis relative to them. A
-    direction within 10° of an axis is taken to lie along it: the trial is then turned by a multiple
+    direction within 5° of an axis is taken to lie along it: the trial is then turned by a multiple
     of 90°.
 
     Parameters

@@ -1,7 +1,7 @@
 """Markers that change places within a trial, and labels with left and right exchanged."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from itertools import combinations
 from typing import Final
@@ -177,6 +177,7 @@ def mirrored_arms(
         # legs scissor land on one line, where markers are a little across it.
         if len(apart) and np.median(apart) < -ON_ONE_LINE_M:
             wrong.append((name, partner))
+    wrong = [pair for pair in wrong if not _rigid(recording, pair, segments, wrong)]
     if not {segments.get(name) for pair in wrong for name in pair} <= ARMS:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
         raise RecordError(
@@ -186,6 +187,26 @@ def mirrored_arms(
             "markers are listed, the file is mirrored: its axes must be right-handed."
         )
     return wrong
+
+
+def _rigid(
+    recording: Recording,
+    pair: tuple[str, str],
+    segments: Mapping[str, str],
+    wrong: Sequence[tuple[str, str]],
+) -> bool:
+    """Whether a left marker across its partner keeps its distance from those of its own segment
+    that are not across theirs, and the partner does not: then the steps are narrow.
+    """
+    across = {each for both in wrong for each in both}
+    away = [
+        np.nanstd(np.linalg.norm(recording.marker(one) - recording.marker(other), axis=1))
+        for other in set(recording.names) - across
+        if segments.get(other) == segments.get(pair[0])
+        for one in pair
+    ]
+    own, exchanged = np.array(away).reshape(-1, 2).T
+    return bool(len(own)) and bool(np.median(own) < 0.5 * np.median(exchanged))
 
 
 def _is_left(name: str, partner: str, landmarks: Mapping[str, str]) -> bool:

@@ -5,6 +5,7 @@ that ends. Loaded where there is more than one process.
 import multiprocessing as mp
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import threading
@@ -64,6 +65,7 @@ def begin_as_worker() -> None:
     every system; Linux's signal at a parent's death would also come when only a thread of the
     parent ends.
     """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one that started it ends it
     share_heap()
     parent = mp.parent_process()
     if parent is None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.datasets.plausible import unusual_build
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
 
@@ -36,10 +37,12 @@ _PHASES = np.arange(100) / 100.0
 
 
 def remarks_on_body(subject: Subject) -> list[str]:
-    """A sentence for every marker of a `subject` that is probably wrong: what was seen, why, and
-    what to check.
+    """A sentence for everything about the body of a `subject` that is probably wrong: what was
+    seen, why, and what to check.
     """
-    return [f"{subject.identifier}: {each}" for each in _pelvis_height(subject)]
+    build = unusual_build(subject.mass_kg, subject.height_m, subject.age_years)
+    found = [*(f"{each}." for each in build), *_pelvis_height(subject)]
+    return [f"{subject.identifier}: {each}" for each in found]
 
 
 def remarks_on_gait(subject: Subject, others: Sequence[Subject]) -> list[str]:

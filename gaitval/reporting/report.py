@@ -357,9 +357,20 @@ def _drawings(
     return drawings
 
 
+def _walked(folder: Path) -> Subject:
+    """The person, on the trial or at the speed that the walk is of."""
+    subject = load_subject(str(folder / "subject.toml"))
+    path = folder / "configuration.toml"
+    record = load_configuration(path if path.exists() else None).record
+    if record.holdout:
+        return subject.on_trial(record.holdout)
+    speed = record.speed or subject.walking_speed_m_s
+    return subject.model_copy(update={"walking_speed_m_s": speed})
+
+
 def _context(folder: Path) -> dict[str, Any]:
     """Everything that the template shows, read from the run folder."""
-    subject = load_subject(str(folder / "subject.toml"))
+    subject = _walked(folder)
     metrics = read_metrics(folder / METRICS)
     training = _training(folder / "policy" / "training.csv")
     traces = _traces(folder / "push.json")

@@ -5,13 +5,16 @@ markers; scale the body and fit it to both trials; inverse kinematics; forces to
 dynamics; gait cycles. `gaitval.session.write` writes the results.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from gaitval import wings
 from gaitval.configuration import ProcessingSettings
-from gaitval.coordinates import Side
+from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
@@ -25,6 +28,10 @@ from gaitval.session.trial import WalkingTrial, require_cycles, work_out_trial
 if TYPE_CHECKING:
     from gaitval.arrays import Array
     from gaitval.session.functional import FunctionalJoint
+
+UNLIKE: Final = 1.2
+"""Times the slowest trial's speed from which a mean of both is said to be of neither; within a
+trial a stride that is so unlike the others does not count (`cycles.UNUSUAL_STRIDE`)."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +129,9 @@ def work_out(
     weight_ratio = check_mass(request, walks)
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
-    of_means = tuple(drift_doubts(angles, moments))
+    build = unusual_build(request.mass_kg, request.height_m, request.age)
+    of_person = (QualityFlag("build", "the person", 0.0, 0.0, "", remark) for remark in build)
+    of_means = (*of_person, *_unlike(walks), *drift_doubts(angles, moments))
     if missing_sides(angles, forces):
         from gaitval.session.one_side_warnings import one_side_doubts
 
@@ -146,6 +155,23 @@ def work_out(
     if "measurement" in wings.names(wings.PARTS):
         found = wings.load(wings.PARTS, "measurement")(found, tell)
     return found
+
+
+def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:
+    """That the trials, of which one mean gait is made, were walked at different speeds."""
+    speeds = {}
+    for walk in walks:
+        every = np.concatenate([walk.gait[side].speed for side in SIDES])
+        if np.isfinite(every).any():
+            speeds[walk.name] = float(np.nanmean(every))
+    times = max(speeds.values()) / min(speeds.values()) if speeds else 1.0
+    if times > UNLIKE:
+        said = ", ".join(f"{name} {speed:.2f} m/s" for name, speed in speeds.items())
+        yield QualityFlag(
+            "speed of the trials", "all trials", times, UNLIKE, "times",
+            f"they were walked at different speeds ({said}): their mean is a gait that nobody "
+            "walked. Import each speed as a subject of its own",
+        )  # fmt: skip
 
 
 def _scaled(

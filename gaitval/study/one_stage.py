@@ -1,5 +1,7 @@
 """One stage of a run by itself, as `gaitval train` and others of its kind run it."""
 
+from itertools import takewhile
+
 from gaitval.errors import ArtefactError
 from gaitval.study.run import choose_start, plan
 from gaitval.study.stage import Run, Stage, run_stage, why_run
@@ -43,6 +45,10 @@ def run_one(
     stages = plan(run, round_number if repeated else max(finished_rounds(run), 1))
     if wanted == "identify-1" and why_run(train_stage(run, 1), run.folder):
         stages = (*stages[:2], identify_stage(run, 1))  # it uses no policy
+    # First all that can be refused now: whoever is refused finds everything as it was.
+    for stage in takewhile(lambda each: each.name != wanted, stages):
+        if stage.name.partition("-")[0] not in FOLLOWING:
+            _require(run, stage, name)
     for stage in stages:
         if stage.name == "need-1" and wanted == "train-1":
             choose_start(run, train_stage(run, 1), scratch=scratch)

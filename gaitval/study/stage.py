@@ -315,13 +315,33 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
 
 
 @contextmanager
+def _undone(folder: Path) -> Iterator[None]:
+    """Restore what a run says of itself in `folder` if the block fails before a stage begins."""
+    files = [folder / name for name in ("subject.toml", CONFIGURATION, "provenance.json")]
+    before = {path: path.read_bytes() if path.is_file() else None for path in files}
+    records = folder / RECORDS
+    started = records.read_bytes() if records.is_file() else None
+    try:
+        yield
+    except BaseException:
+        if started == (records.read_bytes() if records.is_file() else None):
+            for path, content in before.items():
+                if content is None:
+                    path.unlink(missing_ok=True)
+                else:
+                    path.write_bytes(content)
+        raise
+
+
+@contextmanager
 def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
 ) -> Iterator[Run]:
     """The run `folder`, locked for this process, with `subject` and `configuration` stored in it;
     `observer` sees its stages. Its pages keep language and paper unless others are asked for.
+    Where no stage has started when an exception ends the block, the files are as they were before.
     """
-    with held(folder):
+    with held(folder), _undone(folder):
         if (folder / CONFIGURATION).exists():
             from gaitval.study.looks import with_last_looks
 

@@ -104,7 +104,7 @@ def test_fetch_says_what_was_verified(tmp_path: Path, monkeypatch: pytest.Monkey
     [
         (("--mass", "172.5", "--height", "74.3"), "the columns look swapped"),
         (("--mass", "74.3", "--height", "172.5"), "this looks like centimetres"),
-        (("--mass", "163.8", "--height", "1.725"), "this looks like pounds"),
+        (("--mass", "165", "--height", "1.42"), "this looks like pounds"),
     ],
 )
 def test_import_refuses_an_impossible_body_before_it_reads(

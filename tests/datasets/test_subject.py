@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from gaitval.datasets.plausible import mass_and_height_problems, unusual_build
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
@@ -136,7 +137,7 @@ def test_the_paper_s_swapped_mass_and_height():
         ({"mass_kg": 1.53, "height_m": 64.95}, ["columns look swapped"]),
         ({"mass_kg": 153, "height_m": 64.95}, ["columns look swapped", "height_m = 1.53"]),
         ({"height_m": 153}, ["height_m = 153: this looks like centimetres", "height_m = 1.53"]),
-        ({"mass_kg": 143.2}, ["mass_kg = 143.2", "looks like pounds", "mass_kg = 65.0"]),
+        ({"mass_kg": 165, "height_m": 1.42}, ["mass_kg = 165", "pounds", "mass_kg = 74.8"]),
         ({"height_m": 5.02}, ["height_m = 5.02: this looks like feet", "1.530"]),
         ({"mass_kg": 20}, ["body mass index is 8.5", "outside 10-45"]),
         ({"mass_kg": -64.95}, ["mass_kg = -64.95: outside 10-200 kg"]),
@@ -291,3 +292,22 @@ def test_stored_measurements_count_more_than_markers(tmp_path):
     body = scale_subject(load_subject(file))
     assert body.model["shank_l"].joint_position[2] == pytest.approx(-0.40)
     assert {row.segment: row.source for row in body.table}["thigh"].startswith("joint fit")
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ((130.0, 1.60, 40.0), ["body mass index of 51", "pounds, give 59.0"]),
+        ((15.5, 0.95, None), ["no age was given"]),
+        ((15.5, 0.95, 4.0), []),
+        ((75.0, 1.75, None), []),
+    ],
+)
+def test_unusual_bodies_are_taken_with_a_word(
+    body: tuple[float, float, float | None], words: list[str]
+) -> None:
+    """Nobody is refused for who they are."""
+    assert mass_and_height_problems(*body[:2]) == []
+    said = " ".join(unusual_build(*body))
+    assert all(each in said for each in words)
+    assert bool(said) == bool(words)

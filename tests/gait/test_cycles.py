@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from synthetic_recording import (
     LANDMARKS,
     SPEED,
@@ -28,11 +29,13 @@ from gaitval.gait.cycles import (
     cut_cycles,
     normalise,
     spatiotemporal,
+    travel,
 )
 from gaitval.gait.events import find_events
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Event, FootForces
 from gaitval_formats.wbds_text import read_wbds_markers
 
@@ -238,6 +241,35 @@ def test_parameters_are_those_of_the_walk_on_belt_and_ground(
     for name, value in expected.items():
         assert summary[name][0] == pytest.approx(value, rel=2e-3), name
         assert summary[name][1] == pytest.approx(0.0, abs=2e-3 * value), name
+
+
+@pytest.mark.parametrize("belt", [0.0, SPEED])
+@pytest.mark.parametrize("degrees", [-20.0, 12.0])
+def test_a_pelvis_that_is_turned_changes_no_step(belt: float, degrees: float) -> None:
+    """Steps are along the walk, not to where the pelvis points."""
+    recording, events = walk(8.0, belt=belt), true_events(8.0)
+    turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+    pelvis = [recording.names.index(f"{x}.{name}") for x in "RL" for name in ("ASIS", "PSIS")]
+    markers = recording.markers.copy()
+    middle = markers[:, pelvis].mean(axis=1, keepdims=True)
+    markers[:, pelvis] = (markers[:, pelvis] - middle) @ turn.T + middle
+    turned = recording.with_markers(recording.names, markers)
+    forward = travel(turned, events, landmarks=LANDMARKS)
+    np.testing.assert_allclose(forward, [1.0, 0.0, 0.0], atol=2e-3)
+    assert belt_speed(turned, events, landmarks=LANDMARKS) == pytest.approx(belt, abs=1e-4)
+    for side in SIDES:
+        cycles = cut_cycles(events, side)
+        same, plain = (
+            spatiotemporal(each, events, cycles, side, landmarks=LANDMARKS, belt=belt).summary()
+            for each in (turned, recording)
+        )
+        for name, value in plain.items():
+            np.testing.assert_allclose(same[name], value, atol=1e-9, err_msg=name)
+
+
+def test_without_a_whole_stride_the_person_goes_where_they_face() -> None:
+    forward = travel(walk(), [], landmarks=LANDMARKS)
+    np.testing.assert_allclose(forward, facing(walk(), LANDMARKS))
 
 
 def test_a_place_that_is_not_seen_is_not_made_up() -> None:

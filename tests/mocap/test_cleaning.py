@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from synthetic_recording import LANDMARKS, SEGMENTS, Y_UP, walk
+from synthetic_recording import LANDMARKS, SEGMENTS, WIDTH, Y_UP, walk
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
@@ -211,6 +211,31 @@ def test_an_exchange_in_the_middle_that_does_not_return_is_refused() -> None:
 def test_one_pair_with_left_and_right_exchanged_all_along_is_refused() -> None:
     with pytest.raises(RecordError, match=r"left and right are exchanged for L.Knee and R.Knee:"):
         cleaned(exchanged(walk(), "L.Knee", "R.Knee", slice(None)))
+
+
+def medial(recording: Recording, inwards: float) -> tuple[Recording, dict[str, str]]:
+    """A trial with a marker inside of each ankle, m, on the segment of heel and forefoot."""
+    names, columns = {}, []
+    for side, sign in (("L", -1.0), ("R", 1.0)):
+        names[f"{side}.Ankle.Medial"] = SEGMENTS[f"{side}.Heel"]
+        columns.append(recording.marker(f"{side}.Heel") + np.array([0.0, sign * inwards, 0.02]))
+    markers = np.concatenate([recording.markers, np.stack(columns, axis=1)], axis=1)
+    return recording.with_markers((*recording.names, *names), markers), SEGMENTS | names
+
+
+def test_markers_inside_of_feet_on_one_line_are_not_exchanged() -> None:
+    narrow, segments = medial(walk(), WIDTH + 0.03)  # each beyond the middle line
+    left, right = (narrow.marker(f"{side}.Ankle.Medial")[:, 1] for side in "LR")
+    assert np.median(left - right) < -0.05
+    result, _ = clean(narrow, segments, PROCESSING, landmarks=LANDMARKS)
+    assert np.array_equal(result.markers, narrow.markers)
+
+
+def test_markers_inside_of_feet_that_are_exchanged_are_refused() -> None:
+    wide, segments = medial(walk(), WIDTH - 0.03)
+    wrong = exchanged(wide, "L.Ankle.Medial", "R.Ankle.Medial", slice(None))
+    with pytest.raises(RecordError, match=r"left and right are exchanged for L.Ankle.Medial"):
+        clean(wrong, segments, PROCESSING, landmarks=LANDMARKS)
 
 
 def test_a_pair_of_the_arms_that_is_exchanged_all_along_is_exchanged_back() -> None:

@@ -23,7 +23,6 @@ from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import identification_from
-from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.model.urdf import read_urdf, write_urdf
@@ -33,6 +32,7 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
+from gaitval_export.c3d_writing import write_c3d
 from gaitval_gate.baseline import believed
 from gaitval_gate.seal import check_seal
 

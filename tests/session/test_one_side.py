@@ -361,3 +361,15 @@ def test_a_fault_of_one_plate_says_nothing_of_another(monkeypatch):
     assert left((flag("1", True),), (flag("2", False),)) == ["B"]
     assert left((flag("1", True),), (flag("1", False),)) == []
     assert left((), (flag("2", False),)) == ["A", "B"]
+
+
+def test_trials_of_different_speeds_are_named():
+    def walk(name, speed):
+        gait = {side: SimpleNamespace(speed=np.array([speed, np.nan])) for side in SIDES}
+        return SimpleNamespace(name=name, gait=gait)
+
+    assert not list(session._unlike([walk("a", 1.0), walk("b", 1.1)]))
+    (flag,) = session._unlike([walk("a", 0.49), walk("b", 1.26)])
+    assert "a 0.49 m/s, b 1.26 m/s" in str(flag)
+    assert flag.value == pytest.approx(1.26 / 0.49)
+    assert not list(session._unlike([walk("a", np.nan)]))

@@ -304,9 +304,13 @@ def opened(tmp_path: Path) -> Iterator[Opener]:
         contexts.append(context)
         return context.__enter__()
 
+    def leave() -> None:
+        while contexts:
+            contexts.pop().__exit__(None, None, None)
+
+    opener.leave = leave  # type: ignore[attr-defined]
     yield opener
-    while contexts:
-        contexts.pop().__exit__(None, None, None)
+    leave()
 
 
 @contextmanager
@@ -628,6 +632,29 @@ def test_a_stage_alone_refuses_to_build_on_other_settings(
     run_subject(opened("identification.rounds=1"))
     with pytest.raises(ArtefactError, match=r"train-1.*seed changed.*gaitval train S05 --round 1"):
         run_one(opened("identification.rounds=1", "seed=7"), "validate")
+
+
+def test_a_command_that_is_refused_changes_nothing(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path
+) -> None:
+    run = opened("identification.rounds=1")
+    run_subject(run)
+
+    def files() -> dict[Path, bytes]:
+        found = (path for path in run.folder.rglob("[!.]*") if path.is_file())
+        return {path: path.read_bytes() for path in found}
+
+    before = files()
+    opened.leave()  # type: ignore[attr-defined]
+    other = load_configuration(settings=("identification.rounds=1", "seed=7"))
+    for folder in (run.folder, tmp_path / "new"):
+        with (
+            pytest.raises(ArtefactError, match="depends on"),
+            open_run(run.subject, other, folder, Observer()) as refused,
+        ):
+            run_one(refused, "validate")
+    assert files() == before
+    assert not list((tmp_path / "new").glob("*.*"))
 
 
 def test_stages_one_by_one_give_what_the_main_job_gives(

@@ -863,7 +863,7 @@ def gaitval(request: Request, out: Path, *more: str, **person: str) -> Any:
         ({"height": "172.5"}, "--height 172.5: this looks like centimetres"),
         ({"height": "5.66"}, "looks like feet"),
         ({"mass": "1.725", "height": "74.3"}, "look swapped"),
-        ({"mass": "180"}, "looks like pounds. Give kilograms: --mass 81.6"),
+        ({"mass": "165", "height": "1.42"}, "looks like pounds. Give kilograms: --mass 74.8"),
         ({"mass": "nan"}, "--mass = nan: input should be a finite number"),
         ({"sex": "male"}, "--sex male: give F or M"),
     ],
