@@ -213,6 +213,7 @@ OWN: Final = {
     "gaitval/reporting/credibility.py:project_rows": "evidence.toml of the package",
     "gaitval/reporting/page.py:_font_faces": "fonts of the package",
     "gaitval/reporting/translated.py:_catalogue": "catalogues of the package",
+    "gaitval/study/stage.py:_undone": "a run's own files, which are put back as they were",
     "gaitval/scaling/marker_sets.py:_builtin": "marker sets of the package",
     "gaitval/study/sources.py:_kept_at": "the package's own files",
     "gaitval/study/sources.py:_read_code": "the package's own data",
