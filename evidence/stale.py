@@ -216,6 +216,26 @@ EQUAL: Final = (
         ),
         "a plate is divided only with --divide-plates (tests/gait, tests/measurement); a message",
     ),
+    Equal(
+        "b4ca47339b",
+        "5be7c7ea4b",
+        (
+            *("gaitval/gait/foot_forces.py", "gaitval/gait/plate_contacts.py"),
+            *("gaitval/prediction/unusual.py", "gaitval/study/one_stage.py"),
+            *("gaitval/study/run.py", "gaitval/study/stage.py", "gaitval/study/stages.py"),
+            *("extras/gaitval_devices/device.py", "extras/gaitval_devices/hinge_step.py"),
+            *("extras/gaitval_devices/walking.py", "extras/gaitval_markers/files.py"),
+            *("extras/gaitval_measurement/divided.py", "extras/gaitval_measurement/standing.py"),
+            *("extras/gaitval_patients/estimates.py", "extras/gaitval_patients/passive_foot.py"),
+            "extras/gaitval_patients/records.py",
+        ),
+        "the wrench of a plate is put together once (tests/gait; the figures of a divided one are "
+        "equal to the last digit); all files of a study of S05 but times and pages are equal to "
+        "the last bit, and times were measured again; no shipped device has a socket, and one "
+        "without play is a strap to the last bit (tests/devices); names that can be printed are "
+        "written as before (tests/markers); no session of a row has --static-time; bodies, "
+        "estimates and expected records of the 104 records of gps/ are equal to the last bit",
+    ),
 )
 """Oldest first."""
 
