@@ -177,7 +177,8 @@ def mirrored_arms(
         # legs scissor land on one line, where markers are a little across it.
         if len(apart) and np.median(apart) < -ON_ONE_LINE_M:
             wrong.append((name, partner))
-    wrong = [pair for pair in wrong if not _rigid(recording, pair, segments, wrong)]
+    if "pelvis" not in {segments.get(left) for left, _ in wrong}:
+        wrong = [pair for pair in wrong if not _rigid(recording, pair, segments, wrong)]
     if not {segments.get(name) for pair in wrong for name in pair} <= ARMS:
         pairs = "; ".join(f"{left} and {right}" for left, right in wrong)
         raise RecordError(

@@ -221,15 +221,11 @@ def _usable_walks(
             known.trials.append(walk)
         except RecordError as error:
             failed.append((name, error))
-    # What cannot be right in one trial is no chance in another of the same plates.
-    every = [doubt for walk in known.trials for doubt in walk.doubts]
-    wrong = {(doubt.check, doubt.where) for doubt in every if doubt.certain}
+    # What cannot be right in one trial is no chance in another, nor on another plate: a wrong sign
+    # is the laboratory's.
+    wrong = {doubt.check for walk in known.trials for doubt in walk.doubts if doubt.certain}
     for walk in known.trials:
-        doubts = [
-            replace(doubt, certain=True)
-            for doubt in walk.doubts
-            if (doubt.check, doubt.where) in wrong
-        ]
+        doubts = [replace(doubt, certain=True) for doubt in walk.doubts if doubt.check in wrong]
         try:
             refuse_certain(walk.recording.source, doubts, len(walk.recording.plates))
             walks.append(walk)
