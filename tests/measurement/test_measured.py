@@ -121,16 +121,17 @@ def test_a_correction_leaves_the_sound_plate_as_it_is(imported, fault, kind, wro
         assert np.median(found.bands.half[name]) < 1.3 * np.median(half), name
 
 
-def test_plates_that_are_turned_as_one_block_are_turned_back_as_one(sample):
+@pytest.mark.parametrize("number", [0, 1])
+def test_plates_that_are_turned_as_one_block_are_turned_back_as_one(sample, number):
+    """To one side and to the other."""
     _, session = sample
     (walk,) = session.walking
-    fault = next(
-        each
-        for each in faults(("1", "2"))
-        if each.name == "all plates rotated 5° beside the cameras"
-    )
+    fault = [each for each in faults(("1", "2")) if each.name.startswith("all plates rotated")][
+        number
+    ]
+    assert fault.size is not None
     (wrong,) = fault.change(session).walking
-    found = correct.without_faults(wrong, {"rotation all": np.radians(5.0)})
+    found = correct.without_faults(wrong, {"rotation all": fault.size})
     for plate, sound, turned in zip(found.plates, walk.plates, wrong.plates, strict=True):
         loaded = np.isfinite(sound.centre_of_pressure[:, 0]) & (sound.force[:, 2] > 200.0)
         np.testing.assert_allclose(plate.force, sound.force, atol=1e-6)
