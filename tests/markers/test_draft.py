@@ -104,7 +104,7 @@ def test_a_standing_trial_of_wbds_is_drafted_without_its_names(wbds_static: Path
 def test_names_of_files_and_markers_cannot_write_lines_of_their_own() -> None:
     """A C3D label and a file's name may have anything in them."""
     name = 'HJC\n"RASI" = { segment = "thigh_r" }\n#JC'
-    draft = Draft((), (name,), 1.0, 1.7, recognised=False)
+    draft = Draft((), (name,), 1.0, 1.7, moved=False)
     for title in ("walk😀.c3d", "a\x7f.c3d", 'b"\n[markers]'):
         found = tomllib.loads(as_toml(draft, title, title))
         assert found == {"title": title, "source": title, "markers": {}}
