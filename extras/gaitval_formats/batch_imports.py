@@ -158,7 +158,7 @@ def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
         warnings="; ".join(
             re.sub(r"\s+", " ", text.strip().rstrip("."))
             for step, text in found.decisions
-            if step == "warnings" or (step == "trials" and "left out" in text)
+            if step in ("warnings", "trials")  # of these, those that are left out
         ),
     )
 

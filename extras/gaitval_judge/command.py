@@ -72,17 +72,17 @@ def judge(
     from gaitval_judge.judge import judge as judged
     from gaitval_judge.write import NAME, write_judgement, write_result
 
-    both = mass is not None and height is not None
-    if both and (problems := mass_and_height_problems(mass or 0.0, height or 0.0)):
+    if mass is not None and height is not None:
+        problems = mass_and_height_problems(mass, height)
+    else:
+        given = (("mass", mass, MASS, "kg"), ("height", height, HEIGHT, "m"))
+        problems = [
+            f"--{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
+            for name, value, (low, high), unit in given
+            if value is not None and not low <= value <= high
+        ]
+    if problems:
         raise ConfigurationError(" ".join(problems))
-    for name, value, (low, high), unit in (
-        ("mass", mass, MASS, "kg"),
-        ("height", height, HEIGHT, "m"),
-    ):
-        if value is not None and not low <= value <= high:
-            raise ConfigurationError(
-                f"--{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
-            )
     request = Request(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
         ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,

@@ -128,16 +128,19 @@ def without_faults(recording: Recording, faults: dict[str, float]) -> Recording:
             (faults.get("rotation all", 0.0), block),
         )
         samples = faults.get("delay", 0.0) * recording.force_rate
-        plates.append(_repaired(plate, size, turns, samples))
+        plates.append(_repaired(plate, middle, size, turns, samples))
     return replace(recording, plates=tuple(plates))
 
 
 def _repaired(
-    plate: Plate, size: dict[str, float], turns: Sequence[tuple[float, Array]], samples: float
+    plate: Plate,
+    middle: Array,
+    size: dict[str, float],
+    turns: Sequence[tuple[float, Array]],
+    samples: float,
 ) -> Plate:
     """`turns` are angles, rad, and the points (3,) m that they are about."""
     force, moment = plate.force, moment_of(plate)
-    middle = plate_middle(plate, np.hstack([force, moment]))
     # In the reverse order of how they come about: what is recorded late was shown by channels
     # with cross-talk, of a plate that is not where it seems to be.
     force, moment = _sooner(force, samples), _sooner(moment, samples)

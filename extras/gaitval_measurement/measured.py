@@ -197,10 +197,9 @@ def measured(found: Import, tell: Tell) -> Import:
     measurement = None
     if around is not None:
         noted("uncertainty", said_bands(around))
-        hidden = [*unshown(around)]
-        for flag in hidden:
+        for flag in unshown(around):
             noted("warnings", str(flag))
-        flags += hidden
+            flags.append(flag)
         measurement = Measurement(
             () if seen is None else rows(seen),
             seen,

@@ -132,19 +132,7 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
 def _in_window(recording: Recording, window: tuple[float, float]) -> Recording:
     """A `recording` whose plates have the samples in a `window` of its clock, s."""
     kept = (recording.force_time >= window[0]) & (recording.force_time <= window[1])
-    signals = ("force", "centre_of_pressure", "free_moment", "moment")
-    plates = [
-        replace(
-            plate,
-            **{
-                name: values[kept]
-                for name in signals
-                if (values := getattr(plate, name)) is not None
-            },
-        )
-        for plate in recording.plates
-    ]
-    return replace(recording, plates=tuple(plates))
+    return replace(recording, plates=tuple(plate.during(kept) for plate in recording.plates))
 
 
 def _turn(here: Sequence[Plate], there: Sequence[Plate]) -> float | None:

@@ -22,7 +22,6 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
 from gaitval.scaling.anthropometry import mass_fractions
-from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
 from gaitval_patients import estimates
@@ -244,22 +243,18 @@ def _lengths(height: float, mass: float, leg: Estimate, person: Person) -> dict[
     tape = {"hip_height": leg.value} if leg.sd == 0.0 else {}
     if not two_sided(person):
         return {"tape": tape}
+    if person.legs is not None:  # the trunk stands on the mean of both
+        tape = {"hip_height": float(np.mean(list(person.legs.values())))}
     measured = measure_by_tape(height_m=height, **tape)
     if person.legs is not None:
-        by_side: dict[Side, Measurements] = {
-            side: measure_by_tape(height_m=height, hip_height=person.legs[side]) for side in SIDES
-        }
-        mean = float(np.mean(list(person.legs.values())))
-        measured = _two_legs(measure_by_tape(height_m=height, hip_height=mean), by_side)
+        right, left = (
+            measure_by_tape(height_m=height, hip_height=person.legs[side]) for side in SIDES
+        )
+        measured = replace(measured, right=right.right, left=left.left)
     if person.amputation is not None:
         fractions = mass_fractions(person.sex or "M", person.age)
         measured = with_prosthesis(measured, person.amputation, mass, fractions)
     return {"measurements": measured.to_dict()}
-
-
-def _two_legs(both: Measurements, by_side: Mapping[Side, Measurements]) -> Measurements:
-    """The trunk stands on the mean of both legs."""
-    return replace(both, right=by_side["right"].right, left=by_side["left"].left)
 
 
 def two_sided(person: Person) -> bool:

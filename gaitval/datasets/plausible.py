@@ -4,7 +4,7 @@ it.
 The ranges catch units and swapped columns, not unusual people.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
+from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import Curve
 
 # Plausible ranges. They catch units and swapped columns, not unusual people: from two years on,
@@ -66,20 +67,21 @@ def mass_and_height_problems(mass: float, height: float) -> list[str]:
     return no_body(mass, height, MASS, HEIGHT, (BMI[0], OBESE))
 
 
-def unusual_build(mass: float, height: float, age: float | None) -> list[str]:
-    """What of a body (kg, m, years) may be a mistake, though people are so; a sentence each."""
-    index, found = mass / height**2, []
+def unusual_build(mass: float, height: float, age: float | None) -> Iterator[QualityFlag]:
+    """What of a body (kg, m, years) may be a mistake, though people are so."""
+    index = mass / height**2
     if index > OBESE:
-        found.append(
+        yield QualityFlag(
+            "build", "the person", index, OBESE, "kg/m²",
             f"{mass:g} kg at {height:g} m is a body mass index of {index:.0f} kg/m². If the mass "
-            f"is in pounds, give {mass * 0.45359237:.1f}"
-        )
+            f"is in pounds, give {mass * 0.45359237:.1f}",
+        )  # fmt: skip
     if age is None and height < SMALL:
-        found.append(
+        yield QualityFlag(
+            "build", "the person", height, SMALL, "m",
             f"{height:g} m tall, and no age was given: the masses of the segments are those of an "
-            "adult. Give the age, if this is a child"
-        )
-    return found
+            "adult. Give the age, if this is a child",
+        )  # fmt: skip
 
 
 def _range_problem(

@@ -203,7 +203,7 @@ def _rigid(
     away = [
         np.nanstd(np.linalg.norm(recording.marker(one) - recording.marker(other), axis=1))
         for other in set(recording.names) - across
-        if segments.get(other) == segments.get(pair[0])
+        if segments.get(other, "") == segments.get(pair[0])
         for one in pair
     ]
     own, exchanged = np.array(away).reshape(-1, 2).T

@@ -14,7 +14,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.coordinates import Side
 from gaitval.display import Displayed
 
@@ -52,6 +52,16 @@ class Plate:
     moment: Array | None = None
     foot: Side | None = None
     fault: str = ""
+
+    def during(self, samples: slice | Flags) -> "Plate":
+        """With some of its samples alone."""
+        return replace(
+            self,
+            force=self.force[samples],
+            centre_of_pressure=self.centre_of_pressure[samples],
+            free_moment=self.free_moment[samples],
+            moment=None if self.moment is None else self.moment[samples],
+        )
 
 
 @dataclass(frozen=True)

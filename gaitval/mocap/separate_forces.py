@@ -95,16 +95,7 @@ def with_plates(
     # As many whole frames as both have.
     kept = min(frames - skipped, (samples - offset) // per_frame)
     window = slice(offset, offset + kept * per_frame)
-    cut = tuple(
-        replace(
-            plate,
-            force=plate.force[window],
-            centre_of_pressure=plate.centre_of_pressure[window],
-            free_moment=plate.free_moment[window],
-            moment=None if plate.moment is None else plate.moment[window],
-        )
-        for plate in plates
-    )
+    cut = tuple(plate.during(window) for plate in plates)
     shown = recording.markers[skipped : skipped + kept]
     middle = np.repeat(_middle(shown), per_frame, axis=0)
     placed = [

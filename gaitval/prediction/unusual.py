@@ -41,7 +41,7 @@ def remarks_on_body(subject: Subject) -> list[str]:
     seen, why, and what to check.
     """
     build = unusual_build(subject.mass_kg, subject.height_m, subject.age_years)
-    found = [*(f"{each}." for each in build), *_pelvis_height(subject)]
+    found = [*(f"{each.message}." for each in build), *_pelvis_height(subject)]
     return [f"{subject.identifier}: {each}" for each in found]
 
 

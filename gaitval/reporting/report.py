@@ -11,7 +11,7 @@ import numpy as np
 from gaitval import file_gate, wings
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
-from gaitval.configuration import ReportSettings, load_configuration
+from gaitval.configuration import Configuration, load_configuration
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -360,8 +360,7 @@ def _drawings(
 def _walked(folder: Path) -> Subject:
     """The person, on the trial or at the speed that the walk is of."""
     subject = load_subject(str(folder / "subject.toml"))
-    path = folder / "configuration.toml"
-    record = load_configuration(path if path.exists() else None).record
+    record = _configuration(folder).record
     if record.holdout:
         return subject.on_trial(record.holdout)
     speed = record.speed or subject.walking_speed_m_s
@@ -433,10 +432,10 @@ def _context(folder: Path) -> dict[str, Any]:
     }
 
 
-def _settings(folder: Path, asked: Sequence[str]) -> ReportSettings:
-    """Paper and language: those asked for now, else those of the run."""
+def _configuration(folder: Path, asked: Sequence[str] = ()) -> Configuration:
+    """Of the run, with what is asked for now."""
     path = folder / "configuration.toml"
-    return load_configuration(path if path.exists() else None, settings=asked).report
+    return load_configuration(path if path.exists() else None, settings=asked)
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
@@ -455,6 +454,5 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     context = _context(folder)
     write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
     checklist.write_checklist(folder, context["checks"])
-    write_page(
-        folder, "report", "report.html.j2", context, _settings(folder, settings), scripts=SCRIPTS
-    )
+    looks = _configuration(folder, settings).report
+    write_page(folder, "report", "report.html.j2", context, looks, scripts=SCRIPTS)

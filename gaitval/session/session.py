@@ -130,8 +130,7 @@ def work_out(
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
     build = unusual_build(request.mass_kg, request.height_m, request.age)
-    of_person = (QualityFlag("build", "the person", 0.0, 0.0, "", remark) for remark in build)
-    of_means = (*of_person, *_unlike(walks), *drift_doubts(angles, moments))
+    of_means = (*build, *_unlike(walks), *drift_doubts(angles, moments))
     if missing_sides(angles, forces):
         from gaitval.session.one_side_warnings import one_side_doubts
 

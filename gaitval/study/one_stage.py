@@ -45,9 +45,11 @@ def run_one(
     stages = plan(run, round_number if repeated else max(finished_rounds(run), 1))
     if wanted == "identify-1" and why_run(train_stage(run, 1), run.folder):
         stages = (*stages[:2], identify_stage(run, 1))  # it uses no policy
-    # First all that can be refused now: whoever is refused finds everything as it was.
+    # First all that can be refused now: whoever is refused finds everything as it was. What a short
+    # stage has yet to write is looked at after it.
     for stage in takewhile(lambda each: each.name != wanted, stages):
-        if stage.name.partition("-")[0] not in FOLLOWING:
+        there = all((run.folder / each).exists() for each in stage.inputs)
+        if there and stage.name.partition("-")[0] not in FOLLOWING:
             _require(run, stage, name)
     for stage in stages:
         if stage.name == "need-1" and wanted == "train-1":

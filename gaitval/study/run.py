@@ -197,10 +197,8 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    shown: AbstractContextManager[None] | None = None
-    if run.configuration.identification.method != "posterior":
-        shown = _loading()
-    elif run.configuration.training.workers > 1:
+    shown = _loading()
+    if run.configuration.identification.method == "posterior":
         from gaitval.study.watching import generations_shown
 
         # the other stage reports nothing, so its progress is read from the file of its state

@@ -318,7 +318,10 @@ def _add_provenance(folder: Path, stage: str, times: Mapping[str, Any]) -> None:
 def _undone(folder: Path) -> Iterator[None]:
     """Restore what a run says of itself in `folder` if the block fails before a stage begins."""
     files = [folder / name for name in ("subject.toml", CONFIGURATION, "provenance.json")]
-    before = {path: path.read_bytes() if path.is_file() else None for path in files}
+    before = {
+        path: path.read_bytes().decode(errors="replace") if path.is_file() else None
+        for path in files
+    }
     records = folder / RECORDS
     started = records.read_bytes() if records.is_file() else None
     try:
@@ -329,7 +332,7 @@ def _undone(folder: Path) -> Iterator[None]:
                 if content is None:
                     path.unlink(missing_ok=True)
                 else:
-                    path.write_bytes(content)
+                    write_text(path, content)
         raise
 
 

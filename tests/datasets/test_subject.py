@@ -308,6 +308,6 @@ def test_unusual_bodies_are_taken_with_a_word(
 ) -> None:
     """Nobody is refused for who they are."""
     assert mass_and_height_problems(*body[:2]) == []
-    said = " ".join(unusual_build(*body))
+    said = " ".join(str(each) for each in unusual_build(*body))
     assert all(each in said for each in words)
     assert bool(said) == bool(words)

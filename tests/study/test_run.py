@@ -657,6 +657,18 @@ def test_a_command_that_is_refused_changes_nothing(
     assert not list((tmp_path / "new").glob("[!.]*"))
 
 
+def test_what_a_short_stage_has_lost_is_made_again_and_not_refused(
+    opened: Opener, stand_ins: list[float | None]
+) -> None:
+    run = opened("identification.rounds=1")
+    run_subject(run)
+    lost = run.folder / "identification.json"  # of `choose`, and an input of `correct`
+    content = lost.read_bytes()
+    lost.unlink()
+    run_one(run, "validate")
+    assert lost.read_bytes() == content
+
+
 def test_stages_one_by_one_give_what_the_main_job_gives(
     opened: Opener, stand_ins: list[float | None]
 ) -> None:
