@@ -242,6 +242,22 @@ EQUAL: Final = (
         ("gaitval/mocap/exchanges.py",),
         "only for who has left markers to the right of their partners, which no row's person has",
     ),
+    Equal(
+        "2186ba8723",
+        "58f20e8d55",
+        (
+            *("gaitval/datasets/plausible.py", "gaitval/prediction/unusual.py"),
+            *("gaitval/mocap/exchanges.py", "gaitval/mocap/recording.py"),
+            *("gaitval/mocap/separate_forces.py", "gaitval/reporting/report.py"),
+            *("gaitval/session/session.py", "gaitval/study/*.py"),
+            *("extras/gaitval_formats/batch_imports.py", "extras/gaitval_judge/command.py"),
+            *("extras/gaitval_measurement/correct.py", "extras/gaitval_measurement/measured.py"),
+            *("extras/gaitval_measurement/standing.py", "extras/gaitval_patients/records.py"),
+        ),
+        "what was written twice is written once: curves of imports of the sample and of WBDS01 "
+        "and everything of the 104 records of gps/ are equal to the last bit; tests/measurement, "
+        "tests/mocap, tests/patients, tests/study",
+    ),
 )
 """Oldest first."""
 
