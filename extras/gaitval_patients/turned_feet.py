@@ -19,6 +19,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.rotations import foot_angles
 from gaitval_patients.rolling_foot import POINTS, leg_frames
 from gaitval_patients.strides import Strides
 
@@ -42,31 +43,12 @@ def turned_feet(strides: Strides, told: GaitRecord, model: BodyModel) -> dict[Si
     stands = (phase > STANCE[0]) & (phase < STANCE[1])
     for side in SIDES:
         foot = leg_frames(told.angles, told.left_phase, model, side)
-        forward = foot[:, SEGMENTS.index(f"foot_{side[0]}"), :, 0]
-        inwards = np.arctan2(forward[:, 1], forward[:, 0]) * (1.0 if side == "right" else -1.0)
+        inwards = foot_angles(foot[:, SEGMENTS.index(f"foot_{side[0]}"), :3, :3], side)[:, 2]
         recorded = np.radians(strides.angles[f"foot_progression_{side[0]}"])
         recorded = np.interp(phase, np.linspace(0.0, 1.0, len(recorded)), recorded)
         turn = float(np.mean((inwards - recorded)[stands]))
         found[side] = float(np.clip(turn, -LARGEST, LARGEST))
     return found
-
-
-def pointing(foot: Array, side: Side) -> Array:
-    """Where a foot points, (T,) rad, positive with the toes towards the midline: what its Cardan
-    angles leave about the vertical after pitch and list, as Visual3D has it.
-
-    It does not turn round where the foot is tipped beyond the vertical, as the direction of its
-    axis seen from above does (`turned_feet` looks at that, but in stance, where both are one). On
-    strides of 22 people with Parkinson's disease it is nearer than that to the recorded one of the
-    recorded angles: 3.7 against 5.2 degrees.
-
-    Parameters
-    ----------
-    foot : (T, 3 or 4, 3 or 4) axes of the foot, in columns forward, left, up.
-    side : of the foot.
-    """
-    inwards = np.arctan2(foot[:, 1, 0], foot[:, 1, 1])
-    return np.asarray(inwards if side == "right" else -inwards)
 
 
 def with_turned_feet(model: BodyModel, turns: Mapping[Side, float]) -> BodyModel:

@@ -24,6 +24,7 @@ from gaitval.metrics.cycles import cut, find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
+from gaitval.model.rotations import foot_angles
 from gaitval.model.tree import segment_frames
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
@@ -36,7 +37,7 @@ from gaitval_patients.gentle_fit import gentle_reference
 from gaitval_patients.passive_foot import patient_record
 from gaitval_patients.records import Patient, two_sided
 from gaitval_patients.told import expected_record
-from gaitval_patients.turned_feet import pointing, turned_feet, with_turned_feet
+from gaitval_patients.turned_feet import turned_feet, with_turned_feet
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
@@ -85,14 +86,13 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
             continue
         curves = curves_of(task, rollout, cycles)
         frames = segment_frames(model, rollout.positions)
-        points = {
-            f"foot_progression_{side[0]}": cut(
-                pointing(frames[:, SEGMENTS.index(f"foot_{side[0]}")], side) - turn,
-                cycles.starts[side],
-                cycles.ends[side],
+        points = {}
+        for side, turn in turns.items():
+            foot = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :3, :3]
+            angle = foot_angles(foot, side)[:, 2] - turn
+            points[f"foot_progression_{side[0]}"] = cut(
+                angle, cycles.starts[side], cycles.ends[side]
             )
-            for side, turn in turns.items()
-        }
         for name, values in (curves.angles | points).items():
             angles.setdefault(name, []).append(np.degrees(values))
         for name, values in curves.moments.items():

@@ -13,7 +13,9 @@ from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVI
 from gaitval.gait.record import GaitRecord, LowPass
 from gaitval.metrics.cycles import GaitCycles, cut, filtered
 from gaitval.metrics.typed import Count, Number, Result, number
-from gaitval.model.rotations import pelvis_angles
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.rotations import foot_angles, pelvis_angles
+from gaitval.model.tree import segment_frames
 from gaitval.reference.motion import about_record
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
@@ -87,6 +89,16 @@ def simulated_curves(
         for index, name in enumerate(FORCES):
             curves.forces[f"{name}_{suffix}"] = force[..., index]
     return curves
+
+
+def foot_progression(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[str, Array]:
+    """`foot_angles`' progression of both feet of `model`, (n, 101) rad over `cycles`."""
+    found = {}
+    frames = segment_frames(model, rollout.positions)[:, :, :3, :3]
+    for side in SIDES:
+        angle = foot_angles(frames[:, SEGMENTS.index(f"foot_{side[0]}")], side)[:, 2]
+        found[f"foot_progression_{side[0]}"] = cut(angle, cycles.starts[side], cycles.ends[side])
+    return found
 
 
 def rms(difference: Array) -> float:

@@ -22,6 +22,7 @@ from gaitval.metrics.baselines import predicted_parts, skill
 from gaitval.metrics.comparison import (
     CurveError,
     compare_curve,
+    foot_progression,
     low_pass_of,
     rmse_of,
     simulated_curves,
@@ -410,7 +411,6 @@ def _statistics(
     """The statistics of whole curves; None with one cycle, which has no scatter."""
     if min(map(compared.cycles.count, SIDES)) < 2:
         return None
-    from gaitval.metrics.foot_progression import foot_progression
     from gaitval.metrics.walk_statistics import walk_statistics
 
     return walk_statistics(

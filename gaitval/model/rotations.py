@@ -1,9 +1,10 @@
-"""Cardan angles of the pelvis in the convention of the record."""
+"""Cardan angles of the pelvis and the feet in the convention of the record."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
+from gaitval.coordinates import Side
 
 
 def pelvis_rotation(tilt: Array, list_right: Array, rotation_right: Array) -> Array:
@@ -23,3 +24,13 @@ def pelvis_angles(rotation: Array) -> Array:
     """
     angles = Rotation.from_matrix(rotation).as_euler("YXZ")
     return np.asarray(angles * np.array([1.0, -1.0, 1.0]))
+
+
+def foot_angles(rotation: Array, side: Side) -> Array:
+    """Pitch (toes up +), list (sole towards the midline +) and progression (toes towards the
+    midline +) (N, 3) in rad of orientations `rotation` of a foot, foot to world, in the pelvis's
+    order, as the record has them. Seen from above, a foot almost upright in early swing points up
+    to 37 degrees elsewhere.
+    """
+    own = 1.0 if side == "right" else -1.0
+    return np.asarray(pelvis_angles(rotation) * np.array([-1.0, -own, own]))

@@ -13,9 +13,8 @@ from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
-from gaitval.metrics.comparison import rmse_of, simulated_curves
+from gaitval.metrics.comparison import foot_progression, rmse_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.foot_progression import foot_progression
 from gaitval.metrics.joint_power import BURSTS, burst_places
 from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
 from gaitval.metrics.norms import Norm, norms

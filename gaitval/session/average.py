@@ -15,7 +15,7 @@ from gaitval.gait.cycles import AverageCurve, Part, average
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import ANGLE_NAMES, RECORDED_ANGLES, REQUIRED_ANGLES
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.rotations import pelvis_angles
+from gaitval.model.rotations import foot_angles, pelvis_angles
 from gaitval.model.tree import segment_frames
 from gaitval.session.request import Request
 from gaitval.session.trial import WalkingTrial, valid_cycles
@@ -49,9 +49,11 @@ def side_angles(model: BodyModel, positions: Array, side: Side) -> dict[str, Arr
     found[f"pelvis_tilt_{suffix}"] = tilt
     found[f"pelvis_list_{suffix}"] = sign * list_right
     found[f"pelvis_rotation_{suffix}"] = sign * rotation_right
-    forward = segment_frames(model, positions)[:, SEGMENTS.index(f"foot_{suffix}"), :3, 0]
-    found[f"foot_pitch_{suffix}"] = np.arcsin(forward[:, 2])
-    found[f"foot_progression_{suffix}"] = sign * np.arctan2(forward[:, 1], forward[:, 0])
+    foot = segment_frames(model, positions)[:, SEGMENTS.index(f"foot_{suffix}"), :3, :3]
+    for name, angle in zip(
+        ("pitch", "list", "progression"), foot_angles(foot, side).T, strict=True
+    ):
+        found[f"foot_{name}_{suffix}"] = angle
     return found
 
 

@@ -7,9 +7,8 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record
 
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord, LowPass
-from gaitval.metrics.comparison import simulated_curves
+from gaitval.metrics.comparison import foot_progression, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.foot_progression import foot_progression
 from gaitval.metrics.healthy_bands import adult_bands, bands_beside, healthy_bands
 from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
@@ -116,9 +115,9 @@ def test_one_cycle_has_no_statistics():
     assert _statistics(one) is None
 
 
-def test_feet_are_seen_from_above():
+def test_feet_turn_with_the_walk():
     """Both feet of a walk that is turned to the left by 0.2 rad point 0.2 rad more to the left,
-    which is towards the midline for the right one only."""
+    which is towards the midline for the right one only, while they are flat on the ground."""
     configuration = sharp_filter(cycles=5, start_phases=(0.0,))
     walk = perfect_walk(RECORD, cycles=8.0)
     cycles = find_cycles(walk, configuration).first(4)
@@ -129,7 +128,7 @@ def test_feet_are_seen_from_above():
     turned = foot_progression(replace(walk, positions=positions), cycles, MODEL)
     for side, sign in (("r", 1.0), ("l", -1.0)):
         key = f"foot_progression_{side}"
-        assert np.allclose(turned[key] - straight[key], sign * 0.2, atol=1e-6)
+        assert np.allclose((turned[key] - straight[key])[:, 15:25], sign * 0.2, atol=0.02)
 
 
 def test_all_curves_of_a_simulated_walk_are_there():
