@@ -20,7 +20,7 @@ import pandas as pd
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.gait_values import MeanCurves
+from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import RecordError
 from gaitval.gait.record import (
     ANGLE_NAMES,

@@ -35,11 +35,12 @@ from scipy.optimize import minimize_scalar
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.gait_values import MeanCurves, gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN
+from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import RecordError
+from gaitval_curves.gait_values import gait_values
 from gaitval_curves.wbds_files import (
     MOMENT_SEAM,
     number_in,

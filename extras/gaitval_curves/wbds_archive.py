@@ -22,12 +22,13 @@ import pandas as pd
 from gaitval import file_gate, wings
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.gait_values import MeanCurves, gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import MARKERS, Subject, make_subject
+from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import GaitvalError, RecordError
 from gaitval.mocap.mot import read_ground_reaction
 from gaitval.mocap.reading import read_recording
+from gaitval_curves.gait_values import gait_values
 from gaitval_curves.wbds import CITATION, FURTHER_TRIALS, LICENCE, left_phase_from_force
 from gaitval_curves.wbds_files import (
     MOMENT_SEAM,

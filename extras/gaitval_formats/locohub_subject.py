@@ -12,8 +12,8 @@ from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
-from gaitval.datasets.gait_values import MeanCurves, gait_values
 from gaitval.datasets.subject import Subject, make_subject
+from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError
 from gaitval.gait.mean_curves import stance_fraction
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
@@ -183,7 +183,7 @@ def _trial_values(
     stance = given.stance
     if not curves.forces and stance is None:
         stance = _stance(trial.curves(mass))
-    values = gait_values(curves, where, stance)
+    values = wings.load(wings.PARTS, "gait_values")(curves, where, stance)
     tell(f"{where}: {trial.count} cycles, {curves.in_words()}")
     for note in left_out:
         tell(f"{where}: {note}")

@@ -55,7 +55,6 @@ def pair_grids(pairs: Sequence[Pair]) -> list[dict[str, Any]]:
                             height=1.27 if name == "kinematics" else 1.6,
                             figure_name=f"pair-{number}-{name}",
                             words=("before", "now"),
-                            norm=grids.ADULTS if _has_adults(pair.now) else grids.CHILDREN,
                             linked=False,
                         )
                     )
@@ -93,11 +92,10 @@ def _panel(
         curves.append(DrawnCurve(side, second, None if own is None else own.std(axis=0), own))
         if key in before and own is not None:
             regions[side] = differing(before, now, key)
-    norm = normal.get(name)
     return Panel(
         name,
         tuple(curves),
-        None if norm is None else (norm.mean, norm.sd),
+        normal.get(name),
         regions=regions,
     )
 
@@ -133,7 +131,3 @@ def _mean(walk: StoredWalk, kind: str, key: str) -> Array | None:
 def _norms(walk: StoredWalk) -> Mapping[str, Norm]:
     path = walk.folder / "subject.toml"
     return norms(load_subject(path)) if path.is_file() else {}
-
-
-def _has_adults(walk: StoredWalk) -> bool:
-    return "parameter/cadence" in _norms(walk)

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from gaitval.arrays import Array
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
+from gaitval.metrics.norms import Norm
 from gaitval.metrics.tolerances import Verdict
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
@@ -107,7 +108,9 @@ def _drawings(found: Judgement) -> dict[str, list[Markup]]:
     if found.gait is not None:
         stance = dict(found.gait.stance_fraction)
     bands = {
-        f"moments/{name[:-2]}": (0.5 * (band.low + band.high), 0.5 * (band.high - band.low))
+        f"moments/{name[:-2]}": Norm(
+            0.5 * (band.low + band.high), 0.5 * (band.high - band.low), people=0
+        )
         for name, band in found.band.items()
     }
     drawn: dict[str, list[Markup]] = {}

@@ -74,7 +74,7 @@ class LeftStrike(NamedTuple):
 def left_strike(angles: dict[str, PeriodicCurve], prior: float, prior_sd: float) -> LeftStrike:
     """Phase of the right cycle at left heel strike, from both sides' curves of the one pelvis.
 
-    As `datasets.gait_values.left_phase`, but of single strides, which may be of two trials, and of
+    As `left_phase` of `gaitval_curves`, but of single strides, which may be of two trials, and of
     people whose steps are unequal: the shift with the least sum of squares in `LEFT_PHASE`, with
     what feet say beforehand as a `prior` with its standard deviation. A pelvis that hardly moves
     leaves the prior.

@@ -29,6 +29,7 @@ class Norm(NamedTuple):
 
     Attributes
     ----------
+    people : 0 if it is not known.
     beyond : whether the person's speed is outside theirs.
     """
 

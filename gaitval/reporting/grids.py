@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.metrics.joint_power import BURSTS
+from gaitval.metrics.norms import Norm
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
@@ -77,9 +78,6 @@ _ANGLES: Final = {
 _FORCES: Final = {"forward": "Forward", "medial": "Medial", "vertical": "Vertical"}
 _JOINTS: Final = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 
-ADULTS: Final = "healthy adults at this speed and age, ± SD"
-CHILDREN: Final = "typically developing children, free speed, ± SD"
-
 Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
 
@@ -99,7 +97,7 @@ class Panel(NamedTuple):
 
     Attributes
     ----------
-    norm : mean and SD between healthy people, if there is one.
+    norm : of healthy people, if there is one.
     toe_off : % of the cycle, by side.
     regions : first and last % where curves differ by a test, by side.
     bursts : their names and place in the cycle, %.
@@ -108,7 +106,7 @@ class Panel(NamedTuple):
 
     name: str
     curves: tuple[DrawnCurve, ...] = ()
-    norm: tuple[Array, Array] | None = None
+    norm: Norm | None = None
     toe_off: Mapping[Side, float] = {}
     regions: Mapping[Side, Sequence[tuple[float, float]]] = {}
     bursts: Mapping[str, float] = {}
@@ -144,11 +142,12 @@ def grid(
     height: float,
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
-    norm: str = ADULTS,
+    norm: str = "",
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
-    by `words`, the band by `norm`. `linked` panels show the moment of the replay.
+    by `words`, the band by `norm`, or by whose it is. `linked` panels show the moment of the
+    replay.
     """
     with new_figure(height * len(panels) + 0.45, placed=True) as figure:
         every = _subplots(figure, panels)
@@ -204,7 +203,7 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
             columns[f"{key}_{'mean' if curve.which == 'walk' else 'record'}"] = curve.mean
             columns[f"{key}_sd"] = curve.sd
         if panel.norm is not None:
-            columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm
+            columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm[:2]
     return table(columns)
 
 
@@ -221,8 +220,8 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
         handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
     if any(each.strides is not None for panel in panels for each in panel.curves):
         handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
-    if any(panel.norm is not None for panel in panels):
-        handles.append(Patch(facecolor=BAND_COLOUR, label=norm))
+    if bands := [panel.norm for panel in panels if panel.norm is not None]:
+        handles.append(Patch(facecolor=BAND_COLOUR, label=norm or _healthy(bands)))
     if any(found for panel in panels for found in panel.regions.values()):
         bar = Line2D([], [], color="#606060", linewidth=2.0)
         bar.set_label(f"{words[1]} differs from {words[0]}")
@@ -232,6 +231,17 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
         dotted.set_label("toe-off")
         handles.append(dotted)
     return handles
+
+
+def _healthy(bands: Sequence[Norm]) -> str:
+    """Whose bands they are."""
+    people = sorted({norm.people for norm in bands})
+    if not people[0]:
+        return "typically developing children, free speed, ± SD"
+    count = "–".join(str(each) for each in dict.fromkeys((people[0], people[-1])))
+    if any(norm.beyond for norm in bands):
+        return f"{count} healthy adults of this age, at this speed or their nearest to it, ± SD"
+    return f"{count} healthy adults at this speed and age, ± SD"
 
 
 def _look(which: Which, side: Side | None) -> dict[str, Any]:
@@ -256,7 +266,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         return
     axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
     if panel.norm is not None:
-        mean, sd = panel.norm
+        mean, sd, *_ = panel.norm
         band(axes, mean, sd, color=BAND_COLOUR, zorder=0)
     for side, percent in panel.toe_off.items():
         colour = COLOURS[side]

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
+from gaitval.metrics.norms import Norm
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_COLOUR
 from gaitval.reporting.grids import DrawnCurve, Panel
@@ -44,7 +45,7 @@ def curve_rows(
     *,
     layout: Sequence[Sequence[str]] = (),
     factor: float = 1.0,
-    norms: Mapping[str, tuple[Array, Array]] | None = None,
+    norms: Mapping[str, Norm] | None = None,
     strides: Mapping[str, Array] | None = None,
 ) -> list[list[Panel]]:
     """The rows of a grid of recorded curves: those of `layout` ("kind/curve") that were recorded in
@@ -56,7 +57,7 @@ def curve_rows(
         or "_l"; a name without a side is drawn in black.
     stance_fraction : toe-off of each side as a fraction of its gait cycle; NaN if not known.
     factor : of curves and strides, to the unit of the grid.
-    norms : mean and SD by "kind/curve", in the unit of the grid.
+    norms : by "kind/curve", in the unit of the grid.
     strides : (n, 101) by "kind/curve_r".
     """
     norms, strides, here = norms or {}, strides or {}, curve_names(curves)

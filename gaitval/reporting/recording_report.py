@@ -15,10 +15,9 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
-from gaitval.datasets.plausible import ADULT
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.joint_power import JOINTS, joint_power
-from gaitval.metrics.norms import norms_at
+from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.recording_limits import State
 from gaitval.metrics.typed import array, sided
 from gaitval.reporting import grids
@@ -341,10 +340,9 @@ def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
 
 def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
     """What draws each figure, its table, and the names of the figures of each section."""
-    normal = {}
+    normal: Mapping[str, Norm] = {}
     if summary.leg_length is not None and np.isfinite(summary.walking_speed):
-        found = norms_at(summary.walking_speed, summary.leg_length, summary.age)
-        normal = {name: (norm.mean, norm.sd) for name, norm in found.items()}
+        normal = norms_at(summary.walking_speed, summary.leg_length, summary.age)
     rows = partial(
         figures.curve_rows,
         stance_fraction=summary.stance_fraction,
@@ -361,7 +359,6 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
         "forces": rows(summary.forces, kind="forces", factor=100.0),
     }
     every = {kind: each for kind, each in every.items() if each}
-    children = summary.age is not None and summary.age < ADULT
     drawings: dict[str, Draw] = {
         kind: partial(
             grids.grid,
@@ -369,7 +366,6 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
             height=1.5,
             figure_name=kind,
             words=("trunk", "recorded"),
-            norm=grids.CHILDREN if children else grids.ADULTS,
             linked=False,
         )
         for kind, each in every.items()

@@ -105,7 +105,6 @@ def figures(
             each,
             height=heights.get(name, 1.6),
             figure_name=name,
-            norm=grids.ADULTS if "parameter/cadence" in normal else grids.CHILDREN,
         )
         for name, each in rows.items()
     }
@@ -137,12 +136,11 @@ def _panel(
                     found = metrics.curve_statistics.curves.of(each).get(key)
                     regions[side] = [(r.first, r.last) for r in found.regions] if found else []
     known = [f"{each:.2f}" if kind == "moments" else f"{each:.1f}" for each in errors if each]
-    norm = normal.get(name)
     stance = metrics.record.spatiotemporal
     return Panel(
         name,
         tuple(curves),
-        None if norm is None else (norm.mean, norm.sd),
+        normal.get(name),
         {side: 100.0 * getattr(stance, f"stance_fraction_{side}") for side in SIDES},
         regions,
         _bursts(metrics, curve) if kind == "power" else {},

@@ -115,7 +115,11 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "parameters": _parameters(metrics, subject),
         "doubts": list(_doubts(metrics, failed))[:DOUBTS],
         **_profile(metrics),
-        "adult": "parameter/cadence" in norms(subject),
+        "people": [
+            Cell(norm.people, 0, f"norms#{name}/people")
+            for name in ("parameter/cadence", "parameter/stance_fraction")
+            if (norm := norms(subject).get(name)) is not None
+        ],
     }
 
 

@@ -1,6 +1,7 @@
 """Grids of curves: both sides, record, walk, norm and events."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from report_run import build_run
 
 from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import figures, grids, run_grids
 from gaitval.reporting.drawing import drawn
@@ -92,3 +94,30 @@ def test_a_curve_without_a_side_is_black() -> None:
     svg = drawn(lambda: grids.grid(panels, height=1.5, figure_name="one", words=("trunk", "x")))
     assert "<!-- trunk -->" in svg
     assert "<!-- Lumbar extension -->" in svg
+
+
+def test_the_band_says_of_how_many_people_it_is_and_whether_they_walk_so_slowly() -> None:
+    """The fewest and the most of a grid's panels; beyond their speeds the band is the nearest."""
+    normal = norms_at(1.1, 0.9, 40.0)
+    assert _legend(normal) == "10–41 healthy adults at this speed and age, ± SD"
+    assert _legend({"moments": normal["moments/knee_angle"]}) == (
+        "10 healthy adults at this speed and age, ± SD"
+    )
+    slow = norms_at(0.6, 0.9, 40.0)
+    assert _legend({"angles": slow["angles/knee_angle"]}) == (
+        "41 healthy adults of this age, at this speed or their nearest to it, ± SD"
+    )
+    assert _legend(norms_at(1.1, 0.6, 8.0)) == "typically developing children, free speed, ± SD"
+
+
+def _legend(normal: Mapping[str, Norm]) -> str:
+    """What the legend calls the bands of angles, moments, forces and power in `normal`."""
+    curves = (DrawnCurve("right", WAVE),)
+    panels = [
+        Panel("angles/knee_angle", curves, norm)
+        for name, norm in normal.items()
+        if name.startswith(("angles", "moments", "forces", "power"))
+    ]
+    svg = drawn(lambda: grids.grid([panels], height=1.5, figure_name="one"))
+    (found,) = re.findall("<!-- (.*±.*) -->", svg)
+    return found

@@ -1,15 +1,15 @@
-"""Mean curves of one trial, and what a subject takes from them."""
+"""What a subject takes from the mean curves of a trial."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES
 from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
+from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
@@ -26,38 +26,6 @@ _PHASE: Final = np.arange(SAMPLES) / (SAMPLES - 1)
 
 PELVIS_MISMATCH: Final = float(np.radians(2.0))
 """rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
-
-
-@dataclass(frozen=True)
-class MeanCurves:
-    """Mean curves of one trial (101,), in the convention of `GaitRecord`.
-
-    Attributes
-    ----------
-    angles : rad.
-    moments : Nm/kg; empty if none were given.
-    forces : body weights, (101, 3) of each side; empty likewise.
-    seam : rows whose moments are not to be trusted.
-    left_out : names of the columns that are no curves.
-    """
-
-    angles: Mapping[str, Array]
-    moments: Mapping[str, Array]
-    forces: Mapping[Side, Array]
-    seam: tuple[int, ...] = ()
-    left_out: tuple[str, ...] = ()
-
-    def in_words(self) -> str:
-        """What was read, and what was left out."""
-        sides = sorted({name[-1] for name in self.angles}, reverse=True)
-        both = " and ".join({"r": "right", "l": "left"}[side] for side in sides)
-        kinds = [f"{len(self.angles)} angles"]
-        kinds.append(f"{len(self.moments)} moments (Nm/kg)" if self.moments else "no moments")
-        forces = 3 * len(self.forces)
-        kinds.append(f"{forces} forces (body weights)" if forces else "no forces")
-        shown = [*self.left_out[:6], *(["…"] if len(self.left_out) > 6 else [])]
-        rest = f"; left out: {', '.join(shown)}" if shown else ""
-        return f"{both}, {', '.join(kinds)}{rest}"
 
 
 def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
