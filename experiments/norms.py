@@ -9,8 +9,8 @@ at every percent of the cycle, and the standard deviation between people that it
 * angles: `gps/strides.csv`, a stride a side of 41 people over ground at their own speed (WBDS);
 * cadence and step length: `wbds/h2a_allspeeds_43subs.csv`, 43 people at six speeds of a
   treadmill, with the square of the speed; own speed over ground (41 people) on age alone;
-* moments, power, ground reaction, stance and double support: the ten built-in people, on speed
-  alone, with the forces of each scaled so that their mean carries the body.
+* moments, power, ground reaction, stance and double support: both sides of the ten built-in
+  people, on speed alone, with the forces of each scaled so that their mean carries the body.
 """
 
 import argparse
@@ -100,15 +100,18 @@ def rows(data: Path) -> Iterator[list[str]]:
 
 def _of_built_in() -> Iterator[list[str]]:
     subjects = [load_subject(name) for name in BUILT_IN]
-    speed = np.array([dimensionless_speed(each) for each in subjects])
+    speed = np.repeat([dimensionless_speed(each) for each in subjects], len(SIDES))
+    person = np.repeat(np.arange(len(subjects)), len(SIDES))
     found = [_kinetics(each) for each in subjects]
     for name in found[0]:
-        values = np.array([each[name] for each in found])
-        yield from _lines(name, fitted(values, speed), speed, 4)
+        # the band stands behind curves of one side: what sides differ by is in its SD
+        values = np.concatenate([each[name] for each in found])
+        kept = fitted(values, speed, person=person)
+        yield from _lines(name, kept, speed, 4, len(subjects))
 
 
 def _kinetics(subject: Subject) -> dict[str, np.ndarray]:
-    """Means of both sides, with forces whose mean carries the body."""
+    """Of both sides (2, ...), with forces whose mean carries the body."""
     record = subject.record()
     curves = recorded_curves(record)
     vertical = sum(curves.forces[f"vertical_{side[0]}"][:-1].mean() for side in SIDES)
@@ -122,12 +125,12 @@ def _kinetics(subject: Subject) -> dict[str, np.ndarray]:
         **{f"power/{name}": (power.power, name) for name in JOINTS},
     }
     found = {
-        key: 0.5 * sum(np.asarray(kind[f"{name}_{side[0]}"], dtype=float) for side in SIDES)
+        key: np.array([kind[f"{name}_{side[0]}"] for side in SIDES], dtype=float)
         for key, (kind, name) in every.items()
     }
-    right, left = (record.stance_fraction[side] for side in SIDES)
-    found["parameter/stance_fraction"] = np.array(0.5 * (right + left))
-    found["parameter/double_support_fraction"] = np.array(right + left - 1.0)
+    stance = np.array([record.stance_fraction[side] for side in SIDES])
+    found["parameter/stance_fraction"] = stance
+    found["parameter/double_support_fraction"] = np.repeat(stance.sum() - 1.0, len(SIDES))
     return found
 
 

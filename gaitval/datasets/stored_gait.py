@@ -18,6 +18,7 @@ from gaitval.gait.record import (
     Number,
     OneSide,
     PeriodicCurve,
+    Steps,
     StoredPart,
 )
 
@@ -79,6 +80,8 @@ class Gait(StoredPart):
     total_force: Force | None = None
     """On both feet together, over the right side's cycle: what the motion of the centre of mass
     needs, by markers alone. None if that is not known."""
+    steps: Steps | None = None
+    """None if they were not measured, or not on both sides."""
 
     @field_validator("angles", "moments")
     @classmethod

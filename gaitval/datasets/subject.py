@@ -283,6 +283,7 @@ class Subject(Displayed, StoredPart):
             low_pass=None
             if self.low_pass is None
             else LowPass(self.low_pass.moments_hz, self.low_pass.forces_hz),
+            steps=self.gait.steps,
         )
 
     def to_toml(self) -> str:

@@ -85,6 +85,8 @@ def _gait_lines(gait: Any, where: str) -> list[str]:
         lines.append(_value_line("not_recorded", gait.not_recorded))
     if gait.mirrored:
         lines.append(_value_line("mirrored", gait.mirrored))
+    if gait.steps is not None:
+        lines.append(_value_line("steps", gait.steps.model_dump()))
     lines += ["", f"[{where}.angles]"]
     lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
     forces = {"total_force": gait.total_force}

@@ -233,6 +233,7 @@ class GaitRecord:
         that foot in world axes: forward, left, up. They are fitted to stance only and are
         meaningless in swing: evaluate them with `ground_reaction`, which is zero there.
     low_pass : filters applied to moments and forces before they were averaged; None if not known.
+    steps : None if they were not measured.
     """
 
     speed: float
@@ -243,6 +244,7 @@ class GaitRecord:
     moments: Mapping[str, PeriodicCurve]
     forces: Mapping[Side, tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]]
     low_pass: LowPass | None = None
+    steps: "Steps | None" = None
 
     def ground_reaction(self, side: Side, phase: ArrayLike) -> Array:
         """Ground reaction on one foot, body weights, shape (*phase.shape, 3), world axes.
@@ -292,6 +294,14 @@ class Curve(StoredPart):
     def periodic(self) -> PeriodicCurve:
         """The curve as a function of phase."""
         return PeriodicCurve(self.mean, self.cosine, self.sine)
+
+
+class Steps(StoredPart):
+    """Mean length of the steps that end with each foot's heel strike, and their width, m."""
+
+    right: Number
+    left: Number
+    width: Number
 
 
 class Force(StoredPart):

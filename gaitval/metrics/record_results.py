@@ -56,6 +56,8 @@ class RecordedFigures(Result):
     double_support_fraction: Number
     step_length_right: Number
     step_length_left: Number
+    step_width: Number | None = None
+    """None if steps were not measured; their lengths then follow from speed and time."""
 
 
 _QUANTITY, _QUANTITIES = named(QUANTITIES)

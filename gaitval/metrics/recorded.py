@@ -45,7 +45,7 @@ def by_kind(curves: Curves) -> dict[Kind, dict[str, Array]]:
 def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> RecordResult:
     """The part of `metrics.json` about `record`; `subject` has the corrections of its plates."""
     phase = np.arange(1000) / 1000
-    stride = record.speed * record.stride_time
+    stride, steps = record.speed * record.stride_time, record.steps
     # phases of the right cycle at which each foot is in stance; the left one starts at left_phase
     right_on = phase <= record.stance_fraction["right"]
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
@@ -74,9 +74,10 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
             stance_fraction_right=record.stance_fraction["right"],
             stance_fraction_left=record.stance_fraction["left"],
             double_support_fraction=float((right_on & left_on).mean()),
-            # both feet land equally far ahead of the body: see tolerances.toml, step-length
-            step_length_right=stride * (1.0 - record.left_phase),
-            step_length_left=stride * record.left_phase,
+            # unmeasured: both feet land equally far ahead of the body (limit step-length)
+            step_length_right=steps.right if steps else stride * (1.0 - record.left_phase),
+            step_length_left=steps.left if steps else stride * record.left_phase,
+            step_width=steps.width if steps else None,
         ),
         left_phase=record.left_phase,
         consistency=consistency(record),

@@ -88,5 +88,7 @@ def spread_of_falls(falls: int, walks: int) -> Spread:
     """The spread of a number of `falls` in `walks`: walks without a fall, and the interval of how
     many of as many new walks would fall.
     """
-    low, high = (walks * end for end in share_interval(falls, walks))
+    # Jeffreys' prior of the share
+    later = stats.betabinom(walks, falls + 0.5, walks - falls + 0.5)
+    low, high = later.ppf([0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE])
     return Spread(repeats=walks, kept=walks - falls, low=low, high=high, close=False)

@@ -206,7 +206,7 @@ def _spatiotemporal(
                 unit=unit,
                 mean=number(mean),
                 sd=number(deviation),
-                recorded=getattr(recorded, name, None),
+                recorded=getattr(recorded, name),
             )
         )
     return rows

@@ -240,8 +240,8 @@ def _healthy(bands: Sequence[Norm]) -> str:
         return "typically developing children, free speed, ± SD"
     count = "–".join(str(each) for each in dict.fromkeys((people[0], people[-1])))
     if any(norm.beyond for norm in bands):
-        return f"{count} healthy adults of this age, at this speed or their nearest to it, ± SD"
-    return f"{count} healthy adults at this speed and age, ± SD"
+        return f"{count} healthy adults at this speed or their nearest to it, ± SD"
+    return f"{count} healthy adults at this speed, ± SD"
 
 
 def _look(which: Which, side: Side | None) -> dict[str, Any]:

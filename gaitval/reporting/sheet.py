@@ -109,11 +109,11 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "repeats": _repeats(metrics),
         "failed": [_failed(metrics, role, each) for role, each in failed[:FAILED_SHOWN]],
         "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
-        "known": [name for name, by in metrics.told.items() if by],
+        "known": ["speed", *(name for name, by in metrics.told.items() if by)],
         "held_out": [name for name in metrics.recorded if not metrics.told[name]],
         "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
-        "doubts": list(_doubts(metrics, failed))[:DOUBTS],
+        "doubts": list(_doubts(metrics, subject, failed))[:DOUBTS],
         **_profile(metrics),
         "people": [
             Cell(norm.people, 0, f"norms#{name}/people")
@@ -248,7 +248,9 @@ def _profile(metrics: Metrics) -> dict[str, object]:
     return {"profile": shown, "least": SMALLEST_DIFFERENCE}
 
 
-def _doubts(metrics: Metrics, failed: Sequence[tuple[str, LimitVerdict]]) -> Iterator[Doubt]:
+def _doubts(
+    metrics: Metrics, subject: Subject, failed: Sequence[tuple[str, LimitVerdict]]
+) -> Iterator[Doubt]:
     """All that speaks against trusting the verdict, the gravest first: what decides it, what it
     compares with, and what the record itself lacks.
     """
@@ -282,7 +284,8 @@ def _doubts(metrics: Metrics, failed: Sequence[tuple[str, LimitVerdict]]) -> Ite
             "guess",
             {k: Cell(v, 0, f"{METRICS}#/measures", f"{k} skills") for k, v in cells.items()},
         )
-    yield Doubt("one cycle")
+    if not subject.uncertainty:  # an import keeps how much the strides differ
+        yield Doubt("one cycle")
     if metrics.identification is not None:
         verdicts = metrics.identification.verdicts
         cells = {"identified": verdicts.count("identified"), "all": len(verdicts)}

@@ -22,7 +22,7 @@ from gaitval.gait.mean_curves import (
     mean_vertical_force,
     stance_fraction,
 )
-from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, fit_periodic
+from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, Steps, fit_periodic
 from gaitval.model.body import BodyModel
 from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.average import largest_drift, left_open
@@ -80,7 +80,12 @@ def subject_of(found: Import) -> Subject:
             right=stance["right"], left=stance["left"], mirrored=_mirrored_stance(both)
         ),
         "gait": _mean_gait(both, stance, where).model_copy(
-            update={"total_force": total_force(body.model, found.trials)}
+            update={
+                "total_force": total_force(body.model, found.trials),
+                "steps": None
+                if "angles" in both.mirrored | both.not_recorded
+                else steps(found.trials),
+            }
         ),
         "low_pass": {
             "moments_hz": found.processing.moment_force_cutoff_hz,
@@ -141,6 +146,21 @@ def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str)
         forces=Forces(right=fitted.get("right"), left=fitted.get("left")),
         **sides,
     )
+
+
+def steps(walks: Sequence[WalkingTrial]) -> Steps | None:
+    """The mean steps of all `walks`; None without a step of each foot."""
+    found = {
+        (name, side): np.concatenate([getattr(walk.gait[side], name) for walk in walks])
+        for name in ("step_length", "step_width")
+        for side in SIDES
+    }
+    if any(not np.isfinite(values).any() for values in found.values()):
+        return None
+    mean = {key: float(np.nanmean(values)) for key, values in found.items()}
+    right, left = (mean["step_length", side] for side in SIDES)
+    width = 0.5 * sum(mean["step_width", side] for side in SIDES)
+    return Steps(right=right, left=left, width=width)
 
 
 def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None:

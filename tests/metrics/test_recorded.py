@@ -1,11 +1,14 @@
 """What a run stores of the record itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_walk import LEFT_PHASE, SPEED, STANCE, STRIDE_TIME, synthetic_record
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.gait.record import Steps
 from gaitval.metrics.recorded import by_kind, from_kinds, recorded_part
 from gaitval.metrics.typed import array
 
@@ -48,6 +51,14 @@ def test_the_timing_of_a_record():
     assert found.double_support_fraction == pytest.approx(0.08 + 0.14, abs=0.0021)
     assert found.step_length_left == pytest.approx(LEFT_PHASE * stride)
     assert found.step_length_right == pytest.approx((1.0 - LEFT_PHASE) * stride)
+    assert found.step_width is None
+
+
+def test_steps_that_were_measured_are_not_made_from_time():
+    steps = Steps(right=0.70, left=0.55, width=0.11)
+    found = recorded_part(replace(RECORD, steps=steps)).spatiotemporal
+    assert (found.step_length_right, found.step_length_left) == (0.70, 0.55)
+    assert found.step_width == 0.11
 
 
 def test_power_and_centre_of_mass_go_with_the_record():

@@ -99,13 +99,13 @@ def test_a_curve_without_a_side_is_black() -> None:
 def test_the_band_says_of_how_many_people_it_is_and_whether_they_walk_so_slowly() -> None:
     """The fewest and the most of a grid's panels; beyond their speeds the band is the nearest."""
     normal = norms_at(1.1, 0.9, 40.0)
-    assert _legend(normal) == "10–41 healthy adults at this speed and age, ± SD"
+    assert _legend(normal) == "10–41 healthy adults at this speed, ± SD"
     assert _legend({"moments": normal["moments/knee_angle"]}) == (
-        "10 healthy adults at this speed and age, ± SD"
+        "10 healthy adults at this speed, ± SD"
     )
     slow = norms_at(0.6, 0.9, 40.0)
     assert _legend({"angles": slow["angles/knee_angle"]}) == (
-        "41 healthy adults of this age, at this speed or their nearest to it, ± SD"
+        "41 healthy adults at this speed or their nearest to it, ± SD"
     )
     assert _legend(norms_at(1.1, 0.6, 8.0)) == "typically developing children, free speed, ± SD"
 

@@ -66,6 +66,25 @@ def test_the_subject_has_what_was_said_of_a_prosthesis(found):
     assert subject_of(found).prosthesis is None
 
 
+def test_the_subject_has_the_steps_that_were_measured(found, tmp_path):
+    """Of each foot, not half a stride each: a person may step further with one."""
+    gait = {
+        side: replace(walk.gait[side], step_length=walk.gait[side].step_length + longer)
+        for walk in found.trials
+        for side, longer in (("right", 0.05), ("left", -0.05))
+    }
+    uneven = replace(found, trials=tuple(replace(walk, gait=gait) for walk in found.trials))
+    write_subject(tmp_path, subject_of(uneven))
+    steps = load_subject(str(tmp_path / "subject.toml")).record().steps
+    for side, longer in (("right", 0.05), ("left", -0.05)):
+        mean = np.nanmean(found.trials[0].gait[side].step_length)
+        assert getattr(steps, side) == pytest.approx(mean + longer, abs=1e-5)
+    stride = found.trials[0].gait["right"].stride_length
+    assert steps.right + steps.left == pytest.approx(np.nanmean(stride), abs=0.02)
+    width = [np.nanmean(found.trials[0].gait[side].step_width) for side in SIDES]
+    assert steps.width == pytest.approx(np.mean(width), abs=1e-5)
+
+
 @pytest.mark.parametrize("side", SIDES)
 def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     """Nothing of it is in the file, and the file says so; the walker is asked to be symmetric."""
@@ -78,6 +97,7 @@ def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     assert subject.gait.forces.of(hidden) is None
     assert subject.stance_fraction.of(hidden) is None
     assert subject.mean_vertical_force is None
+    assert subject.gait.steps is None
     for kind in ("angles", "kinetics", "stance"):
         assert subject.origin(hidden, kind) == "expected"
         assert subject.origin(side, kind) == "recorded"
