@@ -652,6 +652,7 @@ def load_configuration(
         cannot be read.
     """
     values: dict[str, Any] = {}
+    settings = [settings] if isinstance(settings, str) else settings
     if path is not None:
         named = NAMED / f"{path}.toml"
         file = named if named.is_file() and not Path(path).is_file() else Path(path)

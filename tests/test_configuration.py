@@ -201,3 +201,7 @@ def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path, monkeypatch):
         load_configuration(Path("papr"))
     (tmp_path / "paper").write_text("seed = 3\n")  # a file goes before a name
     assert load_configuration(Path("paper")).seed == 3
+
+
+def test_one_setting_need_not_be_a_list():
+    assert load_configuration(settings="seed=7").seed == 7

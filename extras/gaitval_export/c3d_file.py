@@ -11,11 +11,11 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.inverse.marked_body import marker_positions
-from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Recording
 from gaitval_export.c3d_writing import write_c3d
+from gaitval_export.ground_wrenches import ground_wrenches
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
 

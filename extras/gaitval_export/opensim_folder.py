@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.opensim.coordinates import (
@@ -16,6 +15,7 @@ from gaitval.opensim.coordinates import (
 )
 from gaitval.opensim.motion import write_external_loads, write_ground_reaction, write_motion
 from gaitval.opensim.osim import write_osim
+from gaitval_export.ground_wrenches import ground_wrenches
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
 

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED, COORDINATES
@@ -21,7 +22,6 @@ from gaitval.identification.prior import prior_sd
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.ground_wrenches import ground_wrenches
 from gaitval.mocap.force_plates import UNLOADED_N, make_plate, plate_axes
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Plate, Recording
@@ -249,7 +249,7 @@ def _on_belts(
     away = np.zeros((len(time), 3))
     away[:, 0], away[:, 1] = start + speed * time, positions[:, 4].mean()
     positions[:, 3:6] -= away
-    wrenches = ground_wrenches(walk, task)[rows]
+    wrenches = wings.load(wings.PARTS, "ground_wrenches")(walk, task)[rows]
     # the smooth contact law acts a centimetre above the ground already, which no plate feels
     wrenches[wrenches[..., 2] < UNLOADED_N] = 0.0
     plates = []

@@ -14,11 +14,11 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
     Curve,
     Force,
+    MeanSteps,
     Mirrored,
     Number,
     OneSide,
     PeriodicCurve,
-    Steps,
     StoredPart,
 )
 
@@ -80,7 +80,7 @@ class Gait(StoredPart):
     total_force: Force | None = None
     """On both feet together, over the right side's cycle: what the motion of the centre of mass
     needs, by markers alone. None if that is not known."""
-    steps: Steps | None = None
+    steps: MeanSteps | None = None
     """None if they were not measured, or not on both sides."""
 
     @field_validator("angles", "moments")

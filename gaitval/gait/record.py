@@ -244,7 +244,7 @@ class GaitRecord:
     moments: Mapping[str, PeriodicCurve]
     forces: Mapping[Side, tuple[PeriodicCurve, PeriodicCurve, PeriodicCurve]]
     low_pass: LowPass | None = None
-    steps: "Steps | None" = None
+    steps: "MeanSteps | None" = None
 
     def ground_reaction(self, side: Side, phase: ArrayLike) -> Array:
         """Ground reaction on one foot, body weights, shape (*phase.shape, 3), world axes.
@@ -296,7 +296,7 @@ class Curve(StoredPart):
         return PeriodicCurve(self.mean, self.cosine, self.sine)
 
 
-class Steps(StoredPart):
+class MeanSteps(StoredPart):
     """Mean length of the steps that end with each foot's heel strike, and their width, m."""
 
     right: Number

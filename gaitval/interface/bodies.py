@@ -2,6 +2,7 @@
 
 from gaitval.datasets.subject import Subject
 from gaitval.errors import RecordError
+from gaitval.interface.arguments import expect
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.scaling.marker_sets import recognise
 from gaitval.scaling.scaling import scale_subject
@@ -41,6 +42,8 @@ def scale(subject: Subject, *, symmetric: bool = True) -> MarkedBody:
     >>> body.overview().columns.tolist()
     ['segment', 'length_m', 'mass_kg', 'factor']
     """
+    expect("subject", subject, Subject, "what load_subject(5) returns")
+    expect("symmetric", symmetric, bool, "True or False")
     found = scale_subject(subject, symmetric=symmetric)
     if not subject.markers or subject.measurements:
         return MarkedBody(found.model, found.table)

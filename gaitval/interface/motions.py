@@ -9,6 +9,7 @@ import numpy as np
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError, ScalingError
+from gaitval.interface.arguments import expect
 from gaitval.inverse import inverse_dynamics as dynamics
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics
@@ -147,6 +148,7 @@ def inverse_dynamics(
     """
     processing = load_configuration(settings=settings).processing
     trial, marker_set = _prepared(recording, body, processing)
+    expect("motion", motion, InverseKinematics, "what inverse_kinematics(recording, body) returns")
     _check_of_one_trial(motion, trial)
     shown = {side: leg_shown(motion, side, trial, marker_set) for side in SIDES}
     carried = trial_loads(trial, processing, marker_set.landmarks, shown)
@@ -156,7 +158,7 @@ def inverse_dynamics(
 
 def _check_of_one_trial(motion: InverseKinematics, trial: Recording) -> None:
     time = np.empty(0) if motion.time is None else motion.time
-    if not np.array_equal(time, trial.time):
+    if motion.source != trial.source or not np.array_equal(time, trial.time):
         start = f" from {time[0]:g} s" if len(time) else ""
         raise RecordError(
             f"{trial.source} has {len(trial.time)} frames from {trial.time[0]:g} s, but the "
@@ -174,6 +176,8 @@ def _prepared(
     recording: Recording, body: MarkedBody, processing: ProcessingSettings
 ) -> tuple[Recording, MarkerSet]:
     """The trial as an import uses it, with the markers of the body's set."""
+    expect("recording", recording, Recording, 'what read_recording("walk.c3d") returns')
+    expect("body", body, MarkedBody, "what scale(subject) returns, or the body of import_session")
     if not body.marker_set:
         raise ScalingError(
             f"The body model {body.model.name} has no markers on it. Scale a subject that has the "

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
+from gaitval.interface.arguments import expect
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
@@ -46,6 +47,7 @@ def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> Refer
     >>> reference.positions.shape, reference.stride_time == subject.stride_time_s
     ((1024, 31), True)
     """
+    expect("subject", subject, Subject, "what load_subject(5) returns")
     configuration = load_configuration(settings=settings)
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     return consistent_reference(subject.record(), model, configuration.contact)

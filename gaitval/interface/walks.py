@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -10,10 +10,11 @@ from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import PolicyError, RecordError
+from gaitval.errors import ConfigurationError, PolicyError, RecordError
 from gaitval.frames import NamedCurve
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import LowPass, Origin
+from gaitval.interface.arguments import expect, number
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import curve_origin, record_origins
@@ -86,7 +87,8 @@ def rollout(
     start_phase : 0 to 1, of the right gait cycle at the start.
     body : "identified" walks with the identified mu and the corrected reference, as it is
         validated; "nominal" with neither.
-    push : see `gaitval.policy.environment.WalkingEnvironment`.
+    push : on the pelvis: phase at which it begins, in gait cycles; force, N; direction, rad, left
+        of straight ahead. It takes `environment.push_seconds`.
 
     Returns
     -------
@@ -97,6 +99,8 @@ def rollout(
     ------
     PolicyError
         The policy does not fit the body.
+    ConfigurationError
+        An argument cannot be walked, such as a push after the end.
 
     References
     ----------
@@ -109,6 +113,13 @@ def rollout(
     >>> bool(walk.fell[0]), walk.positions.shape[1]
     (False, 31)
     """
+    expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
+    number("cycles", cycles, 0.01, 10_000.0, "gait cycles, more than 0 and at most 10,000")
+    number("start_phase", start_phase, 0.0, 1.0, "a phase of the right gait cycle, 0 to 1")
+    if body not in get_args(Body):
+        raise ConfigurationError(f"body is {body!r}. Give {' or '.join(get_args(Body))}.")
+    if push is not None:
+        _check_push(push, start_phase, start_phase + cycles)
     found = record_rollout(
         WalkingEnvironment(
             policy.corrected_task if body == "identified" else policy.task, engine="dart"
@@ -120,6 +131,20 @@ def rollout(
         push=push,
     )
     return SimulatedWalk(**vars(found), walker=policy.subject.identifier, mass_kg=policy.model.mass)
+
+
+def _check_push(push: tuple[float, float, float], start: float, end: float) -> None:
+    give = "(phase in gait cycles, N, rad left of straight ahead), such as (2.5, 300.0, 0.0)"
+    expect("push", push, (tuple, list, np.ndarray), give)
+    if len(push) != 3:
+        raise ConfigurationError(f"push has {len(push)} values. Give {give}.")
+    within = f"a phase within the walk, {start:g} to {end:g}"
+    for name, value, least, most, wanted in (
+        ("push[0]", push[0], start, end, within),
+        ("push[1]", push[1], 0.0, 1e4, "a force from 0 to 10,000 N"),
+        ("push[2]", push[2], -100.0, 100.0, "a direction in rad"),
+    ):
+        number(name, value, least, most, wanted)
 
 
 def compare(
@@ -160,7 +185,10 @@ def compare(
     >>> comparison.rmse("knee_angle_r") < 4.0  # deg, the limit
     True
     """
-    settings = configuration or Configuration()
+    expect("walk", walk, SimulatedWalk, "what rollout(policy) returns")
+    expect("against", against, (Subject, SimulatedWalk), "load_subject(5), or another walk")
+    settings = Configuration() if configuration is None else configuration
+    expect("configuration", settings, Configuration, "load_configuration(...), or leave it out")
     frequency = settings.validation.filter_frequency
     filters = LowPass(frequency, frequency)
     origins: tuple[Origin | None, ...]

@@ -444,8 +444,9 @@ class Metrics(Displayed, Result):
         write_json(Path(path) / METRICS, self.as_dict())
 
 
-def read_metrics(file: Path) -> Metrics:
+def read_metrics(file: str | Path) -> Metrics:
     """The metrics in a file, or in the `metrics.json` of a folder; see `metrics_from`."""
+    file = Path(file)
     file = file / METRICS if file.is_dir() else file
     return metrics_from(read_json(file), str(file))
 

@@ -8,6 +8,7 @@ import pandas as pd
 from gaitval.arrays import Array
 from gaitval.coordinates import split_side
 from gaitval.display import Saved
+from gaitval.errors import RecordError
 from gaitval.frames import curve_frame, sourced_frame
 from gaitval.gait.record import Origin
 from gaitval.metrics.comparison import rms
@@ -64,7 +65,9 @@ class Comparison(Saved):
         )
 
     def rmse(self, name: str) -> float:
-        """Root mean square difference of one curve over the cycle, in its unit."""
+        """Root mean square difference of the curve `name`, in its unit. Raises RecordError."""
+        if name not in self.names:
+            raise RecordError(f"There is no curve {name!r}. There are {', '.join(self.names)}.")
         i = self.names.index(name)
         return rms(self.walk[i] - self.other[i])
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import Side
 from gaitval.display import Displayed
+from gaitval.errors import RecordError
 
 EventKind = Literal["heel_strike", "toe_off"]
 Axes = Literal["laboratory", "project"]
@@ -114,7 +115,9 @@ class Recording(Displayed):
         return self.start + np.arange(count) / (self.force_rate or 1.0)
 
     def marker(self, name: str) -> Array:
-        """Trajectory (T, 3) m of one marker."""
+        """Trajectory (T, 3) m of one marker; RecordError if there is none of this `name`."""
+        if name not in self.names:
+            raise RecordError(f"{self.source}: no marker {name!r}. It has {', '.join(self.names)}.")
         return self.markers[:, self.names.index(name)]
 
     def alike(self, one: str, other: str) -> bool:

@@ -23,7 +23,7 @@ from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.policy.workers import begin_as_worker, one_thread, ready_to_start
+from gaitval.policy.workers import begin_as_worker, fresh_processes, ready_to_start
 from gaitval.simulation.walker import WalkingTask
 
 _Shapes = dict[str, tuple[tuple[int, ...], type]]
@@ -195,7 +195,7 @@ class WalkingWorkers:
             mine = range(int(share[0]), min(int(share[-1]) + WIDTH, count))
             arguments = (tasks, mine, shapes, memory, theirs)
             process = context.Process(target=_work, args=arguments, daemon=True)
-            with one_thread():
+            with fresh_processes():
                 process.start()
             # This process's copy of the worker's end: while it is open, the death of the worker is
             # not noticed.

@@ -39,7 +39,7 @@ def ready_to_start(*also: str) -> ForkServerContext | SpawnContext:
     context.set_forkserver_preload(["gaitval.policy.preloaded", *also])
     try:
         _place_of_sockets()
-        with one_thread():
+        with fresh_processes():
             forkserver.ensure_running()
     except OSError:  # its socket is a file, whose path may not be longer than some hundred bytes
         return mp.get_context("spawn")
@@ -80,14 +80,20 @@ def begin_as_worker() -> None:
 
 
 @contextmanager
-def one_thread() -> Iterator[None]:
-    """Processes that start in this block use one thread, because a worker's arrays are tiny."""
-    name = "OMP_NUM_THREADS"
+def fresh_processes() -> Iterator[None]:
+    """Processes that start in this block use one thread, because a worker's arrays are tiny, and do
+    not run the user's script again, which would begin its study once more.
+    """
+    name, main = "OMP_NUM_THREADS", vars(sys.modules["__main__"])
     before = os.environ.get(name)
+    script = {key: value for key, value in main.items() if key in ("__file__", "__spec__")}
     os.environ[name] = "1"
+    # what `multiprocessing` would have each process load
+    main.update(dict.fromkeys(script))
     try:
         yield
     finally:
+        main.update(script)
         if before is None:
             del os.environ[name]
         else:
@@ -97,8 +103,8 @@ def one_thread() -> Iterator[None]:
 def new_workers(count: int) -> ProcessPoolExecutor:
     """`count` processes, in which linear algebra has one thread each."""
     workers = ProcessPoolExecutor(count, mp_context=ready_to_start(), initializer=begin_as_worker)
-    with one_thread():
-        # The environment is read when a process starts, so they start here, inside `one_thread`.
+    with fresh_processes():
+        # The environment is read when a process starts, so they start here.
         for _ in range(count):  # each starts one, because none of them is idle yet
             workers.submit(os.getpid)
     return workers

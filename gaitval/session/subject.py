@@ -22,7 +22,7 @@ from gaitval.gait.mean_curves import (
     mean_vertical_force,
     stance_fraction,
 )
-from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, Steps, fit_periodic
+from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, MeanSteps, fit_periodic
 from gaitval.model.body import BodyModel
 from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.average import largest_drift, left_open
@@ -148,7 +148,7 @@ def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str)
     )
 
 
-def steps(walks: Sequence[WalkingTrial]) -> Steps | None:
+def steps(walks: Sequence[WalkingTrial]) -> MeanSteps | None:
     """The mean steps of all `walks`; None without a step of each foot."""
     found = {
         (name, side): np.concatenate([getattr(walk.gait[side], name) for walk in walks])
@@ -160,7 +160,7 @@ def steps(walks: Sequence[WalkingTrial]) -> Steps | None:
     mean = {key: float(np.nanmean(values)) for key, values in found.items()}
     right, left = (mean["step_length", side] for side in SIDES)
     width = 0.5 * sum(mean["step_width", side] for side in SIDES)
-    return Steps(right=right, left=left, width=width)
+    return MeanSteps(right=right, left=left, width=width)
 
 
 def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None:

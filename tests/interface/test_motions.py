@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gaitval as gv
-from gaitval.errors import RecordError, ScalingError
+from gaitval.errors import ConfigurationError, RecordError, ScalingError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.inverse.marked_body import marker_positions
@@ -100,6 +100,19 @@ def test_what_cannot_be_used_is_refused(
         gv.inverse_dynamics(motion, replace(recording, plates=(), force_rate=0.0), body)
     with pytest.raises(RecordError, match="the motion is of walk"):
         gv.inverse_dynamics(motion, replace(recording, start=1.0), body)
+    # another trial of as many frames from the same time
+    with pytest.raises(RecordError, match=r"^other has 128 frames .* the motion is of walk"):
+        gv.inverse_dynamics(motion, replace(recording, source="other"), body)
+    with pytest.raises(ConfigurationError, match="motion is Recording"):
+        gv.inverse_dynamics(recording, recording, body)
+    with pytest.raises(ConfigurationError, match="recording is None"):
+        gv.inverse_kinematics(None, body)
+    with pytest.raises(ConfigurationError, match="subject is 'S05', of type str"):
+        gv.reference_motion("S05")
+    with pytest.raises(ConfigurationError, match="symmetric is 5"):
+        gv.scale(gv.load_subject(5), symmetric=5)
+    with pytest.raises(RecordError, match=r"no marker .nobody.\. It has"):
+        recording.marker("nobody")
 
 
 def test_a_reference_motion_is_kept_as_the_command_keeps_it(body: MarkedBody, tmp_path: Path):

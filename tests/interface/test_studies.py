@@ -16,7 +16,7 @@ from gaitval.study.stored_policy import StoredPolicy
 
 
 def test_a_study_is_read_from_what_is_stored(policy: StoredPolicy, tmp_path: Path):
-    study = read_metrics(policy.folder)
+    study = read_metrics(str(policy.folder))
     assert "limits met" in repr(study)
     frame = study.to_frame()
     assert tuple(frame.columns) == (*COLUMNS, "source")

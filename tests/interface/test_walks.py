@@ -8,7 +8,7 @@ import pytest
 
 import gaitval as gv
 from evidence.unrecorded_verdicts import expected
-from gaitval.errors import PolicyError
+from gaitval.errors import ConfigurationError, PolicyError, RecordError
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.simulation.walker import WalkingTask
@@ -60,6 +60,38 @@ def test_a_walk_against_the_record_and_itself(walk: SimulatedWalk, tmp_path: Pat
 
 
 @pytest.mark.slow  # four dynamic fits
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"policy": "S05"}, "policy is 'S05', of type str. Give what load_policy"),
+        ({"cycles": 0}, "cycles is 0. Give gait cycles, more than 0"),
+        ({"cycles": float("nan")}, "cycles is nan"),
+        ({"cycles": "6"}, "cycles is '6'"),
+        ({"start_phase": 50}, "start_phase is 50. Give a phase of the right gait cycle, 0 to 1"),
+        ({"start_phase": None}, "start_phase is None"),
+        ({"body": "foo"}, "body is 'foo'. Give nominal or identified"),
+        ({"push": 5}, "push is 5, of type int. Give .phase in gait cycles, N, rad left"),
+        ({"push": (0.5, 300.0)}, "push has 2 values"),
+        ({"push": (0.5, float("nan"), 0.0)}, r"push\[1\] is nan. Give a force from 0"),
+        ({"push": (2.0, 300.0, 0.0)}, r"push\[0\] is 2.0. Give a phase within the walk, 0 to 1"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_walked_is_refused(policy: StoredPolicy, arguments: dict, said: str):
+    with pytest.raises(ConfigurationError, match=said):
+        gv.rollout(**({"policy": policy, "cycles": 1} | arguments))
+
+
+def test_what_cannot_be_compared_is_refused(walk: SimulatedWalk):
+    with pytest.raises(ConfigurationError, match=r"against is 'S05', of type str. Give load_sub"):
+        gv.compare(walk, "S05")
+    with pytest.raises(ConfigurationError, match="walk is None"):
+        gv.compare(None, walk)
+    with pytest.raises(ConfigurationError, match=r"configuration is \{\}, of type dict"):
+        gv.compare(walk, walk, configuration={})
+    with pytest.raises(RecordError, match=r"no curve 'knee_angle'. There are .*knee_angle_r"):
+        gv.compare(walk, walk).rmse("knee_angle")
+
+
 def test_without_plates_a_policy_walks_after_the_estimate(policy: StoredPolicy):
     """As does one whose run was not to know the kinetics; both had walked after recorded ones."""
     person, configuration = expected(policy.subject, policy.configuration)

@@ -8,7 +8,7 @@ from synthetic_walk import LEFT_PHASE, SPEED, STANCE, STRIDE_TIME, synthetic_rec
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.gait.record import Steps
+from gaitval.gait.record import MeanSteps
 from gaitval.metrics.recorded import by_kind, from_kinds, recorded_part
 from gaitval.metrics.typed import array
 
@@ -55,7 +55,7 @@ def test_the_timing_of_a_record():
 
 
 def test_steps_that_were_measured_are_not_made_from_time():
-    steps = Steps(right=0.70, left=0.55, width=0.11)
+    steps = MeanSteps(right=0.70, left=0.55, width=0.11)
     found = recorded_part(replace(RECORD, steps=steps)).spatiotemporal
     assert (found.step_length_right, found.step_length_left) == (0.70, 0.55)
     assert found.step_width == 0.11

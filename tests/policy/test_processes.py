@@ -91,6 +91,29 @@ def test_processes_start_where_the_server_has_no_place_for_its_socket(tmp_path):
     assert done.stdout == "3.0\n"
 
 
+@pytest.mark.parametrize("from_input", [False, True])
+def test_a_script_without_a_guard_runs_once(tmp_path, from_input):
+    """`multiprocessing` would load the user's script in every worker, which begins its study again;
+    a script from the standard input could not even be loaded."""
+    script = (
+        "import math, __main__\n"
+        "from gaitval.policy.processes import keeping_workers, side_by_side\n"
+        "print('began')\n"
+        "before = dict(vars(__main__))\n"
+        "with keeping_workers(2):\n"
+        "    print(*side_by_side(math.sqrt, [9.0, 16.0]))\n"
+        "now = vars(__main__)\n"
+        "print([before.get(name) == now.get(name) for name in ('__file__', '__spec__')])\n"
+    )
+    path = tmp_path / "plain.py"
+    path.write_text(script)
+    done = subprocess.run(
+        [sys.executable, "-" if from_input else str(path)],
+        input=script if from_input else None, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout == "began\n3.0 4.0\n[True, True]\n"
+
+
 def test_one_worker_is_no_help_to_this_process():
     with keeping_workers(1):
         assert kept_workers() is None

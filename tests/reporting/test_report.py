@@ -390,7 +390,7 @@ def changed_page(run_folder, folder, monkeypatch, **changed) -> str:
 
 
 def test_the_hips_that_moments_are_about_are_told(run_folder, tmp_path, monkeypatch):
-    """A goal that is reached about the record's hips only must not look as if it were the body's."""
+    """A goal reached about the record's hips only must not look as if it were the body's."""
     walks = read_json(run_folder / "metrics.json")["walks"]
     hips = {
         side: {

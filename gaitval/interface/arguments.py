@@ -1,0 +1,25 @@
+"""What the functions for Python refuse before they compute: arguments of another kind or size."""
+
+from math import isfinite
+
+from gaitval.errors import ConfigurationError
+
+
+def expect(name: str, value: object, kind: type | tuple[type, ...], give: str) -> None:
+    """Raise ConfigurationError if the argument `name` is not of a `kind`; `give` says how to make
+    one.
+    """
+    if not isinstance(value, kind):
+        raise ConfigurationError(
+            f"{name} is {value!r:.60}, of type {type(value).__name__}. Give {give}."
+        )
+
+
+def number(name: str, value: object, least: float, most: float, give: str) -> None:
+    """Raise ConfigurationError if the argument `name` is no number from `least` to `most`."""
+    if (
+        isinstance(value, bool)
+        or not hasattr(value, "__float__")
+        or not (isfinite(float(value)) and least <= float(value) <= most)
+    ):
+        raise ConfigurationError(f"{name} is {value!r:.60}. Give {give}.")
