@@ -2,8 +2,9 @@
 
     python examples/c3d_to_joint_moments.py TRIAL [SUBJECT] [FOLDER]
 
-TRIAL is a walking trial of SUBJECT, by default trial WBDS01walkT01.c3d of built-in subject 1; its
-axes are those of the WBDS. FOLDER gets motion.npz, moments.npz, moments.csv and moments.png.
+TRIAL is a walking trial of SUBJECT, by default of built-in subject 1 (trial WBDS01walkT01.c3d of
+the data set WBDS); its axes are those of the WBDS. FOLDER gets motion.npz, moments.npz, moments.csv
+and moments.png.
 """
 
 import sys
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 import gaitval as gv
 
 
-def main(trial: str = "WBDS01walkT01.c3d", name: str = "1", folder: str = "moments") -> None:
+def main(trial: str, name: str = "1", folder: str = "moments") -> None:
     """Read, scale, fit the body to the markers, find the moments, draw."""
     recording = gv.read_recording(trial, axes="forward=+x up=+y")
     body = gv.scale(gv.load_subject(name))  # its standing trial says where the markers sit
@@ -36,4 +37,6 @@ def main(trial: str = "WBDS01walkT01.c3d", name: str = "1", folder: str = "momen
 
 
 if __name__ == "__main__":
+    if not 2 <= len(sys.argv) <= 4 or not Path(sys.argv[1]).is_file():
+        sys.exit(__doc__)
     main(*sys.argv[1:])

@@ -219,9 +219,11 @@ def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
     values["settings"] = [*values.get("settings", ()), *seeded]
     kinds = [name for name in ("subject", "recording", "virtual") if values.get(name) is not None]
     if len(kinds) != 1:
+        none = f"none, but {', '.join(map(str, row))}"
         raise ConfigurationError(
             f"{path}, {where}: give one of subject, recording (in CSV: static and trials) and "
-            f"virtual; this one has {' and '.join(kinds) or 'none'}."
+            f"virtual; this one has {' and '.join(kinds) or none}. Columns of a CSV table are "
+            "separated by commas."
         )
     if kinds != ["subject"] and not isinstance(values[kinds[0]], dict):
         raise ConfigurationError(
@@ -241,7 +243,9 @@ def _study(path: Path, where: str, row: dict[str, Any]) -> Study:
         return Study.model_validate(values)
     except ValidationError as error:
         problems = "; ".join(
-            f"{'.'.join(map(str, each['loc']))}: {each['msg'].lower()}" for each in error.errors()
+            f"{'.'.join(map(str, each['loc']))}: {each['msg'][:1].lower()}{each['msg'][1:]} "
+            f"({each['input']!r:.60})"
+            for each in error.errors()
         )
         raise ConfigurationError(
             f"{path}, {where}: {problems}. See gaitval cohort --help."

@@ -86,7 +86,8 @@ def _gait_lines(gait: Any, where: str) -> list[str]:
     if gait.mirrored:
         lines.append(_value_line("mirrored", gait.mirrored))
     if gait.steps is not None:
-        lines.append(_value_line("steps", gait.steps.model_dump()))
+        steps = ", ".join(f"{name} = {value:.6g}" for name, value in gait.steps)
+        lines.append(f"steps = {{ {steps} }}")
     lines += ["", f"[{where}.angles]"]
     lines += [_curve_line(name, curve) for name, curve in gait.angles.items()]
     forces = {"total_force": gait.total_force}
