@@ -77,7 +77,8 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
             # unmeasured: both feet land equally far ahead of the body (limit step-length)
             step_length_right=steps.right if steps else stride * (1.0 - record.left_phase),
             step_length_left=steps.left if steps else stride * record.left_phase,
-            step_width=steps.width if steps else None,
+            # unset, it is not in the file: hashes of records without steps stay
+            **({"step_width": steps.width} if steps else {}),
         ),
         left_phase=record.left_phase,
         consistency=consistency(record),
