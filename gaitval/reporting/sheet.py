@@ -219,7 +219,7 @@ def _profile(metrics: Metrics) -> dict[str, object]:
     """Movement Analysis Profile and Gait Profile Score by side, of record, walk and controls."""
     if metrics.curve_statistics is None:
         return {"profile": None}
-    from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, load_controls
+    from gaitval.metrics.gait_profile import PROFILE_ANGLES, SMALLEST_DIFFERENCE, load_controls
 
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables
@@ -234,12 +234,14 @@ def _profile(metrics: Metrics) -> dict[str, object]:
             ]
             total = _read(metrics, f"{place}/{which}/{side}", digits=1)
             rows.append({"side": side, "which": which, "cells": [*cells, total]})
+    # of fewer angles than theirs a score says nothing beside theirs
+    scored = controls.total if len(names) == len(PROFILE_ANGLES) else (None, None)
     healthy = [
         [
             Cell(values[i], 1, f"controls#{name}/{i}")
             for name, values in (
                 *((n, controls.scores[n]) for n in names),
-                ("total", controls.total),
+                ("total", scored),
             )
         ]
         for i in range(2)

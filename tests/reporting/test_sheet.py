@@ -13,9 +13,9 @@ from report_run import build_run
 
 from gaitval.artefacts import write_json
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.gait_profile import load_controls
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms
-from gaitval.metrics.results import read_metrics
+from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.report import write_report
 from gaitval.reporting.sheet import DOUBTS, sheet
 
@@ -259,3 +259,29 @@ def test_a_run_without_much_has_a_sheet_all_the_same(tmp_path: Path) -> None:
     found = sheet(read_metrics(tmp_path / "metrics.json"), load_subject("S05"))
     assert found["profile"] is None
     assert all(row["cells"] is None for row in found["skills"])
+
+
+@pytest.mark.parametrize("left_out", [(), ("foot_progression",)])
+def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
+    folder: Path, left_out: tuple[str, ...]
+) -> None:
+    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    profiles = metrics["curve_statistics"]["profiles"]
+    profiles["variables"] = [name for name in PROFILE_ANGLES if name not in left_out]
+    for score in (profiles["record"], profiles["walk"]):
+        score["scores"] |= {f"{name}_{side}": 5.0 for name in PROFILE_ANGLES for side in "rl"}
+    found = sheet(metrics_from(metrics, "here"), load_subject("S05"))["profile"]
+    means = [cell.value for cell in found["healthy"][0]]
+    assert len(means) == len(found["names"]) == 10 - len(left_out)
+    assert (means[-1] is None) == bool(left_out)
+    assert None not in means[:-1]
+
+
+def test_an_import_knows_how_much_its_strides_differ(folder: Path) -> None:
+    metrics = read_metrics(folder / "metrics.json")
+    told = dict.fromkeys(metrics.told, [])
+    metrics = metrics.model_copy(update={"told": told, "measures": [], "tolerances": []})
+    subject = load_subject("S05")
+    imported = subject.model_copy(update={"uncertainty": {"knee_angle_r": 0.02}})
+    said = [[each.kind for each in sheet(metrics, s)["doubts"]] for s in (subject, imported)]
+    assert ["one cycle" in kinds for kinds in said] == [True, False]
