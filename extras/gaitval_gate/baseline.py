@@ -5,17 +5,26 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitval import file_gate
-from gaitval.artefacts import copy_files, file_hash, read_json, read_toml, value_hash, write_json
+from gaitval.artefacts import (
+    copy_files,
+    file_hash,
+    read_json,
+    read_toml,
+    value_hash,
+    write_json,
+)
 from gaitval.configuration import load_configuration
+from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.folder_lock import held
+from gaitval.metrics.typed import OpenResult, Size
 from gaitval.metrics.walk_results import StoredStarts
 from gaitval.study.inputs import (
     IDENTIFIED,
@@ -27,7 +36,7 @@ from gaitval.study.inputs import (
     validated_task,
 )
 from gaitval.study.sources import code_of
-from gaitval.study.stage import RECORDS, Observer, Run, Stage, open_run, run_stage
+from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
     metrics_of,
     push_stage,
@@ -38,7 +47,9 @@ from gaitval.study.stages import (
     simulate_stage,
     validate_stage,
 )
+from gaitval_gate.finished import Record, check_finished, read_records
 from gaitval_gate.seal import changes, check_seal, read_seal, seal
+from gaitval_gate.whole_folder import disk_says, writing_whole
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -57,10 +68,13 @@ _ABANDONED = 60.0
 """Seconds after which a folder of a check that nobody has locked is nobody's."""
 
 
-def store_baseline(folder: Path, target: Path) -> None:
+def store_baseline(folder: Path, target: Path, identifier: str | None = None) -> None:
     """Store policy, mu and metrics of the finished run in `folder` as the sealed baseline `target`,
     for `check` and to start trainings from. Its wall times are added to `TIMES`, beside those of
-    runs with another start. Raises ArtefactError if the run is not finished or was edited.
+    runs with another start. The target is as it was before unless all of it could be written.
+
+    Raises ArtefactError if the run is not finished, was edited, is of another subject than
+    `identifier`, or would be refused by every check.
     """
     missing = [name for name in STORED_FILES if not (folder / name).is_file()]
     if missing:
@@ -68,21 +82,25 @@ def store_baseline(folder: Path, target: Path) -> None:
             f"{folder}: {', '.join(missing)} missing, so this is not a finished run. Run `gaitval "
             "subject` for it first."
         )
-    records = read_json(folder / RECORDS)
+    records = read_records(folder)
     _check_unchanged(folder, records)
-    copy_files(folder, target, STORED_FILES)
-    path = target / TIMES
-    earlier = read_json(path) if path.exists() else {}
-    write_json(path, {**earlier, start_kind(folder): _times(folder)})
-    seal(target, code=by_folder(records[name]["code"] for name in WALKING if name in records))
+    check_finished(folder)
+    _check_believed(folder)
+    _check_subject(folder, identifier)
+    # all that may be refused is read before anything is written
+    times = {**_earlier_times(target), start_kind(folder): _times(folder)}
+    walked = [records[name].code for name in WALKING if name in records]
+    known = [code for code in walked if code is not None]
+    with writing_whole(target) as new:
+        copy_files(folder, new, STORED_FILES)
+        write_json(new / TIMES, times)
+        seal(new, code=by_folder(known) if len(known) == len(walked) else None)
 
 
-def _check_unchanged(folder: Path, records: Mapping[str, Any]) -> None:
+def _check_unchanged(folder: Path, records: Mapping[str, Record]) -> None:
     """Refuse files that are not as the stages of a run wrote them."""
     written = {
-        name: found
-        for record in records.values()
-        for name, found in (record.get("outputs") or {}).items()
+        name: found for record in records.values() for name, found in (record.outputs or {}).items()
     }
     for name in STORED_FILES:
         if name in written and file_hash(folder / name) != written[name]:
@@ -90,6 +108,45 @@ def _check_unchanged(folder: Path, records: Mapping[str, Any]) -> None:
                 f"{folder / name}: not as the run wrote it. Run `gaitval subject` for it again, "
                 "which restores what was changed."
             )
+
+
+def _check_believed(folder: Path) -> None:
+    """Refuse a run whose baseline every check would refuse."""
+    from gaitval_gate.stored import FIX
+
+    try:
+        believed(folder / METRICS)
+    except ArtefactError as error:
+        if not str(error).endswith(FIX):
+            raise
+        raise ArtefactError(
+            f"{str(error).removesuffix(FIX)}Every check would refuse this baseline. Run `gaitval "
+            f"subject SUBJECT --out {folder}` again with the settings that it is to have, or "
+            f"`gaitval validate SUBJECT --out {folder} --force` to measure it with those that it "
+            "has."
+        ) from None
+
+
+def _check_subject(folder: Path, identifier: str | None) -> None:
+    """Refuse a run of somebody else than was asked for."""
+    from gaitval.datasets.subject_file import load_subject
+
+    path = folder / "subject.toml"
+    found = load_subject(path).identifier
+    if identifier not in (None, found):
+        raise ArtefactError(
+            f"{path}: is of subject {found}, but a baseline of {identifier} was asked for. Give "
+            f"the run folder of {identifier} with --out, or name subject {found}."
+        )
+
+
+def _earlier_times(target: Path) -> dict[str, Any]:
+    """The wall times in a stored baseline; none if there is none yet."""
+    path = target / TIMES
+    found = read_json(path) if path.exists() else {}
+    if not isinstance(found, dict):
+        raise ArtefactError(f"{path}: not a table of wall times; it was edited. Delete the file.")
+    return found
 
 
 def seal_again(baseline: Path) -> None:
@@ -175,15 +232,30 @@ def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
     )
 
 
+class _Time(OpenResult):
+    """When a stage ran; only how long it took."""
+
+    seconds: Size
+
+
+class _Provenance(OpenResult):
+    """`provenance.json`; only the times of the stages."""
+
+    stages: dict[str, _Time]
+
+
 def _times(folder: Path) -> dict[str, Any]:
     """Wall times of a finished run: seconds of each stage, and their sum.
 
     For a stage that was interrupted, only its last part counts.
     """
     rounds = len(read_json(folder / "identification.json")["rounds"])
+    path = folder / "provenance.json"
+    fix = "delete it and run `gaitval subject` again"
+    found = _Provenance.read(read_json(path), str(path), file=path.name, fix=fix)
     stages = {
-        name: times["seconds"]
-        for name, times in read_json(folder / "provenance.json")["stages"].items()
+        name: time.seconds
+        for name, time in found.stages.items()
         # `train-3` is of round 3: rounds left by an earlier run do not count
         if not (number := name.partition("-")[2]).isdigit() or int(number) <= rounds
     }
@@ -290,15 +362,37 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "M
         configuration = configuration.model_copy(
             update={"validation": settings.model_copy(update=short), "training": alone}
         )
-    remove_abandoned()
-    with tempfile.TemporaryDirectory(prefix=TEMPORARY) as temporary:
-        folder = Path(temporary)
+    with _temporary() as temporary:
         try:
-            with open_run(subject, configuration, folder, observer) as run:
+            with open_run(subject, configuration, temporary, observer) as run:
                 return _walked(run, baseline, quick=quick)
         except GaitvalError as error:
-            told = str(error).replace(temporary, str(baseline))  # theirs, not a copy of ours
+            if (why := disk_says(error, temporary)) is not None:
+                raise ArtefactError(_no_room(str(temporary.parent), why)) from None
+            told = str(error).replace(str(temporary), str(baseline))  # theirs, not a copy of ours
             raise type(error)(told).with_way_on(*error.goes_on) from None
+
+
+@contextmanager
+def _temporary() -> Iterator[Path]:
+    """A temporary folder to walk in; what killed checks have left is removed first."""
+    try:
+        remove_abandoned()
+        made = tempfile.TemporaryDirectory(prefix=TEMPORARY)
+    except OSError as error:
+        told = why_unwritable(error) or f"{error.strerror}. Make room"
+        where = str(Path(error.filename).parent) if error.filename else "no temporary folder"
+        raise ArtefactError(_no_room(where, told)) from None
+    with made as name:
+        yield Path(name)
+
+
+def _no_room(where: str, told: str) -> str:
+    return (
+        f"{where}: a check walks in a temporary folder, which cannot be written here: {told}, or "
+        "set TMPDIR to a folder on another disk; then run the same command again. The baseline is "
+        "unchanged."
+    )
 
 
 def changed_inputs(baseline: Path, now: "Metrics") -> list[str]:

@@ -1,7 +1,7 @@
 """`gaitval check`: a stored policy simulated again, and compared with its stored figures."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,6 +9,9 @@ from gaitval.cli import display
 from gaitval.cli.app import added_command
 from gaitval.errors import ConfigurationError
 from gaitval.missing_extras import need
+
+if TYPE_CHECKING:
+    from gaitval_gate.history import Commit
 
 HistoryOption = Annotated[
     Path | None,
@@ -79,35 +82,69 @@ def check(
     from gaitval_gate.seal import inputs_in_words
     from gaitval_gate.stored_baselines import find_baseline
 
+    _check_reason(fewer)
     if device_results.is_result(Path(baseline)):
-        if history is not None:
-            raise ConfigurationError(
-                f"--history {history}: {baseline} is a result of `gaitval device`, whose figures "
-                "are neither better nor worse than others, so a history cannot say what was lost. "
-                "Leave --history out (and unset GAITVAL_HISTORY)."
-            )
-        figures = device_results.check(Path(baseline))
-        if junit is not None:
-            write_junit(figures, junit, about={})
-        judge_moved(figures, Path(baseline), "make the result again with `gaitval device`")
+        _check_result(Path(baseline), junit, history)
         return
     if not quick:
         need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
     display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)
-    if history is not None:
-        histories.prepare(history)  # before minutes of walking
+    commit = _prepared(junit, history)
     with display.live_view() as live:
         now = walk_again(folder, live, quick=quick)
     rows = compare(stored, now, leave_out=LONG_MEASURES if quick else ())
     if fewer is None:
         check_same_measures(rows)
     inputs = inputs_in_words(changed_inputs(folder, now))
-    if history is not None:
-        histories.keep(history, rows, now.subject.identifier)
     if junit is not None:
         about = {"inputs": inputs, **({"fewer measures": fewer} if fewer else {})}
         write_junit(rows, junit, about=about)
+    if history is not None:
+        histories.keep(history, rows, now.subject.identifier, commit=commit)
     display.plain(f"Inputs: {inputs}")
     judge_moved(rows, folder)
+
+
+def _check_reason(fewer: str | None) -> None:
+    """Refuse an empty reason."""
+    if fewer is not None and not fewer.strip():
+        raise ConfigurationError(
+            f"--fewer {fewer!r}: is no reason, but the JUnit file keeps one for whoever reads it "
+            "later. Say why a baseline with fewer measures will do, or leave --fewer out."
+        )
+
+
+def _prepared(junit: Path | None, history: Path | None) -> "Commit | None":
+    """Refuse what cannot be written, before minutes of walking; the commit that is checked out,
+    which may be another one afterwards, for a history.
+    """
+    from gaitval_gate import history as histories
+    from gaitval_gate.regression import prepare_junit
+
+    if junit is not None:
+        prepare_junit(junit)
+    if history is None:
+        return None
+    histories.prepare(history)
+    return histories.current_commit()
+
+
+def _check_result(folder: Path, junit: Path | None, history: Path | None) -> None:
+    """The same for a result of `gaitval device`."""
+    from gaitval_gate import device_results
+    from gaitval_gate.moved import judge_moved
+    from gaitval_gate.regression import write_junit
+
+    if history is not None:
+        raise ConfigurationError(
+            f"--history {history}: {folder} is a result of `gaitval device`, whose figures are "
+            "neither better nor worse than others, so a history cannot say what was lost. Leave "
+            "--history out (and unset GAITVAL_HISTORY)."
+        )
+    _prepared(junit, None)
+    figures = device_results.check(folder)
+    if junit is not None:
+        write_junit(figures, junit, about={})
+    judge_moved(figures, folder, "make the result again with `gaitval device`")

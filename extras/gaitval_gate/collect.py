@@ -6,7 +6,9 @@ from pathlib import Path
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
 from gaitval.study.inputs import METRICS
+from gaitval.study.stage import RECORDS
 from gaitval_gate.baseline import check_complete
+from gaitval_gate.finished import check_finished, why_unfinished
 from gaitval_gate.seal import SEAL, check_parts
 from gaitval_gate.versions import StoredWalk, twice
 
@@ -16,8 +18,8 @@ def collect(paths: Sequence[Path]) -> list[StoredWalk]:
 
     A path is a run folder, a stored baseline, the `metrics.json` of one, or a folder of such
     folders (`reports`). Of a run folder with a baseline in it, the run counts, if it is finished.
-    Raises ArtefactError if nothing is there, metrics do not match the schema, or a baseline is not
-    as it was sealed.
+    Raises ArtefactError if nothing is there, a run is not finished and has no baseline, metrics do
+    not match the schema, or a baseline is not as it was sealed.
     """
     files = {file.resolve(): file for path in paths for file in _files(path)}
     return [_read(file) for file in files.values()]
@@ -49,6 +51,8 @@ def collect_versions(
 
 def _files(path: Path) -> list[Path]:
     if path.is_file():
+        if _is_run(path.parent):
+            check_finished(path.parent)
         return [path]
     own = _of_run(path)
     if own is not None:
@@ -69,11 +73,21 @@ def _files(path: Path) -> list[Path]:
 
 
 def _of_run(folder: Path) -> Path | None:
-    """The metrics of a run folder or a baseline, else those of the baseline in it."""
-    for file in (folder / METRICS, folder / "baseline" / METRICS):
-        if file.is_file():
-            return file
-    return None
+    """The metrics of a baseline or a finished run, else those of the baseline in it."""
+    own, stored = folder / METRICS, folder / "baseline" / METRICS
+    if not own.is_file():
+        return stored if stored.is_file() else None
+    if not _is_run(folder):
+        return own
+    if stored.is_file() and why_unfinished(folder) is not None:
+        return stored
+    check_finished(folder)
+    return own
+
+
+def _is_run(folder: Path) -> bool:
+    """Whether it is a run; else a baseline, or metrics that were copied alone."""
+    return (folder / RECORDS).is_file()
 
 
 def _read(file: Path) -> StoredWalk:

@@ -1,5 +1,6 @@
 """`gaitval compare`: many walks in one report, and what changed between two versions."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -57,35 +58,70 @@ def compare(
     baseline where --before is one. Nothing is simulated.
     """
     from gaitval_gate import device_results
-    from gaitval_gate.collect import collect, collect_versions
-    from gaitval_gate.comparison_page import write_comparison
-    from gaitval_gate.moved import print_moved
-    from gaitval_gate.regression import lost
-    from gaitval_gate.versions import matched
 
     if strict and not before:
         raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")
     worn = [run for run in runs if device_results.is_result(run)]
-    if worn:
-        earlier = [each for each in before or () if device_results.is_result(each)]
-        moved = device_results.compare(out, worn, earlier)
-        display.plain(f"{len(worn)} results of devices. Report: {out / 'devices.html'}, .pdf, .csv")
-        print_moved(moved)
-        if strict and lost(moved):
-            raise ToleranceError(
-                f"{len(lost(moved))} figures of devices moved by more than their margin (table "
-                "above). If the change is intended, compare with results of the new version."
-            )
-        runs = [run for run in runs if run not in worn]
-        before = [each for each in before or () if each not in earlier]
-        if not runs:
-            return
+    earlier = [each for each in before or () if device_results.is_result(each)]
+    walked = [run for run in runs if run not in worn]
+    then = [each for each in before or () if each not in earlier]
+    if before:
+        _check_both("results of `gaitval device`", worn, earlier)
+        _check_both("walks", walked, then)
+    # both reports are written before either fails
+    worse = [
+        *(_compare_results(out, worn, earlier, strict=strict) if worn else ()),
+        *(_compare_walks(out, walked, then, strict=strict) if walked else ()),
+    ]
+    if worse:
+        raise ToleranceError(" ".join(worse))
+
+
+def _check_both(what: str, now: Sequence[Path], before: Sequence[Path]) -> None:
+    """Refuse to compare what is there in one version only: nothing would be compared with it."""
+    if bool(now) == bool(before):
+        return
+    here, there = ("RUN", "--before") if now else ("--before", "RUN")
+    raise ConfigurationError(
+        f"{', '.join(map(str, now or before))}: {what} given with {here}, but none with {there}, "
+        f"so they have nothing to be compared with. Give theirs with {there}, or leave them out."
+    )
+
+
+def _compare_results(
+    out: Path, worn: Sequence[Path], earlier: Sequence[Path], *, strict: bool
+) -> list[str]:
+    """Write the report of results of devices; in words, why a strict comparison fails."""
+    from gaitval_gate import device_results
+    from gaitval_gate.moved import print_moved
+    from gaitval_gate.regression import lost
+
+    moved = device_results.compare(out, worn, earlier)
+    display.plain(f"{len(worn)} results of devices. Report: {out / 'devices.html'}, .pdf, .csv")
+    print_moved(moved)
+    if not strict or not lost(moved):
+        return []
+    return [
+        f"{len(lost(moved))} figures of devices moved by more than their margin (table above). If "
+        "the change is intended, compare with results of the new version."
+    ]
+
+
+def _compare_walks(
+    out: Path, runs: Sequence[Path], before: Sequence[Path], *, strict: bool
+) -> list[str]:
+    """Write the report of walks; in words, why a strict comparison fails."""
+    from gaitval_gate.collect import collect, collect_versions
+    from gaitval_gate.comparison_page import write_comparison
+    from gaitval_gate.moved import print_moved
+    from gaitval_gate.versions import matched
+
     walks = collect(runs)
     versions = matched(*collect_versions(before, walks)) if before else None
     write_comparison(out, "comparison", walks, versions)
     display.plain(f"{len(walks)} walks. Report: {out / 'comparison.html'}, .pdf and .csv")
     if versions is None:
-        return
+        return []
     for subject, flip in versions.flipped():
         display.plain(_flip_line(subject, flip))
     worse, improved = versions.lost(), versions.improved()
@@ -93,12 +129,13 @@ def compare(
     missing = versions.only_before
     told = f"{len(worse)} measures got worse by more than their margin, {len(improved)} better"
     told += f"; no walk now of {', '.join(missing)}" if missing else ""
-    if strict and (worse or missing):
-        raise ToleranceError(
-            f"{told}. The report in {out} says which; if the change is intended, compare with a "
-            "baseline of the new version."
-        )
-    display.plain(told)
+    if not strict or not (worse or missing):
+        display.plain(told)
+        return []
+    return [
+        f"{told}. The report in {out} says which; if the change is intended, compare with a "
+        "baseline of the new version."
+    ]
 
 
 def _flip_line(subject: str, flip: "Flip") -> str:

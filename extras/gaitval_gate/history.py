@@ -8,6 +8,7 @@ database, or has other tables, triggers or values in it, is refused.
 import math
 import os
 import platform
+import re
 import sqlite3
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,6 +36,11 @@ WAIT: Final = 60.0
 """s that a process waits for another one to finish its check."""
 BENCHMARK: Final = "benchmark"
 """The measure of all times of pytest-benchmark; their targets are the tests."""
+
+OUTPUTS: Final = (".html", ".pdf", ".csv")
+"""Endings of what `gaitval history` writes beside the file, by its name."""
+
+_COMMIT: Final = re.compile(r"(?P<revision>[0-9a-f]{40,64}) (?P<seconds>-?\d{1,20})")
 
 _TABLES: Final = {
     "checks": """CREATE TABLE checks (
@@ -105,12 +111,16 @@ class Check:
     figures: tuple[Figure, ...]
 
 
-def of_rows(rows: Sequence[Row], subject: str) -> Check:
-    """A check of `subject` at this moment, on this machine, of the commit that is checked out here,
-    with the `rows` of `regression.compare`.
+Commit = tuple[str, str | None]
+"""`Check.revision` and `Check.revised`."""
+
+
+def of_rows(rows: Sequence[Row], subject: str, commit: Commit | None = None) -> Check:
+    """A check of `subject` at this moment, on this machine, of a `commit` (by default that which is
+    checked out here), with the `rows` of `regression.compare`.
     """
     better = {margin.measure: margin.better for margin in load_registry().margin}
-    revision, revised = current_commit()
+    revision, revised = commit or current_commit()
     return Check(
         kind="check",
         revision=revision,
@@ -133,18 +143,22 @@ def of_rows(rows: Sequence[Row], subject: str) -> Check:
     )
 
 
-def current_commit() -> tuple[str, str | None]:
-    """The commit that is checked out in the current folder, and its time; "unknown" outside a git
-    repository, except where a CI server says it (GITHUB_SHA, CI_COMMIT_SHA).
+def current_commit() -> Commit:
+    """The commit that is checked out in the current folder, and its time, None if that cannot be
+    read; "unknown" outside a git repository, except where a CI server says it (GITHUB_SHA,
+    CI_COMMIT_SHA).
     """
     told = os.environ.get("GITHUB_SHA") or os.environ.get("CI_COMMIT_SHA")
-    found = _git("show", "-s", "--format=%H %ct", "HEAD")
-    if found is None:
+    # a user's settings may show signatures, whose check prints lines of its own
+    found = _git("show", "--no-show-signature", "-s", "--format=%H %ct", "HEAD")
+    said = _COMMIT.fullmatch(found.splitlines()[-1]) if found else None
+    if said is None:
         return told or "unknown", None
-    revision, seconds = found.split()
     changed = "+" if _git("status", "--porcelain", "--untracked-files=no") else ""
-    revised = datetime.fromtimestamp(int(seconds), UTC).isoformat()
-    return f"{revision}{changed}", revised
+    revised = None
+    with suppress(ValueError, OverflowError, OSError):  # beyond the year 9999
+        revised = datetime.fromtimestamp(int(said["seconds"]), UTC).isoformat()
+    return f"{said['revision']}{changed}", revised
 
 
 def _git(*arguments: str) -> str | None:
@@ -288,15 +302,36 @@ def add(path: Path, check: Check) -> bool:
 
 def prepare(path: Path) -> None:
     """Refuse a file `path` that no check can be added to; make it if it is not there."""
+    if path.suffix.lower() in OUTPUTS:
+        raise ArtefactError(
+            f"{path}: `gaitval history` would write its page over a history that ends in "
+            f"{path.suffix}. Name it accuracy.db."
+        )
     with _opened(path, write=True):
         pass
 
 
-def keep(path: Path, rows: Sequence[Row], subject: str) -> None:
-    """Add a check of `subject` at this moment to the history `path`, as `gaitval check --history`
-    does, with the `rows` of `regression.compare`. Raises ArtefactError as `add` does.
+def check_outputs(path: Path, folder: Path) -> None:
+    """Refuse to write the page of the history `path` into `folder` over the history itself. Raises
+    ArtefactError.
     """
-    add(path, of_rows(rows, subject))
+    for ending in OUTPUTS:
+        output = folder / f"{path.stem}{ending}"
+        same = path.exists() and output.exists() and path.samefile(output)
+        # neither file nor folder need be there yet
+        if same or path.resolve() == output.resolve():
+            raise ArtefactError(
+                f"{path}: the page would be written over the history itself, as {output}. Rename "
+                "the file to accuracy.db, or give another folder with --out."
+            )
+
+
+def keep(path: Path, rows: Sequence[Row], subject: str, *, commit: Commit | None = None) -> None:
+    """Add a check of `subject` at this moment to the history `path`, as `gaitval check --history`
+    does, with the `rows` of `regression.compare` and the `commit` (`of_rows`). Raises ArtefactError
+    as `add` does.
+    """
+    add(path, of_rows(rows, subject, commit))
 
 
 def read(path: Path) -> list[Check]:

@@ -1,12 +1,16 @@
 """`gaitval history`: the figures of all checks over commits."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval_gate.history_page import Found
 
 
 @added_command(
@@ -47,8 +51,10 @@ def history(
     more than the margin of its measure is marked. With fewer than six checks nothing is looked for.
     """
     from gaitval_gate import history as histories
-    from gaitval_gate.history_page import short, write_history
+    from gaitval_gate.history_page import write_history
 
+    folder = out or file.parent
+    histories.check_outputs(file, folder)
     checks = [histories.read_benchmarks(path) for path in benchmarks or ()]
     for path, check in zip(benchmarks or (), checks, strict=True):
         added = histories.add(file, check)
@@ -56,16 +62,33 @@ def history(
             f"{path}: {len(check.figures)} times{'' if added else ', were there already'}"
         )
     kept = histories.read(file)
-    folder = out or file.parent
     steps = write_history(folder, file.stem, kept)
-    rows = [
-        [short(step.revision), step.subject, f"{step.measure} {step.target}",
-         f"{step.before:.4g}", f"{step.after:.4g}", step.unit, step.change]
-        for step in steps
-    ]  # fmt: skip
-    if rows:
-        header = ["commit", "subject", "figure", "before", "after", "unit", "change"]
-        display.print_rows([header, *rows], "Commits at which a figure took a step")
+    _print_steps(steps)
     display.plain(
         f"{len(kept)} checks, {len(steps)} steps. Page: {folder / file.stem}.html, .pdf and .csv"
     )
+
+
+def _print_steps(steps: "Sequence[Found]") -> None:
+    """Print the commits at which a figure took a step, if there are any.
+
+    Cells are text, whatever they look like: `display.print_rows` would print the commit 1235e67 as
+    a number, and a test's [name] as markup.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    from gaitval_gate.history_page import short
+
+    if not steps:
+        return
+    table = Table(title="Commits at which a figure took a step")
+    for name in ("commit", "subject", "figure", "before", "after", "unit", "change"):
+        table.add_column(name, overflow="fold")
+    for step in steps:
+        cells = (
+            *(short(step.revision), step.subject, f"{step.measure} {step.target}"),
+            *(f"{step.before:.4g}", f"{step.after:.4g}", step.unit, step.change),
+        )
+        table.add_row(*map(Text, cells))
+    display.output.print(table)

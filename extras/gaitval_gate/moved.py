@@ -46,8 +46,10 @@ def judge_moved(
             f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
             f"more than their margin (table above). If the change is intended, {anew}."
         )
+    kept = sum(row.change == "kept" for row in rows)
+    improved = "" if kept == len(rows) else f", {len(rows) - kept} improved (table above)"
     display.output.print(
-        f"Figures: {len(rows)} measures within their margins of {baseline}", highlight=False
+        f"Figures: {kept} measures within their margins of {baseline}{improved}", highlight=False
     )
 
 

@@ -65,7 +65,8 @@ def gaitval_check(
     Its parameters: `baseline`, the folder (relative to pytest's root) or a built-in subject
     ("S05"), whose baseline comes with gaitval; `quantities`, measures
     ("angle_rmse") or their targets, with or without the side ("knee_angle", "knee_angle_r"), all
-    of them if left out. It returns the rows that were compared.
+    of them if left out. It returns the rows that were compared; a quantity of which none would be
+    compared fails the test.
     """
     from gaitval.errors import GaitvalError
     from gaitval_gate.stored_baselines import find_baseline
@@ -75,7 +76,8 @@ def gaitval_check(
         refused = None
         try:
             folder = find_baseline(baseline, request.config.rootpath).resolve()
-            _check_quantities(folder, quantities)  # before the walk, which takes seconds
+            # before the walk, which takes seconds
+            _check_quantities(folder, quantities, full=_is_full(request.config))
             rows, inputs = _compared(request.config, folder, tmp_path_factory)
             chosen = [row for row in rows if quantities is None or _names(row) & {*quantities}]
         except GaitvalError as error:
@@ -126,12 +128,12 @@ def _compared(
 
     if config.getoption("--gaitval-update"):
         _check_own(folder)
-    full = config.getoption("--gaitval-full") or config.getoption("--gaitval-update")
+    full = _is_full(config)
     stored = stored_metrics(folder / METRICS)
     # One folder for all workers of pytest-xdist, which are started side by side.
     base = temporary.getbasetemp()
     shared = base.parent if hasattr(config, "workerinput") else base
-    walked = shared / f"gaitval-{value_hash([str(folder), bool(full)])[:16]}.json"
+    walked = shared / f"gaitval-{value_hash([str(folder), full])[:16]}.json"
     with filelock.FileLock(walked.with_suffix(".lock")):
         if not walked.exists():
             write_json(walked, walk_again(folder, Observer(), quick=not full).as_dict())
@@ -142,6 +144,11 @@ def _compared(
         _update(folder, now)
         rows = compare(now, now)
     return rows, inputs
+
+
+def _is_full(config: pytest.Config) -> bool:
+    """Whether the long walks and the pushes are measured, too."""
+    return bool(config.getoption("--gaitval-full") or config.getoption("--gaitval-update"))
 
 
 def _check_own(folder: Path) -> None:
@@ -171,20 +178,38 @@ def _names(row: "Row | Measure") -> set[str]:
     return {row.measure, row.target, row.target.removesuffix("_r").removesuffix("_l")}
 
 
-def _check_quantities(folder: Path, quantities: Sequence[str] | None) -> None:
-    """Raise ArtefactError, which names near ones, if a baseline has none of a measure's name."""
+def _check_quantities(folder: Path, quantities: Sequence[str] | None, *, full: bool) -> None:
+    """Raise ArtefactError unless every one of the `quantities` is compared, of a `full` walk or a
+    short one: a test that compares nothing would pass whatever was lost.
+    """
     from gaitval.errors import ArtefactError
     from gaitval.study.inputs import METRICS
     from gaitval_gate.baseline import stored_metrics
+    from gaitval_gate.regression import LONG_MEASURES
 
-    known = sorted(set().union(*map(_names, stored_metrics(folder / METRICS).measures)))
-    for wanted in quantities or ():
+    measures = stored_metrics(folder / METRICS).measures
+    if quantities is None:
+        return
+    if not quantities:
+        raise ArtefactError(
+            "gaitval_check: quantities is empty, so nothing would be compared; name at least one, "
+            "or leave it out for all."
+        )
+    known = sorted(set().union(*map(_names, measures)))
+    for wanted in quantities:
         if wanted not in known:
             near = difflib.get_close_matches(wanted, known, n=3)
             raise ArtefactError(
                 f"gaitval_check: no quantity {wanted!r} among the measures of this baseline"
                 + (f"; did you mean {' or '.join(near)}?" if near else f": {', '.join(known)}.")
             )
+    short = set().union(*(_names(row) for row in measures if row.measure not in LONG_MEASURES))
+    left_out = [wanted for wanted in quantities if wanted not in short]
+    if left_out and not full:
+        raise ArtefactError(
+            f"gaitval_check: {', '.join(left_out)} is only measured with --gaitval-full, so it "
+            "would not be compared. Run pytest with --gaitval-full, or leave it out of quantities."
+        )
 
 
 def _line(row: "Row") -> str:

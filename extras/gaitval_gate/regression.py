@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal, Protocol
 from xml.etree import ElementTree
 
-from gaitval.artefacts import write_text
+from gaitval.artefacts import scratch, write_text
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import Origin
 from gaitval.metrics.origin import is_judged, measure_origin
@@ -128,6 +128,20 @@ def check_same_measures(rows: Sequence[Row]) -> None:
 def lost(rows: Sequence[Row]) -> list[Row]:
     """The `rows` that got worse; the check fails if there are any."""
     return [row for row in rows if row.change == "lost"]
+
+
+def prepare_junit(path: Path) -> None:
+    """Refuse a file `path` that JUnit XML cannot be written to, before minutes of walking; its
+    folder is made. Raises ArtefactError.
+    """
+    if path.is_dir():
+        raise ArtefactError(f"--junit {path}: is a folder. Give the name of a file in it.")
+    try:
+        with scratch(path.parent):
+            pass
+    except ArtefactError as error:
+        told = str(error).replace("with --out", "for --junit")
+        raise ArtefactError(f"--junit {path}: {told}") from None
 
 
 def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:

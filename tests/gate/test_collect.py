@@ -1,6 +1,7 @@
 """Walks are found in runs, baselines and folders of them; what cannot be compared is refused."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,24 @@ def test_of_a_run_with_a_baseline_in_it_the_run_counts(tmp_path: Path) -> None:
     assert collect([tmp_path / "S05"])[0].folder == tmp_path / "S05" / "baseline"
     run_of(tmp_path / "S05")
     assert collect([tmp_path])[0].folder == tmp_path / "S05"
+
+
+def test_a_run_that_is_redone_half_does_not_count(
+    make_run: Callable[..., Path], tmp_path: Path
+) -> None:
+    """Its figures are those of an earlier walk: the baseline in it counts, or nothing."""
+    run = make_run(tmp_path / "S05")
+    shutil.copytree(stored(), run / "baseline")
+    assert collect([run])[0].folder == run
+    records = read_json(run / "stages.json")
+    records["simulate"]["outputs"] = None
+    write_json(run / "stages.json", records)
+    for place in (run, tmp_path):
+        assert collect([place])[0].folder == run / "baseline"
+    shutil.rmtree(run / "baseline")
+    for place in (run, tmp_path, run / "metrics.json"):
+        with pytest.raises(ArtefactError, match="not a finished run: simulate has begun"):
+            collect([place])
 
 
 def test_what_is_no_walk_is_refused(tmp_path: Path) -> None:

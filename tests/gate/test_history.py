@@ -21,6 +21,8 @@ CHECK = Check(
     *("a machine", "S05", (FIGURE, replace(FIGURE, target="knee_angle_l", value=None))),
 )
 
+EPOCH = "1970-01-01T00:00:00+00:00"
+
 ADDER = """
 import sys
 from dataclasses import replace
@@ -195,6 +197,70 @@ def test_a_check_is_of_the_commit_that_is_checked_out(
     check = history.of_rows([row], "S05")
     assert check.revision == f"{head}+"
     assert check.figures == (Figure("angle_skill", "knee_angle_r", "1", 0.4, 0.5, 0.15, "higher"),)
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> list[str | None]:
+    """What `git show` prints is its first item; how git was asked, the others."""
+    lines: list[str | None] = []
+
+    def git(*arguments: str) -> str | None:
+        lines.extend(arguments if arguments[0] == "show" else ())
+        return lines[0] if arguments[0] == "show" else ""
+
+    for name in ("GITHUB_SHA", "CI_COMMIT_SHA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(history, "_git", git)
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("shown", "commit"),
+    [
+        (f"gpg: Signature made Sun\ngpg: Good signature\n{'a' * 40} 0", ("a" * 40, EPOCH)),
+        (f"{'a' * 64} 0", ("a" * 64, EPOCH)),
+        (f"{'a' * 40} 999999999999", ("a" * 40, None)),
+        (f"{'a' * 40} {'9' * 20}", ("a" * 40, None)),
+        ("what is no commit", ("unknown", None)),
+        (f"{'a' * 40} yesterday", ("unknown", None)),
+        ("", ("unknown", None)),
+    ],
+)
+def test_a_commit_that_git_says_otherwise_is_no_error(
+    said: list[str | None], shown: str, commit: history.Commit
+) -> None:
+    """After minutes of walking the figures would be lost: signatures are checked where a user's
+    settings say so, and a date may be anything."""
+    said.append(shown)
+    assert history.current_commit() == commit
+    assert "--no-show-signature" in said
+
+
+def test_a_check_is_of_the_commit_that_it_began_with(said: list[str | None], kept: Path) -> None:
+    said.append("of afterwards")
+    history.keep(kept, [], "S05", commit=("b" * 40, EPOCH))
+    assert {(each.revision, each.revised) for each in history.read(kept)} == {
+        (CHECK.revision, CHECK.revised), ("b" * 40, EPOCH),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["hist.csv", "hist.HTML", "hist.pdf"])
+def test_a_history_is_not_named_as_what_is_written_beside_it(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ArtefactError, match=r"Name it accuracy\.db"):
+        history.prepare(tmp_path / name)
+    assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("ending", history.OUTPUTS)
+def test_a_page_is_not_written_over_its_history(kept: Path, ending: str) -> None:
+    named = kept.rename(kept.with_suffix(ending))
+    with pytest.raises(ArtefactError, match="over the history itself") as refused:
+        history.check_outputs(named, named.parent)
+    assert "Rename the file to accuracy.db" in str(refused.value)
+    history.check_outputs(named, named.parent / "page")
+    for file in (named, named.with_stem("new")):
+        with pytest.raises(ArtefactError, match="over the history itself"):
+            history.check_outputs(file, file.parent / "page" / "..")
 
 
 def _benchmarks() -> dict:

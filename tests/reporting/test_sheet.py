@@ -279,7 +279,7 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
 
 def test_an_import_knows_how_much_its_strides_differ(folder: Path) -> None:
     metrics = read_metrics(folder / "metrics.json")
-    told = dict.fromkeys(metrics.told, [])
+    told = {key: [] for key in metrics.told}
     metrics = metrics.model_copy(update={"told": told, "measures": [], "tolerances": []})
     subject = load_subject("S05")
     imported = subject.model_copy(update={"uncertainty": {"knee_angle_r": 0.02}})

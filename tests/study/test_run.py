@@ -822,6 +822,13 @@ def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
     assert "pushes" not in simulate_stage(run).values
 
 
+@pytest.fixture
+def believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The figures of the stand-ins are none, of which a baseline would be refused."""
+    monkeypatch.setattr("gaitval_gate.baseline.believed", lambda _: None)
+
+
+@pytest.mark.usefixtures("believed")
 def test_a_baseline_is_stored_of_finished_runs_only(
     opened: Opener, stand_ins: list[float | None], tmp_path: Path
 ) -> None:
@@ -835,6 +842,37 @@ def test_a_baseline_is_stored_of_finished_runs_only(
     assert read_seal(tmp_path / "baseline").code == {}  # that of the stand-ins
 
 
+@pytest.mark.usefixtures("believed")
+def test_a_run_that_is_redone_half_is_no_baseline_until_it_is_finished(
+    opened: Opener, stand_ins: list[float | None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed at any stage up to the figures, or after one stage alone."""
+    run_subject(opened("identification.rounds=1"))
+    for number, name in enumerate(STAGES[:-1]):
+        whole = getattr(study, f"{name}_stage")
+
+        def killed(run: Run, *numbers: int, whole: Callable[..., Stage] = whole) -> Stage:
+            def kill() -> None:
+                raise KeyboardInterrupt
+
+            return replace(whole(run, *numbers), run=kill)
+
+        monkeypatch.setattr(study, f"{name}_stage", killed)
+        changed = f"seed={number + 1}", "identification.rounds=1", f"scaling.symmetric={number % 2}"
+        run = opened(*changed)
+        with pytest.raises(KeyboardInterrupt):
+            run_subject(run, force=True)
+        with pytest.raises(ArtefactError, match="not a finished run"):
+            store_baseline(run.folder, tmp_path / "baseline")
+        monkeypatch.setattr(study, f"{name}_stage", whole)
+        run_subject(opened(*changed))
+        store_baseline(run.folder, tmp_path / "baseline")
+    run_one(opened("seed=99"), "identify")
+    with pytest.raises(ArtefactError, match="not a finished run"):
+        store_baseline(run.folder, tmp_path / "baseline")
+
+
+@pytest.mark.usefixtures("believed")
 def test_the_time_of_a_device_is_no_round_of_a_baseline(
     opened: Opener, stand_ins: list[float | None], tmp_path: Path
 ) -> None:
@@ -859,6 +897,7 @@ def test_the_code_in_a_seal_is_that_of_the_stages_that_a_check_runs(opened: Open
     assert set(changed) - set(ran_with) == {"gaitval/x"}
 
 
+@pytest.mark.usefixtures("believed")
 def test_a_baseline_keeps_the_times_of_a_run_from_nothing_and_of_a_warm_one(
     opened: Opener, stand_ins: list[float | None], tmp_path: Path
 ) -> None:
@@ -1040,6 +1079,7 @@ def test_a_policy_of_another_size_is_not_started_from(
     assert "128 hidden units, but training.hidden_units is 64" in said(run)
 
 
+@pytest.mark.usefixtures("believed")
 def test_a_changed_file_of_a_run_does_not_become_a_baseline(
     opened: Opener, stand_ins: list[float | None], tmp_path: Path
 ) -> None:

@@ -102,6 +102,26 @@ def test_what_cannot_be_compared_is_said_in_words_and_nothing_walks(project: Pat
     assert not list((project / "temporary").glob("gaitval-*.json"))
 
 
+def test_a_test_that_would_compare_nothing_fails_and_nothing_walks(project: Path) -> None:
+    """It would pass whatever was lost."""
+    (project / "test_gait.py").write_text(
+        "def test_long(gaitval_check):\n"
+        '    gaitval_check("baseline", quantities=["push_survival"])\n'
+        "def test_one_of_two(gaitval_check):\n"
+        '    gaitval_check("baseline", quantities=["knee_angle", "start phase 0"])\n'
+        "def test_none(gaitval_check):\n"
+        '    gaitval_check("baseline", quantities=[])\n'
+    )
+    done = run(project, "--basetemp", str(project / "temporary"))
+    assert done.returncode == 1
+    assert "3 failed" in done.stdout
+    assert "push_survival is only measured with --gaitval-full" in done.stdout
+    assert "gaitval_check: start phase 0 is only measured with --gaitval-full" in done.stdout
+    assert "name at least one, or leave it out for all" in done.stdout
+    assert "Traceback" not in done.stdout
+    assert not list((project / "temporary").glob("gaitval-*.json"))
+
+
 @pytest.mark.slow  # where baselines are found: `tests/study/test_stored_baseline.py`
 def test_a_missing_baseline_is_said_once_and_those_of_gaitval_are_found(project: Path) -> None:
     (project / "test_gait.py").write_text(
