@@ -1,0 +1,191 @@
+"""A baseline is stored whole, of a finished run of the right person, or the old one stays; damage
+of one that is stored is in `tests/study/test_stored_baseline.py`."""
+
+import errno
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gaitval import artefacts
+from gaitval.artefacts import read_json, write_json, write_text
+from gaitval.errors import ArtefactError
+from gaitval.study.inputs import STORED_FILES
+from gaitval.study.stage import Observer
+from gaitval_gate import baseline
+from gaitval_gate.baseline import TIMES, WALKING, store_baseline, stored_metrics, walk_again
+from gaitval_gate.seal import SEAL, read_seal
+
+REPORTS = Path(__file__).parents[2] / "reports"
+
+MakeRun = Callable[..., Path]
+
+
+@pytest.fixture
+def run(make_run: MakeRun, tmp_path: Path) -> Path:
+    return make_run(tmp_path / "run")
+
+
+@pytest.fixture
+def target(run: Path, tmp_path: Path) -> Path:
+    """A stored baseline with something of the user's in its folder."""
+    store_baseline(run, tmp_path / "baseline")
+    write_text(tmp_path / "baseline" / "README.md", "ours")
+    return tmp_path / "baseline"
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def edited(path: Path, change: Callable[[Any], object]) -> None:
+    values = read_json(path)
+    change(values)
+    write_json(path, values)
+
+
+def test_what_is_stored_can_be_checked(run: Path, target: Path) -> None:
+    assert {*contents(target)} == {*STORED_FILES, TIMES, SEAL, "README.md"}
+    assert stored_metrics(target / "metrics.json").subject.identifier == "S05"
+    times = read_json(target / TIMES)["policy"]
+    assert times["seconds"] == pytest.approx(2.0 * len(times["stages"]))
+    assert "gaitval/validate" in (read_seal(target).code or {})
+
+
+def test_a_run_of_an_earlier_gaitval_has_no_code_in_its_seal(run: Path, tmp_path: Path) -> None:
+    (walked, *_) = (name for name in WALKING if name in read_json(run / "stages.json"))
+    edited(run / "stages.json", lambda records: records[walked].pop("code"))
+    store_baseline(run, tmp_path / "baseline")
+    assert read_seal(tmp_path / "baseline").code is None
+
+
+def test_a_run_that_is_redone_half_is_refused_and_the_old_baseline_stays(
+    run: Path, target: Path
+) -> None:
+    """As after `gaitval subject --start OTHER` was killed: a policy of the one, metrics of the
+    other."""
+    before = contents(target)
+    edited(run / "stages.json", lambda records: records["simulate"].update(outputs=None))
+    with pytest.raises(ArtefactError, match="not a finished run: simulate has begun"):
+        store_baseline(run, target)
+    assert contents(target) == before
+
+
+def test_a_run_that_every_check_would_refuse_is_refused_with_a_way_on(
+    run: Path, tmp_path: Path
+) -> None:
+    """Not: store the baseline again."""
+    path = run / "configuration.toml"
+    path.write_text(path.read_text().replace("\ncycles = 24", "\ncycles = 25", 1))
+    with pytest.raises(ArtefactError, match="has other settings than the walk") as refused:
+        store_baseline(run, tmp_path / "baseline")
+    assert "gaitval baseline" not in str(refused.value)
+    assert f"`gaitval validate SUBJECT --out {run} --force`" in str(refused.value)
+    assert not (tmp_path / "baseline").exists()
+
+
+def test_a_run_of_another_person_is_refused(run: Path, tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match="is of subject S05, but a baseline of S06") as refused:
+        store_baseline(run, tmp_path / "baseline", "S06")
+    assert str(run / "subject.toml") in str(refused.value)
+    assert not (tmp_path / "baseline").exists()
+    store_baseline(run, tmp_path / "baseline", "S05")
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "told"),
+    [
+        ("stages.json", lambda v: v.update(scale=None), "scale: does not match the schema"),
+        ("provenance.json", lambda v: v["stages"].update(scale=3), "at stages/scale"),
+        ("provenance.json", lambda v: v["stages"]["scale"].update(seconds="2"), "scale/seconds"),
+        ("provenance.json", lambda v: v.pop("stages"), "at stages, Field required"),
+    ],
+)
+def test_records_that_were_edited_are_refused_before_anything_is_written(
+    run: Path, target: Path, name: str, change: Callable[[Any], object], told: str
+) -> None:
+    before = contents(target)
+    edited(run / name, change)
+    with pytest.raises(ArtefactError, match=told) as refused:
+        store_baseline(run, target)
+    assert str(run / name) in str(refused.value)
+    assert contents(target) == before
+
+
+def test_wall_times_that_were_edited_are_refused(run: Path, target: Path) -> None:
+    write_json(target / TIMES, [1])
+    before = contents(target)
+    with pytest.raises(ArtefactError, match=r"times\.json: not a table of wall times"):
+        store_baseline(run, target)
+    assert contents(target) == before
+
+
+@pytest.mark.parametrize("name", ["policy.json", "metrics.json", TIMES, SEAL])
+def test_a_full_disk_leaves_the_old_baseline(
+    run: Path, target: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    before = contents(target)
+    whole = artefacts.replacing
+
+    def full(path: Path) -> Any:
+        if Path(path).name == name:
+            with artefacts.writing(path):
+                raise OSError(errno.ENOSPC, "No space left on device")
+        return whole(path)
+
+    monkeypatch.setattr(artefacts, "replacing", full)
+    with pytest.raises(ArtefactError, match="no space left") as refused:
+        store_baseline(run, target)
+    assert str(refused.value).startswith(f"{target}: cannot be written")
+    assert "give another folder with --to" in str(refused.value)
+    assert contents(target) == before
+
+
+# --- the folder that a check walks in --------------------------------------------------------
+
+
+@pytest.mark.parametrize("where", ["the folder", "a file in it"])
+def test_a_full_temporary_folder_is_named_and_not_the_baseline(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: str
+) -> None:
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    full = OSError(errno.ENOSPC, "No space left on device")
+
+    def no_folder(**_: object) -> None:
+        full.filename = str(tmp_path / "tmp" / "gaitval-check-x")
+        raise full
+
+    def no_file(_: object, __: object, folder: Path, ___: object) -> None:
+        with artefacts.writing(folder / "subject.toml"):
+            raise full
+
+    if where == "the folder":
+        monkeypatch.setattr(tempfile, "TemporaryDirectory", no_folder)
+    else:
+        monkeypatch.setattr(baseline, "open_run", no_file)
+    stored = REPORTS / "S05" / "baseline"
+    with pytest.raises(ArtefactError, match="no space left") as refused:
+        walk_again(stored, Observer(), quick=True)
+    told = str(refused.value)
+    assert told.startswith(f"{tmp_path / 'tmp'}: a check walks in a temporary folder")
+    assert "set TMPDIR to a folder on another disk" in told
+    assert "--out" not in told
+    assert str(stored) not in told
+
+
+def test_what_is_wrong_with_a_baseline_is_still_said_of_the_baseline(tmp_path: Path) -> None:
+    """A check copies it into its temporary folder, of which nobody knows."""
+    from shutil import copytree
+
+    copytree(REPORTS / "S05" / "baseline", tmp_path / "baseline")
+    write_text(tmp_path / "baseline" / "identification.json", "{}")
+    with pytest.raises(ArtefactError) as refused:
+        walk_again(tmp_path / "baseline", Observer(), quick=True)
+    assert str(tmp_path / "baseline" / "identification.json") in str(refused.value)
