@@ -1,0 +1,41 @@
+"""What the last line of a check counts."""
+
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from gaitval.cli import display
+from gaitval.errors import ToleranceError
+from gaitval_gate.moved import judge_moved
+from gaitval_gate.regression import Outcome, Row
+
+
+def row(change: Outcome) -> Row:
+    return Row("angle_rmse", "knee_angle_r", "deg", 4.0, 3.0, 0.5, change)
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+    text = io.StringIO()
+    monkeypatch.setattr(display, "output", Console(file=text, width=200))
+    return text
+
+
+def test_what_improved_is_not_counted_as_within_its_margin(said: io.StringIO) -> None:
+    judge_moved([row("kept"), row("improved"), row("kept")], Path("S05"))
+    assert "moved by more than their margin" in said.getvalue()
+    assert "Figures: 2 measures within their margins of S05, 1 improved (table above)" in (
+        said.getvalue()
+    )
+
+
+def test_where_nothing_moved_there_is_no_table(said: io.StringIO) -> None:
+    judge_moved([row("kept"), row("kept")], Path("S05"))
+    assert said.getvalue() == "Figures: 2 measures within their margins of S05\n"
+
+
+def test_a_loss_is_counted_of_all(said: io.StringIO) -> None:
+    with pytest.raises(ToleranceError, match="1 of 3 measures are worse than in S05"):
+        judge_moved([row("kept"), row("improved"), row("lost")], Path("S05"))
