@@ -454,5 +454,5 @@ def baseline(
         stored.seal_again(target)
         display.output.print(f"Sealed {target}", highlight=False)
         return
-    stored.store_baseline(folder, target)
+    stored.store_baseline(folder, target, identifier)
     display.output.print(f"Stored {target}", highlight=False)
