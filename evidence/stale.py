@@ -258,6 +258,22 @@ EQUAL: Final = (
         "and everything of the 104 records of gps/ are equal to the last bit; tests/measurement, "
         "tests/mocap, tests/patients, tests/study",
     ),
+    Equal(
+        "677c0a5365",
+        "5a926ab5fb",
+        (
+            *("gaitval/configuration.py", "gaitval/datasets/*.py", "gaitval/gait/record.py"),
+            *("gaitval/interface/*.py", "gaitval/metrics/*.py", "gaitval/metrics/*.toml"),
+            *("gaitval/mocap/recording.py", "gaitval/model/rotations.py", "gaitval/policy/*.py"),
+            *("gaitval/reporting/*", "gaitval/session/*.py", "extras/gaitval_cohort/table.py"),
+            *("extras/gaitval_curves/*.py", "extras/gaitval_export/*.py"),
+            *("extras/gaitval_formats/*.py", "extras/gaitval_judge/judge_page.py"),
+            *("extras/gaitval_patients/one_stride.py", "extras/gaitval_virtual/*.py"),
+        ),
+        "a study of S05 is equal to the last digit but foot progression, the score that it is part "
+        "of, texts and the interval of falls; an import of WBDS01 but the angles of the feet, and "
+        "the steps that it now has; rows of the 104 records' walks are measured again",
+    ),
 )
 """Oldest first."""
 
