@@ -1,7 +1,5 @@
 """What the functions for Python refuse before they compute: arguments of another kind or size."""
 
-from math import isfinite
-
 from gaitval.errors import ConfigurationError
 
 
@@ -17,9 +15,6 @@ def expect(name: str, value: object, kind: type | tuple[type, ...], give: str) -
 
 def number(name: str, value: object, least: float, most: float, give: str) -> None:
     """Raise ConfigurationError if the argument `name` is no number from `least` to `most`."""
-    if (
-        isinstance(value, bool)
-        or not hasattr(value, "__float__")
-        or not (isfinite(float(value)) and least <= float(value) <= most)
-    ):
+    is_number = hasattr(value, "__float__") and not isinstance(value, bool)
+    if not (is_number and least <= float(value) <= most):  # type: ignore[arg-type]
         raise ConfigurationError(f"{name} is {value!r:.60}. Give {give}.")

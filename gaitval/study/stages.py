@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitval import file_gate, wings
-from gaitval.artefacts import copy_file, copy_files, read_json, replacing, write_json
+from gaitval.artefacts import copy_file, copy_files, read_json, replacing, value_hash, write_json
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
 from gaitval.identification.prior import prior_sd
@@ -813,7 +813,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         from gaitval.metrics.held_out import prediction_errors
 
         expected_errors = prediction_errors(run.subject, settings, people)
-    return validate(
+    found = validate(
         *run.compared(),
         read_urdf(run.folder / "model.urdf"),
         nominal,
@@ -832,6 +832,10 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         prediction_errors=expected_errors,
         training=stored(run, f"policy/{GAIN}", LearningGain),
     )
+    # of the file beside it, which has neither devices nor the trial that is held out as its own
+    subject = value_hash((run.folder / "subject.toml").read_text("utf-8"))
+    own = found.provenance.model_copy(update={"subject": subject})
+    return found.model_copy(update={"provenance": own})
 
 
 def validate_stage(run: Run) -> Stage:

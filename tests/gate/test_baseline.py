@@ -8,7 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from html_page import only_html
+from quick_settings import QUICK
 
+import gaitval as gv
 from gaitval import artefacts
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.errors import ArtefactError
@@ -189,3 +192,12 @@ def test_what_is_wrong_with_a_baseline_is_still_said_of_the_baseline(tmp_path: P
     with pytest.raises(ArtefactError) as refused:
         walk_again(tmp_path / "baseline", Observer(), quick=True)
     assert str(tmp_path / "baseline" / "identification.json") in str(refused.value)
+
+
+def test_a_run_that_holds_a_trial_out_is_stored(tmp_path, monkeypatch):
+    """Its walk is compared with that trial, whose values are not the own ones of subject.toml."""
+    only_html(monkeypatch)
+    run = tmp_path / "S05"
+    gv.run_study(5, out=run, settings=[*QUICK, 'record.holdout="T03"'])
+    store_baseline(run, tmp_path / "baseline", "S05")
+    assert stored_metrics(tmp_path / "baseline" / "metrics.json").unseen == []
