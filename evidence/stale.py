@@ -274,6 +274,12 @@ EQUAL: Final = (
         "of, texts and the interval of falls; an import of WBDS01 but the angles of the feet, and "
         "the steps that it now has; rows of the 104 records' walks are measured again",
     ),
+    Equal(
+        "5a926ab5fb",
+        "af7df6b6d0",
+        ("gaitval/study/stages.py", "gaitval/interface/arguments.py"),
+        "only the hash of the subject in metrics.json, of runs with a device or a trial held out",
+    ),
 )
 """Oldest first."""
 
