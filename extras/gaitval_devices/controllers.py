@@ -37,6 +37,7 @@ class Measured:
     moment : Nm, of the wearer's own muscles at the joint, as electromyography would estimate it.
     inclination : rad, of the segment below the hinge from the vertical, forward positive, as an
         inertial sensor measures it.
+    forward : 1 where a larger coordinate inclines that segment forward, -1 at a knee.
     mass : kg, of the wearer, which the device is set to.
     """
 
@@ -50,6 +51,7 @@ class Measured:
     torque: float
     moment: float
     inclination: float
+    forward: float
     mass: float
 
 
@@ -144,11 +146,11 @@ class GravityCompensation(_Controller):
     arm: Annotated[float, Field(gt=0, le=1)]
 
     def torque(self, measured: Measured) -> float:
-        """Nm; raises a segment that is inclined forward."""
+        """Nm; lifts a segment that is inclined forward, which extends a knee."""
         if measured.loaded:
             return 0.0
         weight = self.share * self.mass * STANDARD_GRAVITY
-        return weight * self.arm * math.sin(measured.inclination)
+        return measured.forward * weight * self.arm * math.sin(measured.inclination)
 
 
 class Stage(_Controller):

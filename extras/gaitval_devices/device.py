@@ -43,6 +43,8 @@ JOINTS: Final = tuple(
     dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in ACTUATED)
 )
 """Joints that a hinge can be parallel to, without side."""
+CARRIED: Final = ("hip_flexion", "knee_angle")
+"""Joints below which a segment hangs; a foot lies ahead of its joint."""
 KINDS: Final = tuple(dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in SEGMENTS))
 """Segments that a part can be on, without side."""
 SHIPPED: Final = Path(__file__).parent / "shipped"
@@ -248,6 +250,12 @@ class Hinge(Table):
             raise ValueError(
                 f"hinge at {self.joint}: a controller without a motor can do nothing. Add `motor` "
                 "with torque, speed and power, or remove `controller`."
+            )
+        carries = self.controller is not None and self.controller.kind == "gravity"
+        if carries and self.joint not in CARRIED:
+            raise ValueError(
+                f"hinge at {self.joint}: the controller `gravity` carries what hangs below "
+                f"{' or '.join(CARRIED)}. Put it there, or take another controller."
             )
         resists = self.spring or self.stance_damper or self.damping > 0.0
         tie = next((each for each in ("strap", "socket") if getattr(self, each)), None)

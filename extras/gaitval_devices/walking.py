@@ -345,6 +345,7 @@ class DeviceWalker(Walker):
             torque=float(state[column.LIMB]),
             moment=float(self.mean_moments[worn.joint]),
             inclination=self._inclination(worn.name),
+            forward=-1.0 if worn.name.startswith("knee") else 1.0,
             mass=self._person.mass,
         )
 

@@ -40,7 +40,8 @@ def recording_of(walked: Walked) -> Recording:
     shown = walk.positions[whole]
     places = marker_positions(walked.body, markers, shown[::CAMERA_STEPS])
     rate = 1.0 / float(walk.time[1] - walk.time[0])
-    wrenches = ground_wrenches(walk, walked.stored.corrected_task)[whole]
+    acting = walked.acting
+    wrenches = ground_wrenches(walk, walked.stored.corrected_task)[acting][: len(shown)]
     # The smooth contact law acts a centimetre above the ground already, which no plate feels.
     wrenches[wrenches[..., 2] < UNLOADED_N] = 0.0
     corners = _corners(shown[:, 3:5])

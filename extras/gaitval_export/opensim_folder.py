@@ -34,7 +34,7 @@ def write_opensim(folder: Path, walked: Walked) -> list[Path]:
     write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
-    acting = np.hstack([np.zeros((len(time), 6)), walk.moments[rows]])
+    acting = np.hstack([np.zeros((len(time), 6)), walk.moments[walked.acting]])
     write_storage(moments, _generalised_forces(time, positions, acting))
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
@@ -53,7 +53,7 @@ def _generalised_forces(time: Array, positions: Array, forces: Array) -> Storage
 
 def foot_forces(walked: Walked) -> FootForces:
     """Force, centre of pressure and free moment on each foot, over the exported rows."""
-    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.rows]
+    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.acting]
     force, moment = wrenches[..., :3].copy(), wrenches[..., 3:]
     loaded = force[..., 2] > LOADED_N
     force[~loaded] = 0.0

@@ -1,9 +1,12 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from gaitval.coordinates import COORDINATES
+from gaitval.model.tree import segment_frames
 from gaitval_devices.controllers import (
     GravityCompensation,
     Impedance,
@@ -12,6 +15,18 @@ from gaitval_devices.controllers import (
     ProportionalMoment,
     VirtualConstraint,
 )
+from gaitval_devices.device import CARRIED, Device
+from gaitval_devices.walking import DeviceWalker, with_devices
+
+MOTOR = {
+    "torque": 200.0,
+    "speed": 10.0,
+    "power": 500.0,
+    "bandwidth": 15.0,
+    "delay": 0.0,
+    "noise": 0.0,
+}
+CARRIER = {"share": 1.0, "mass": 3.85, "arm": 0.25}
 
 
 def measured(**given):
@@ -26,6 +41,7 @@ def measured(**given):
         "torque": 0.0,
         "moment": 0.0,
         "inclination": 0.0,
+        "forward": 1.0,
         "mass": 70.0,
     }
     return Measured(**(values | given))
@@ -72,6 +88,41 @@ def test_gravity_compensation_lifts_what_is_inclined_forward_in_swing():
     lifting = carrier.torque(measured(loaded=False, inclination=0.5))
     assert lifting == pytest.approx(0.5 * 10.0 * 9.80665 * 0.4 * math.sin(0.5))
     assert carrier.torque(measured(loaded=True, inclination=0.5)) == 0.0
+
+
+@pytest.mark.parametrize("joint", CARRIED)
+@pytest.mark.parametrize("knee", [5.0, 60.0])
+def test_gravity_compensation_pushes_as_the_weight_below_pulls(person, joint, knee):
+    """On both sides: against the derivative of the body's potential energy by the joint."""
+    hinge = {"joint": joint, "motor": MOTOR, "controller": {"kind": "gravity", **CARRIER}}
+    device = Device(name="carrier", source="here", hinges=[hinge])
+    walker = DeviceWalker(with_devices(person.task, (device,)))
+    pose = np.zeros(len(COORDINATES))
+    for side in "rl":
+        pose[COORDINATES.index(f"hip_flexion_{side}")] = np.radians(40.0)
+        pose[COORDINATES.index(f"knee_angle_{side}")] = np.radians(knee)
+    walker.reset(pose, np.zeros(len(COORDINATES)), 0.0)
+    for worn, state in zip(walker.worn, walker.hinges, strict=True):
+        seen = walker._measured(worn, walker._estimates[id(worn.device), worn.side], state)
+        small = 1e-6 * (np.arange(len(COORDINATES)) == COORDINATES.index(worn.name))
+        energy = [_potential_energy(person.task.model, pose + step) for step in (small, -small)]
+        needed = (energy[0] - energy[1]) / 2e-6
+        torque = worn.controller.torque(replace(seen, loaded=False))
+        assert torque * needed > 0.0, worn.name
+
+
+def test_gravity_compensation_at_a_foot_is_refused():
+    hinge = {"joint": "ankle_angle", "motor": MOTOR, "controller": {"kind": "gravity", **CARRIER}}
+    with pytest.raises(ValidationError, match="what hangs below hip_flexion or knee_angle"):
+        Device(name="carrier", source="here", hinges=[hinge])
+
+
+def _potential_energy(model, pose):
+    frames = segment_frames(model, pose[None])[0]
+    return sum(
+        each.mass * 9.80665 * (frame[:3, 3] + frame[:3, :3] @ each.centre_of_mass)[2]
+        for each, frame in zip(model.segments, frames, strict=True)
+    )
 
 
 def test_impedance_is_that_of_the_stage():
