@@ -20,8 +20,8 @@ import pandas as pd
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import RecordError
+from gaitval.gait.mean_curves import MeanCurves
 from gaitval.gait.record import (
     ANGLE_NAMES,
     MOMENT_NAMES,

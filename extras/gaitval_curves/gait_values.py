@@ -9,11 +9,11 @@ from scipy.optimize import minimize_scalar
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.stored_gait import Forces, Gait, StanceFraction
-from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import (
     ANGLE_TOLERANCE,
     MOMENT_TOLERANCE,
+    MeanCurves,
     fit_curve,
     fit_force,
     mean_vertical_force,

@@ -38,8 +38,8 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import RecordError
+from gaitval.gait.mean_curves import MeanCurves
 from gaitval_curves.gait_values import gait_values
 from gaitval_curves.wbds_files import (
     MOMENT_SEAM,

@@ -24,8 +24,8 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import MARKERS, Subject, make_subject
-from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import GaitvalError, RecordError
+from gaitval.gait.mean_curves import MeanCurves
 from gaitval.mocap.mot import read_ground_reaction
 from gaitval.mocap.reading import read_recording
 from gaitval_curves.gait_values import gait_values

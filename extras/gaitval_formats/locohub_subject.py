@@ -13,9 +13,8 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject, make_subject
-from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError
-from gaitval.gait.mean_curves import stance_fraction
+from gaitval.gait.mean_curves import MeanCurves, stance_fraction
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.gait.sampling import SAMPLES
 from gaitval_formats.locohub import LocoHubTrial, grouped, read_locohub_trials, resampled

@@ -19,10 +19,10 @@ from gaitval.configuration import Configuration, ContactSettings, NoiseSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject, make_subject
-from gaitval.datasets.trial_curves import MeanCurves
 from gaitval.errors import GaitvalError
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES, Curves
+from gaitval.gait.mean_curves import MeanCurves
 from gaitval.gait.plate_correction import SHIFT_SIGNS
 from gaitval.gait.record import RECORDED_ANGLES, PeriodicCurve
 from gaitval.gait.sampling import SAMPLES

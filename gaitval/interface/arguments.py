@@ -4,9 +4,7 @@ from gaitval.errors import ConfigurationError
 
 
 def expect(name: str, value: object, kind: type | tuple[type, ...], give: str) -> None:
-    """Raise ConfigurationError if the argument `name` is not of a `kind`; `give` says how to make
-    one.
-    """
+    """Raise ConfigurationError if argument `name` is of no `kind`; `give` says how to make one."""
     if not isinstance(value, kind):
         raise ConfigurationError(
             f"{name} is {value!r:.60}, of type {type(value).__name__}. Give {give}."

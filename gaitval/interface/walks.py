@@ -138,13 +138,9 @@ def _check_push(push: tuple[float, float, float], start: float, end: float) -> N
     expect("push", push, (tuple, list, np.ndarray), give)
     if len(push) != 3:
         raise ConfigurationError(f"push has {len(push)} values. Give {give}.")
-    within = f"a phase within the walk, {start:g} to {end:g}"
-    for name, value, least, most, wanted in (
-        ("push[0]", push[0], start, end, within),
-        ("push[1]", push[1], 0.0, 1e4, "a force from 0 to 10,000 N"),
-        ("push[2]", push[2], -100.0, 100.0, "a direction in rad"),
-    ):
-        number(name, value, least, most, wanted)
+    number("push[0]", push[0], start, end, f"a phase within the walk, {start:g} to {end:g}")
+    number("push[1]", push[1], 0.0, 1e4, "a force from 0 to 10,000 N")
+    number("push[2]", push[2], -100.0, 100.0, "a direction in rad")
 
 
 def compare(

@@ -140,6 +140,21 @@ def opened(path: Path) -> Any:
         return ezc3d.c3d(str(copy))
 
 
+def samples_of(file: Any) -> "np.ndarray[Any, np.dtype[np.float64]]":
+    """Analog samples (T, C) of what ezc3d found in a `file`. Counts and offsets of a FORMAT that is
+    UNSIGNED, which it reads as signed, are made right.
+    """
+    samples = np.ascontiguousarray(file["data"]["analogs"][0].T)
+    group, points = file["parameters"].get("ANALOG", {}), file["parameters"]["POINT"]
+    told = [*group.get("FORMAT", {}).get("value", ()), ""][0]
+    if not str(told).upper().startswith("UNSIGNED") or points["SCALE"]["value"][0] < 0:
+        return samples
+    gain, offset = (np.array(group[name]["value"], dtype=float) for name in ("SCALE", "OFFSET"))
+    gain *= group["GEN_SCALE"]["value"][0]
+    counts = np.rint(samples / gain + offset)
+    return np.asarray((counts % 65536 - offset % 65536) * gain)
+
+
 def main() -> None:
     """Exit code 0 with the contents on stdout, or 1 with one line `c3d: why` on stderr."""
     path = Path(sys.argv[1])
@@ -170,7 +185,7 @@ def main() -> None:
             described=np.array(json.dumps(described)),
             points=np.ascontiguousarray(points[:3].transpose(2, 1, 0)),
             residuals=np.ascontiguousarray(residuals[0].T),
-            analogs=np.ascontiguousarray(file["data"]["analogs"][0].T),
+            analogs=samples_of(file),
         )
     except Exception as error:  # whatever a damaged file causes, the parent process reports it
         text = str(error).splitlines()

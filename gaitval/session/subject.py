@@ -157,10 +157,8 @@ def steps(walks: Sequence[WalkingTrial]) -> MeanSteps | None:
     }
     if any(not np.isfinite(values).any() for values in found.values()):
         return None
-    mean = {key: float(np.nanmean(values)) for key, values in found.items()}
-    right, left = (mean["step_length", side] for side in SIDES)
-    width = 0.5 * sum(mean["step_width", side] for side in SIDES)
-    return MeanSteps(right=right, left=left, width=width)
+    right, left, *widths = (float(np.nanmean(values)) for values in found.values())
+    return MeanSteps(right=right, left=left, width=0.5 * sum(widths))
 
 
 def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None:

@@ -11,6 +11,7 @@ from typing import Any
 import ezc3d
 import numpy as np
 import pytest
+from integer_c3d import write_integer_c3d
 from scipy.signal import butter, filtfilt
 
 from gaitval.arrays import Array
@@ -18,6 +19,7 @@ from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap import c3d_contents
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.c3d_plates import _zero_samples
+from gaitval.mocap.c3d_process import opened, samples_of
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
@@ -819,3 +821,14 @@ def test_frames_that_the_file_declares_unloaded_are_counted_from_one(
             return declared
 
     assert _zero_samples(Contents(), 0, 5, 50) == samples  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("form", "offset"), [("SIGNED", 0), ("UNSIGNED", 32768), ("UNSIGNED", 0)])
+def test_unsigned_counts_are_read_as_they_are(tmp_path: Path, form: str, offset: int) -> None:
+    """ezc3d takes them for signed: zero became a whole range, and a sound plate an occupied one."""
+    most = 32767 if offset == 0 and form == "SIGNED" else 65535
+    counts = np.array([[0, 1, 12], [2048, 32767, most], [most, most - 1, 100]])
+    write_integer_c3d(tmp_path / "a.c3d", counts, offset, 0.25, form)
+    np.testing.assert_allclose(
+        samples_of(opened(tmp_path / "a.c3d")), 0.25 * (counts - float(offset))
+    )
