@@ -2,9 +2,8 @@
 
     python examples/c3d_to_joint_moments.py TRIAL [SUBJECT] [FOLDER]
 
-TRIAL is a walking trial of SUBJECT, by default of built-in subject 1 (trial WBDS01walkT01.c3d of
-the data set WBDS); its axes are those of the WBDS. FOLDER gets motion.npz, moments.npz, moments.csv
-and moments.png.
+TRIAL is one of SUBJECT, such as WBDS01walkT01.c3d of built-in subject 1, whose axes it has. FOLDER
+gets motion.npz, moments.npz, moments.csv and moments.png.
 """
 
 import sys
@@ -37,6 +36,4 @@ def main(trial: str, name: str = "1", folder: str = "moments") -> None:
 
 
 if __name__ == "__main__":
-    if not 2 <= len(sys.argv) <= 4 or not Path(sys.argv[1]).is_file():
-        sys.exit(__doc__)
-    main(*sys.argv[1:])
+    main(*sys.argv[1:]) if len(sys.argv) > 1 else sys.exit(__doc__)

@@ -31,7 +31,8 @@ def test_a_person_is_shown_by_every_assumption(found):
     name = "ankle: largest moment of the muscles (Nm/kg)"
     assert plain[name] < kept[name] < 0.0
     assert plain[name] < moments[name] < 0.0
-    assert kept["stride time (s)"] == plain["stride time (s)"]
+    # the same motion; of its few cycles one may begin a step of the physics later
+    assert kept["stride time (s)"] == pytest.approx(plain["stride time (s)"], abs=0.002)
     assert found[1].survived is None
     assert found[0].survived == 2
 

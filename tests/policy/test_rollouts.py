@@ -449,21 +449,18 @@ def test_kept_workers_serve_one_pool_after_the_other_each_with_its_task(task):
 
 
 WAITING = """
+    import operator
     import pickle
     import sys
     from pathlib import Path
 
     from gaitval.policy.rollouts import RolloutPool
 
-    def nothing(environment, item):
-        return item
-
-    if __name__ == "__main__":
-        task = pickle.loads(Path(sys.argv[1]).read_bytes())
-        with RolloutPool(task, workers=2) as pool:
-            assert pool.map(nothing, [1, 2]) == [1, 2]
-            print("waiting", flush=True)
-            sys.stdin.read()
+    task = pickle.loads(Path(sys.argv[1]).read_bytes())
+    with RolloutPool(task, workers=2) as pool:
+        assert pool.map(operator.is_not, [1, 2]) == [True, True]
+        print("waiting", flush=True)
+        sys.stdin.read()
 """
 
 
