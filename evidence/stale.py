@@ -280,6 +280,20 @@ EQUAL: Final = (
         ("gaitval/study/stages.py", "gaitval/interface/arguments.py"),
         "only the hash of the subject in metrics.json, of runs with a device or a trial held out",
     ),
+    Equal(
+        "af7df6b6d0",
+        "eeadd52998",
+        (
+            *(
+                "gaitval/gait/mean_curves.py",
+                "gaitval/interface/*.py",
+                "gaitval/session/subject.py",
+            ),
+            *("gaitval/mocap/c3d_process.py", "extras/gaitval_curves/*.py"),
+            *("extras/gaitval_formats/locohub_subject.py", "extras/gaitval_virtual/person.py"),
+        ),
+        "a class that moved; no recording of a row has unsigned counts (18 C3D files looked at)",
+    ),
 )
 """Oldest first."""
 
