@@ -141,9 +141,7 @@ def opened(path: Path) -> Any:
 
 
 def samples_of(file: Any) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Analog samples (T, C) of what ezc3d found in a `file`. Counts and offsets of a FORMAT that is
-    UNSIGNED, which it reads as signed, are made right.
-    """
+    """Analog samples (T, C) in a `file` of ezc3d, which reads UNSIGNED counts as signed."""
     samples = np.ascontiguousarray(file["data"]["analogs"][0].T)
     group, points = file["parameters"].get("ANALOG", {}), file["parameters"]["POINT"]
     told = [*group.get("FORMAT", {}).get("value", ()), ""][0]

@@ -833,7 +833,8 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         training=stored(run, f"policy/{GAIN}", LearningGain),
     )
     # of the file beside it, which has neither devices nor the trial that is held out as its own
-    subject = value_hash((run.folder / "subject.toml").read_text("utf-8"))
+    path = run.folder / "subject.toml"
+    subject = value_hash(file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN))
     own = found.provenance.model_copy(update={"subject": subject})
     return found.model_copy(update={"provenance": own})
 
