@@ -282,7 +282,7 @@ EQUAL: Final = (
     ),
     Equal(
         "af7df6b6d0",
-        "eeadd52998",
+        "fa280bc583",
         (
             *(
                 "gaitval/gait/mean_curves.py",
