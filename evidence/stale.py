@@ -284,12 +284,9 @@ EQUAL: Final = (
         "af7df6b6d0",
         "fa280bc583",
         (
-            *(
-                "gaitval/gait/mean_curves.py",
-                "gaitval/interface/*.py",
-                "gaitval/session/subject.py",
-            ),
-            *("gaitval/mocap/c3d_process.py", "extras/gaitval_curves/*.py"),
+            *("gaitval/gait/mean_curves.py", "gaitval/interface/*.py"),
+            *("gaitval/session/subject.py", "gaitval/mocap/c3d_process.py"),
+            *("gaitval/study/stages.py", "extras/gaitval_curves/*.py"),
             *("extras/gaitval_formats/locohub_subject.py", "extras/gaitval_virtual/person.py"),
         ),
         "a class that moved; no recording of a row has unsigned counts (18 C3D files looked at)",
