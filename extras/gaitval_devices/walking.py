@@ -353,6 +353,8 @@ class DeviceWalker(Walker):
         """rad, of the segment below a joint from the vertical in the sagittal plane, forward."""
         joint, _, side = name.rpartition("_")
         q = self.state[0]
+        if side not in ("r", "l"):  # the trunk, which a hinge at the lumbar joint measures
+            return -float(q[1])
         # About -y, as the flexions; the pelvis' rotation vector is small but for its heading.
         angle = -float(q[1])
         for flexion, sign in (("hip_flexion", 1.0), ("knee_angle", -1.0), ("ankle_angle", 1.0)):

@@ -29,7 +29,6 @@ class Norm(NamedTuple):
 
     Attributes
     ----------
-    people : 0 if it is not known.
     beyond : whether the person's speed is outside theirs.
     """
 

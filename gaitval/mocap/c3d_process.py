@@ -141,16 +141,18 @@ def opened(path: Path) -> Any:
 
 
 def samples_of(file: Any) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Analog samples (T, C) in a `file` of ezc3d, which reads UNSIGNED counts as signed."""
-    samples = np.ascontiguousarray(file["data"]["analogs"][0].T)
-    group, points = file["parameters"].get("ANALOG", {}), file["parameters"]["POINT"]
-    told = [*group.get("FORMAT", {}).get("value", ()), ""][0]
-    if not str(told).upper().startswith("UNSIGNED") or points["SCALE"]["value"][0] < 0:
+    """Analog samples (T, C) of ezc3d's `file`, which reads offsets and UNSIGNED counts wrongly."""
+    samples, group = np.ascontiguousarray(file["data"]["analogs"][0].T), file["parameters"]
+    names = ("SCALE", "OFFSET", "GEN_SCALE", "FORMAT")
+    found = [group.get("ANALOG", {}).get(name, {}).get("value", ()) for name in names]
+    if not len(found[0]) == len(found[1]) == samples.shape[1] or not len(found[2]):
         return samples
-    gain, offset = (np.array(group[name]["value"], dtype=float) for name in ("SCALE", "OFFSET"))
-    gain *= group["GEN_SCALE"]["value"][0]
-    counts = np.rint(samples / gain + offset)
-    return np.asarray((counts % 65536 - offset % 65536) * gain)
+    gain, offset = np.multiply(found[0], found[2][0]), np.array(found[1], dtype=float)
+    unsigned = str([*found[3], ""][0]).upper().startswith("UNSIGNED")
+    if unsigned and group["POINT"]["SCALE"]["value"][0] > 0:
+        counts = np.rint(samples / gain + np.abs(offset))
+        return np.asarray((counts % 65536 - offset % 65536) * gain)
+    return np.asarray(samples + (np.abs(offset) - offset) * gain)
 
 
 def main() -> None:

@@ -50,6 +50,14 @@ def test_a_positive_torque_raises_the_coordinate_on_both_sides(person, joint):
         assert change[2:10, 6 + ACTUATED.index(name)].min() > 0.0
 
 
+def test_a_motor_at_the_back_walks(person):
+    """Its segment is the trunk, which has no side."""
+    device = made(joint="lumbar_extension", motor=MOTOR)
+    walk = walked(person, [device], cycles=0.08, own=Constant)
+    assert walk.hinges == ("lumbar_extension",)
+    np.testing.assert_allclose(walk.limb[5:], 3.0, rtol=1e-3)
+
+
 def test_power_is_torque_times_speed_and_totals_are_sums(person):
     walk = walked(person, load_devices("hip_exo"))
     hip = ACTUATED.index("hip_flexion_l")

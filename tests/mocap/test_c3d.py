@@ -823,10 +823,19 @@ def test_frames_that_the_file_declares_unloaded_are_counted_from_one(
     assert _zero_samples(Contents(), 0, 5, 50) == samples  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("form", "offset"), [("SIGNED", 0), ("UNSIGNED", 32768), ("UNSIGNED", 0)])
-def test_unsigned_counts_are_read_as_they_are(tmp_path: Path, form: str, offset: int) -> None:
-    """ezc3d takes them for signed: zero became a whole range, and a sound plate an occupied one."""
-    most = 32767 if offset == 0 and form == "SIGNED" else 65535
+@pytest.mark.parametrize(
+    ("form", "offset"),
+    [
+        *(("SIGNED", 0), ("SIGNED", 100), ("SIGNED", -100)),
+        *(("UNSIGNED", 32768), ("UNSIGNED", 0), ("UNSIGNED", 2048), ("UNSIGNED", 40000)),
+    ],
+)
+def test_counts_and_offsets_are_read_with_their_signs(
+    tmp_path: Path, form: str, offset: int
+) -> None:
+    """ezc3d takes unsigned counts for signed: zero became a whole range, and a sound plate an
+    occupied one; and it takes offsets without their sign."""
+    most = 32767 if form == "SIGNED" else 65535
     counts = np.array([[0, 1, 12], [2048, 32767, most], [most, most - 1, 100]])
     write_integer_c3d(tmp_path / "a.c3d", counts, offset, 0.25, form)
     np.testing.assert_allclose(

@@ -42,7 +42,7 @@ def write_integer_c3d(path: Path, counts: np.ndarray, offset: int, gain: float, 
             *(text(1, "LABELS", ["M"]), text(1, "UNITS", ["mm"])),
             *(whole(2, "USED", channels), real(2, "RATE", 100.0), real(2, "GEN_SCALE", 1.0)),
             entry(2, "SCALE", 4, [channels], np.full(channels, gain, "<f4").tobytes()),
-            entry(2, "OFFSET", 2, [channels], np.full(channels, offset, "<u2").tobytes()),
+            entry(2, "OFFSET", 2, [channels], np.full(channels, offset & 0xFFFF, "<u2").tobytes()),
             *(text(2, "LABELS", names), text(2, "UNITS", ["N"] * channels)),
             *(text(2, "FORMAT", [form]), whole(3, "USED", 0), b"\0\0"),
         )
