@@ -282,14 +282,14 @@ EQUAL: Final = (
     ),
     Equal(
         "af7df6b6d0",
-        "fa280bc583",
+        "5e5f28c507",
         (
             *("gaitval/gait/mean_curves.py", "gaitval/interface/*.py"),
             *("gaitval/session/subject.py", "gaitval/mocap/c3d_process.py"),
             *("gaitval/study/stages.py", "extras/gaitval_curves/*.py"),
             *("extras/gaitval_formats/locohub_subject.py", "extras/gaitval_virtual/person.py"),
         ),
-        "a class that moved; no recording of a row has unsigned counts (18 C3D files looked at)",
+        "a class that moved; no recording of a row has unsigned counts or negative offsets (18 looked at)",
     ),
 )
 """Oldest first."""
