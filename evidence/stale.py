@@ -289,7 +289,8 @@ EQUAL: Final = (
             *("gaitval/study/stages.py", "extras/gaitval_curves/*.py"),
             *("extras/gaitval_formats/locohub_subject.py", "extras/gaitval_virtual/person.py"),
         ),
-        "a class that moved; no recording of a row has unsigned counts or negative offsets (18 looked at)",
+        "a class that moved; no recording of a row has unsigned counts or negative offsets (18 "
+        "looked at)",
     ),
 )
 """Oldest first."""
