@@ -19,13 +19,10 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
 from gaitval.learning_control.correct import correct
-from gaitval.metrics.comparison import curves_of
-from gaitval.metrics.cycles import cut, find_cycles
+from gaitval.metrics.comparison import curves_of, foot_progression
+from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
-from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
-from gaitval.model.rotations import foot_angles
-from gaitval.model.tree import segment_frames
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -85,14 +82,9 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
         if rollout.fell[0] or not all(cycles.count(side) for side in SIDES):
             continue
         curves = curves_of(task, rollout, cycles)
-        frames = segment_frames(model, rollout.positions)
-        points = {}
+        points = foot_progression(rollout, cycles, model)
         for side, turn in turns.items():
-            foot = frames[:, SEGMENTS.index(f"foot_{side[0]}"), :3, :3]
-            angle = foot_angles(foot, side)[:, 2] - turn
-            points[f"foot_progression_{side[0]}"] = cut(
-                angle, cycles.starts[side], cycles.ends[side]
-            )
+            points[f"foot_progression_{side[0]}"] -= turn
         for name, values in (curves.angles | points).items():
             angles.setdefault(name, []).append(np.degrees(values))
         for name, values in curves.moments.items():
