@@ -117,7 +117,6 @@ def data_sample(
 
     files = copy_sample(folder)
     size = sum(file.stat().st_size for file in files)
-    about = read_json(folder / "truth.json")
     display.plain(f"{folder}: {', '.join(file.name for file in files)} ({size / 1e3:.0f} kB)")
-    line = import_line(folder, about["mass_kg"], about["height_m"], about["sex"])
+    line = import_line(folder, read_json(folder / "truth.json"))
     display.plain(f"Import it: {line}")

@@ -162,5 +162,4 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
         f"markers at {trial.marker_rate:g} Hz, {plates} force plates at {trial.force_rate:g} Hz); "
         f"truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
     )
-    line = import_line(folder, person.mass_kg, person.height_m, person.sex)
-    display.plain(f"Import it: {line} --belt {made.belt:.4f}")
+    display.plain(f"Import it: {import_line(folder, about)}")

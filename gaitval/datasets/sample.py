@@ -1,14 +1,11 @@
 """The line that imports a recording of `gaitval virtual --c3d`, or the sample that is one."""
 
 from pathlib import Path
+from typing import Any
 
 
-def import_line(folder: Path, mass_kg: float, height_m: float, sex: str) -> str:
-    """The command that imports the recording in `folder` of `gaitval virtual --c3d`, of a person of
-    `mass_kg`, `height_m` and `sex`.
-    """
-    out = Path("reports") / "sample"
+def import_line(folder: Path, about: dict[str, Any]) -> str:
+    """The command that imports `folder`; `about` is what its `truth.json` holds."""
     files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
-    return (
-        f"gaitval import {files} --mass {mass_kg:g} --height {height_m:g} --sex {sex} --out {out}"
-    )
+    person = f"--mass {about['mass_kg']:g} --height {about['height_m']:g} --sex {about['sex']}"
+    return f"gaitval import {files} {person} --belt {about['belt_m_s']:.4f} --out reports/sample"

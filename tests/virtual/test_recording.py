@@ -9,16 +9,19 @@ import pytest
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES, SIDES
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArchiveError
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.recording import Recording
 from gaitval.model.body import SEGMENTS
+from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.importing import Imported, import_files
 from gaitval.session.request import ImportOptions
+from gaitval.study.stored_policy import general_walker
 from gaitval_curves.sample import SAMPLE, copy_sample
+from gaitval_virtual import recording as made
 
-BELT = 1.14
-"""m/s; flat feet show 3 % less, see `RecordedPerson.belt`."""
 ANGLE, LENGTH, FORCE = 1.0, 0.005, 0.03
 """Degrees and metres, as in tests/workflows/test_import_truth.py with noise; body weights."""
 
@@ -39,7 +42,7 @@ def imported(sample: Path) -> Imported:
         mass=about["mass_kg"],
         height=about["height_m"],
         sex=about["sex"],
-        belt=BELT,
+        belt=about["belt_m_s"],
     )
     return import_files(options, sample.parent / "imported", configuration=load_configuration())
 
@@ -61,12 +64,13 @@ def test_it_is_small_and_comes_whole(sample: Path) -> None:
     assert [path.name for path in (sample.parent / "other").iterdir()] == ["truth.csv"]
 
 
-def test_an_import_of_it_ends_in_a_subject_with_forces(imported: Imported) -> None:
+def test_an_import_of_it_ends_in_a_subject_with_forces(sample: Path, imported: Imported) -> None:
     assert imported.subject.gait.forces is not None
     assert imported.subject.gait.moments
-    assert imported.subject.walking_speed_m_s == pytest.approx(BELT, abs=0.005)
+    belt = read_json(sample / "truth.json")["belt_m_s"]
+    assert imported.subject.walking_speed_m_s == pytest.approx(belt, abs=0.005)
     (walk,) = imported.found.trials
-    assert walk.belt == BELT
+    assert walk.belt == belt
     assert not walk.doubts
     for side in SIDES:
         assert sum(not cycle.reasons for cycle in walk.cycles[side]) >= 2
@@ -97,11 +101,36 @@ def test_it_finds_the_lengths(sample: Path, imported: Imported) -> None:
     assert 2.0 * abs(hips[1]) == pytest.approx(known["hips_m"], abs=LENGTH)
 
 
+def total_force(recording: Recording) -> np.ndarray:
+    """(T, 3) N of both plates."""
+    return np.sum([plate.force for plate in recording.plates], axis=0)
+
+
 def test_its_plates_carry_the_person(sample: Path) -> None:
     """Over whole strides the mean vertical force is the weight."""
     recording = read_c3d(sample / "walking.c3d")
     weight = 9.80665 * read_json(sample / "truth.json")["mass_kg"]
-    up = sum(plate.force[:, 2] for plate in recording.plates)
+    up = total_force(recording)[:, 2]
     stride = round(recording.force_rate * 1.0146)
     means = np.convolve(up, np.ones(stride) / stride, mode="valid")
     np.testing.assert_allclose(means / weight, 1.0, atol=FORCE)
+
+
+def test_markers_and_plates_are_of_the_same_instants(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Force is mass times the acceleration of the centre of mass, at each instant."""
+    monkeypatch.setattr(made, "CAMERA_STEPS", 1)
+    for noise in ("CAMERA_NOISE", "FORCE_NOISE", "MOMENT_NOISE"):
+        monkeypatch.setattr(made, noise, 0.0)
+    configuration = load_configuration()
+    walker = general_walker(configuration.environment)
+    person = made.recorded_person(2, 0, load_subject("S02"), walker, configuration)
+    force = total_force(person.walking)
+    tree = tree_arrays(person.body)
+    path = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, person.positions)
+    step = person.time[1]
+    acceleration = np.diff(path, 2, axis=0) / step**2
+    expected = person.body.mass * (acceleration + np.array([0.0, 0.0, 9.80665]))
+    # forward is the laboratory's y, left its -x
+    seen = np.stack([force[:, 1], -force[:, 0], force[:, 2]], axis=1)
+    # 20 N a step of 2 ms apart
+    assert np.sqrt(np.mean((seen[1:-1] - expected) ** 2)) < 3.0
