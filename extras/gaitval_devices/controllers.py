@@ -100,12 +100,12 @@ class PhaseSpline(_Controller):
             return 0.0
         total = 0.0
         for at, rise, fall, peak in self.bumps:
-            # Distance from the peak, on the circle.
-            away = (measured.phase - at + 0.5) % 1.0 - 0.5
-            part = 1.0 + away / (rise if away < 0.0 else -fall)
-            if part > 0.0:
-                # The cubic from 0 to 1 with no slope at either end.
-                total += peak * part * part * (3.0 - 2.0 * part)
+            # Distance from the peaks of this cycle and the next: a rise may be longer than half.
+            after = (measured.phase - at) % 1.0
+            for part in (1.0 - after / fall, 1.0 - (1.0 - after) / rise):
+                if part > 0.0:
+                    # The cubic from 0 to 1 with no slope at either end.
+                    total += peak * part * part * (3.0 - 2.0 * part)
         return total
 
 

@@ -36,8 +36,10 @@ class WalkCurves:
     forces : body weights of the person, vertical, by side.
     stride_time, stance : s, and fraction of the stride on the ground, by side.
     speed : m/s.
-    work : J/kg a stride, positive work of the muscles, by `(joint, side)`.
+    work : J/kg a stride, positive work of the muscles, by `(joint, side)`: of each stride by
+        itself, then the mean.
     negative_work : likewise, not negative.
+    device_work : likewise, positive work of the devices.
     """
 
     cycles: Mapping[Side, int]
@@ -53,6 +55,7 @@ class WalkCurves:
     speed: float
     work: Mapping[tuple[str, Side], float]
     negative_work: Mapping[tuple[str, Side], float]
+    device_work: Mapping[tuple[str, Side], float]
 
     def mean_of_sides(self, curves: Mapping[tuple[str, Side], Array], joint: str) -> Array:
         """(101,) of a joint, both sides' mean."""
@@ -93,23 +96,25 @@ def walk_curves(
     forces, stride, stance = {}, {}, {}
     work: dict[tuple[str, Side], float] = {}
     negative: dict[tuple[str, Side], float] = {}
+    of_devices: dict[tuple[str, Side], float] = {}
     for column, side in enumerate(SIDES):
         starts, ends = cycles.starts[side], cycles.ends[side]
         stride[side] = float(np.mean(ends - starts)) * step
         for joint in JOINTS:
             i = ACTUATED.index(f"{joint}_{side[0]}")
+            power, given = (each[:, i] * rates[:, i] / mass for each in (moments, device))
             for name, values in (
                 ("angles", rollout.positions[:, ROOT_DOFS + i]),
                 ("own", smooth[:, i] / mass),
                 ("device", smooth_device[:, i] / mass),
-                ("own_power", moments[:, i] * rates[:, i] / mass),
-                ("device_power", device[:, i] * rates[:, i] / mass),
+                ("own_power", power),
+                ("device_power", given),
             ):
                 found[name][joint, side] = cut(values, starts, ends).mean(axis=0)
-            power = found["own_power"][joint, side]
-            seconds = stride[side] / (len(power) - 1)
-            work[joint, side] = float(np.maximum(power, 0.0).sum() * seconds)
-            negative[joint, side] = float(np.maximum(-power, 0.0).sum() * seconds)
+            for into, values in ((work, power), (negative, -power), (of_devices, given)):
+                # of each stride: in their mean, power of unlike strides cancels
+                strides = [np.maximum(values[a:b], 0.0) for a, b in zip(starts, ends, strict=True)]
+                into[joint, side] = float(np.mean([each.sum() for each in strides])) * step
         forces[side] = cut(vertical[:, column] / (mass * GRAVITY), starts, ends).mean(axis=0)
         on = cycles.events[side].on_ground
         stance[side] = float(np.mean([on[a:b].mean() for a, b in zip(starts, ends, strict=True)]))
@@ -123,5 +128,6 @@ def walk_curves(
         speed=float(walking_speed(rollout, cycles) or 0.0),
         work=work,
         negative_work=negative,
+        device_work=of_devices,
         **found,
     )

@@ -12,6 +12,7 @@ is q, and the limb gets τ - k (q - r) - c q̇. Torques and angles have the sign
 coordinate.
 """
 
+import math
 from typing import Final
 
 from gaitval.arrays import Array, Index
@@ -38,8 +39,9 @@ Nm, and the energy in spring and strap J."""
 @njit_borrowing
 def motor_torque(step: float, numbers: Array, hinge: Array) -> float:
     """Nm, after a physics step of `step` s: the lagged command within the motor's limits."""
-    rate = numbers[BANDWIDTH] * step
-    torque = (hinge[MOTOR] + rate * hinge[COMMAND]) / (1.0 + rate)
+    # Exact for a command that is held.
+    part = -math.expm1(-numbers[BANDWIDTH] * step)
+    torque = hinge[MOTOR] + part * (hinge[COMMAND] - hinge[MOTOR])
     limit, speed = numbers[TORQUE], abs(hinge[SPEED])
     if torque * hinge[SPEED] > 0.0:  # it drives
         if speed >= numbers[FASTEST]:

@@ -8,8 +8,6 @@ under other conditions, and they disagree: that is how wrong any of them may be.
 from collections.abc import Sequence
 from typing import Final, Literal, NamedTuple
 
-import numpy as np
-
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval_devices.curves import JOINTS, WalkCurves
@@ -84,7 +82,7 @@ def powers(curves: WalkCurves, com_rate: float) -> dict[str, tuple[float, float]
         sum(work[joint, side] / curves.stride_time[side] for joint in JOINTS for side in SIDES)
         for work in (curves.work, curves.negative_work)
     ]
-    given = [np.maximum(curves.device_power["ankle_angle", side], 0.0).mean() for side in SIDES]
+    given = [curves.device_work["ankle_angle", side] / curves.stride_time[side] for side in SIDES]
     return {
         "centre of mass": (com_rate, 0.0),
         "joints": (of_joints[0], of_joints[1]),

@@ -9,10 +9,10 @@ from gaitval_devices.walking import DeviceWalk
 
 def lagged(command: Array, motor: Motor, step: float) -> Array:
     """(T,) Nm, what the motor's bandwidth alone makes of a `command` (T,) at steps of `step` s."""
-    rate = 2.0 * np.pi * motor.bandwidth * step
+    part = -np.expm1(-2.0 * np.pi * motor.bandwidth * step)
     found, torque = np.empty_like(command), 0.0
     for t, asked in enumerate(command):
-        torque = (torque + rate * asked) / (1.0 + rate)
+        torque += part * (asked - torque)
         found[t] = torque
     return found
 

@@ -28,7 +28,7 @@ from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, 
 from gaitval_devices import hinge_step as column
 from gaitval_devices.composite import fitted
 from gaitval_devices.controllers import Controller, Measured
-from gaitval_devices.device import Device, Hinge
+from gaitval_devices.device import Device, Hinge, Motor
 from gaitval_devices.hinge_step import hinge_torques, steps_with_devices
 from gaitval_devices.phase_estimate import PhaseEstimate
 
@@ -128,6 +128,16 @@ def hinge_numbers(hinge: Hinge) -> Array:
     return numbers
 
 
+def command_noise(motor: Motor, step: float, steps: int) -> float:
+    """Nm, SD of the noise on a command that is held for `steps` steps of `step` s, with which the
+    torque after the motor's lag has the SD `motor.noise`.
+    """
+    left = np.exp(-2.0 * np.pi * motor.bandwidth * step * np.arange(1, steps + 1))
+    # At the start of an action the torque's variance is that of a first-order process.
+    start = (1.0 - left[-1]) / (1.0 + left[-1])
+    return motor.noise / math.sqrt(float(np.mean(left**2 * start + (1.0 - left) ** 2)))
+
+
 class DeviceWalker(Walker):
     """A walker with devices. Its moments are those of the person's own muscles.
 
@@ -167,6 +177,11 @@ class DeviceWalker(Walker):
         super().__init__(task, engine=engine, arrays=arrays)
         self._target = np.zeros(ACTUATED_COUNT)
         self._log = np.zeros((self.steps_per_action, len(self._beside), column.STATE))
+        motors = [worn.hinge.motor for worn in self._beside]
+        self._noise_sd = [
+            command_noise(motor, self.physics_step, self.steps_per_action) if motor else 0.0
+            for motor in motors
+        ]
 
     def set_parameters(self, mu: Array) -> None:
         """Give the body the parameters mu (14,), with the muscles of the person alone."""
@@ -314,8 +329,8 @@ class DeviceWalker(Walker):
                 queue.pop(0)
             if queue[0][0] <= self._time + 1e-9:
                 state[column.COMMAND] = queue[0][1]
-                if hinge.motor.noise:
-                    state[column.COMMAND] += hinge.motor.noise * self._noise.standard_normal()
+                if self._noise_sd[row]:
+                    state[column.COMMAND] += self._noise_sd[row] * self._noise.standard_normal()
 
     def _set_joint(self, worn: Worn) -> None:
         """Spring and damper of a prosthetic joint, for the next action.

@@ -1,8 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
+from gaitval.metrics.cycles import find_cycles
+from gaitval.model.tree import ROOT_DOFS
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import walk_curves
 from gaitval_devices.device import Device, load_devices
@@ -52,17 +56,39 @@ def test_an_inertia_at_the_foot_needs_more_moment_in_swing(person, plain):
 
 def test_curves_are_means_of_whole_cycles(person, plain):
     curves = walk_curves(plain, person.task.configuration, person.task.model.mass)
+    rollout, cycles = plain.rollout, find_cycles(plain.rollout, person.task.configuration)
     assert curves.cycles["right"] >= 2
     stride = person.task.reference.stride_time
     assert curves.stride_time["left"] == pytest.approx(stride, rel=0.05)
     assert 0.5 < curves.stance["right"] < 0.75
     assert 0.9 < curves.forces["right"].max() < 1.4
     for side in ("right", "left"):
-        power = curves.own_power["ankle_angle", side]
-        seconds = curves.stride_time[side] / 100
         net = curves.work["ankle_angle", side] - curves.negative_work["ankle_angle", side]
-        assert net == pytest.approx(power.sum() * seconds, abs=1e-9)
+        ankle = ACTUATED.index(f"ankle_angle_{side[0]}")
+        rows = slice(cycles.starts[side][0], cycles.ends[side][-1])
+        power = (rollout.moments[rows, ankle] * rollout.velocities[rows, ROOT_DOFS + ankle]).sum()
+        mass, step = person.task.model.mass, rollout.time[1] - rollout.time[0]
+        assert net == pytest.approx(power * step / mass / curves.cycles[side])
         assert np.abs(curves.device["hip_flexion", side]).max() == 0.0
+
+
+def test_unlike_strides_do_not_cancel_in_their_work(person, plain):
+    """Power that is up in one stride and down in the next does work in both."""
+    cycles = find_cycles(plain.rollout, person.task.configuration)
+    knee, mass = ACTUATED.index("knee_angle_r"), person.task.model.mass
+    rates = plain.rollout.velocities[:, ROOT_DOFS + knee]
+    moments, squares = np.zeros_like(plain.rollout.moments), 0.0
+    for sign, number in ((1.0, 0), (-1.0, 1)):
+        rows = slice(cycles.starts["right"][number], cycles.ends["right"][number])
+        moments[rows, knee] = sign * rates[rows]
+        squares += np.sum(rates[rows] ** 2)
+    rollout = replace(plain.rollout, moments=moments)
+    curves = walk_curves(replace(plain, rollout=rollout), person.task.configuration, mass)
+    step = rollout.time[1] - rollout.time[0]
+    for work in (curves.work, curves.negative_work):
+        assert work["knee_angle", "right"] * cycles.count("right") == pytest.approx(
+            squares / 2 * step / mass, rel=0.1
+        )
 
 
 def test_no_curves_without_a_cycle(person):

@@ -64,6 +64,15 @@ def test_a_bump_may_run_over_the_end_of_the_cycle():
     assert spline.torque(measured(phase=0.05)) == pytest.approx(5.0)
 
 
+@pytest.mark.parametrize(("rise", "fall"), [(0.6, 0.2), (0.2, 0.6), (0.6, 0.6)])
+def test_a_rise_or_fall_longer_than_half_a_cycle_has_no_steps(rise, fall):
+    spline = PhaseSpline(bumps=((0.3, rise, fall, 10.0),))
+    torque = np.array([spline.torque(measured(phase=p)) for p in np.linspace(0.0, 2.0, 4001) % 1.0])
+    assert torque.max() >= 10.0
+    steepest = 1.5 * 10.0 * (1.0 / rise + 1.0 / fall)
+    assert np.abs(np.diff(torque)).max() <= steepest * 0.0005
+
+
 @pytest.mark.parametrize(
     "controller",
     [

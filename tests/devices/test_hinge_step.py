@@ -4,7 +4,7 @@ import pytest
 from gaitval_devices import hinge_step as column
 from gaitval_devices.device import Clutch, Hinge, Motor, Socket, Spring, Strap
 from gaitval_devices.hinge_step import hinge_torque
-from gaitval_devices.walking import hinge_numbers
+from gaitval_devices.walking import command_noise, hinge_numbers
 
 STEP = 0.0005
 
@@ -118,11 +118,39 @@ def test_a_motor_gives_its_command_after_its_lag_and_within_its_limits(sign):
     )
     time = STEP * np.arange(1, len(torque) + 1)
     expected = sign * 8.0 * (1.0 - np.exp(-2 * np.pi * 5.0 * time))
-    np.testing.assert_allclose(torque, expected, atol=0.05)
+    np.testing.assert_allclose(torque, expected, rtol=1e-9)
     _, _, torque, _ = swung(
         Hinge(joint="knee_angle", motor=motor), command=sign * 80.0, amplitude=0.0
     )
     assert np.abs(torque).max() == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("bandwidth", [5.0, 16.0, 62.4])
+def test_the_torque_has_the_noise_that_is_stated(bandwidth):
+    motor = Motor(torque=1e3, speed=1e3, power=1e6, bandwidth=bandwidth, noise=1.5)
+    numbers, state = hinge_numbers(Hinge(joint="knee_angle", motor=motor)), np.zeros(column.STATE)
+    step, steps, random = 0.002, 3, np.random.default_rng(4)
+    drawn = command_noise(motor, step, steps) * random.standard_normal(20_000)
+    torque = []
+    for state[column.COMMAND] in drawn:
+        torque += [hinge_torque(step, 0.0, 0.0, numbers, state) for _ in range(steps)]
+    assert np.std(torque) == pytest.approx(1.5, rel=0.05)
+
+
+def test_at_its_bandwidth_a_motor_gives_what_a_first_order_lag_gives():
+    """0.71 of a sine, an eighth of a period late, but for the steps of the command."""
+    frequency, step = 62.4, 1e-4
+    motor = Motor(torque=1e3, speed=1e3, power=1e6, bandwidth=frequency)
+    numbers, state = hinge_numbers(Hinge(joint="knee_angle", motor=motor)), np.zeros(column.STATE)
+    time = step * np.arange(1, 4001)
+    wave = np.exp(2j * np.pi * frequency * time)
+    torque = []
+    for state[column.COMMAND] in wave.imag:
+        torque.append(hinge_torque(step, 0.0, 0.0, numbers, state))
+    late = slice(2000 - 2000 % 160, None)
+    found = 2j * np.mean((np.array(torque) * wave.conj())[late])
+    assert abs(found) == pytest.approx(np.sqrt(0.5), rel=0.02)
+    assert np.angle(found, deg=True) == pytest.approx(-45.0, abs=2.0)
 
 
 def test_a_motor_drives_with_no_more_than_its_power_and_speed():

@@ -9,7 +9,7 @@ def test_a_lag_is_of_first_order():
     motor = Motor(torque=50.0, speed=10.0, power=100.0, bandwidth=2.0)
     time = 0.001 * np.arange(1, 1001)
     expected = 5.0 * (1.0 - np.exp(-2 * np.pi * 2.0 * time))
-    np.testing.assert_allclose(lagged(np.full(1000, 5.0), motor, 0.001), expected, atol=0.02)
+    np.testing.assert_allclose(lagged(np.full(1000, 5.0), motor, 0.001), expected, rtol=1e-12)
 
 
 def test_devices_give_what_they_are_asked_for(person):

@@ -36,4 +36,5 @@ def made_curves(
         speed=1.2,
         work=each(work),
         negative_work=each(negative),
+        device_work=each(tuple(stride * of for of in pair(power).values())),
     )
