@@ -5,6 +5,7 @@ kind can be is refused. Every reader of gaitval comes through here; `tests/test_
 one that does not. A reader in another language that wants a path gets it from `passed`.
 """
 
+import codecs
 import csv
 import io
 import os
@@ -68,7 +69,8 @@ def read_text(
     fix: str = "Check the path",
     encodings: Sequence[str] = ("utf-8-sig",),  # -sig: Windows may begin a file with a mark
 ) -> str:
-    """The text of a file in the first of `encodings` that fits, without a byte order mark.
+    """The text of a file in UTF-16 if its mark says so, else in the first of `encodings` that fits,
+    without a byte order mark.
 
     Other parameters are those of `passed`. A text that is not ASCII takes up to four times its
     bytes, so it may have a quarter of `largest`.
@@ -81,6 +83,8 @@ def read_text(
     content = read_bytes(path, refusal, largest=largest, fix=fix)
     if len(content) > largest // 4 and not content.isascii():
         raise _too_large(path, refusal, largest // 4)
+    if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        encodings = ("utf-16",)
     for encoding in encodings[:-1]:
         try:
             return _plain_lines(content.decode(encoding))

@@ -296,3 +296,10 @@ def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path, little_unpacks
     path.write_bytes(io.BytesIO(b"PK").getvalue())
     with pytest.raises(RecordError, match="cannot be read"):
         _rows(path)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-8"])
+def test_the_mark_of_a_text_says_its_encoding(tmp_path, encoding):
+    path = tmp_path / "a.txt"
+    path.write_bytes(("\ufeffé 1\r\n2").encode(encoding))
+    assert file_gate.read_text(path, RecordError, largest=1000) == "é 1\n2"

@@ -133,7 +133,14 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             text = file_gate.read_text(path, RecordError, largest=file_gate.VALUES)
             # lines at the top that start with `#`, such as a template's
             notes = sum(1 for _ in takewhile(lambda line: line.startswith("#"), text.splitlines()))
-            table = pd.read_csv(io.StringIO(text), sep=None, engine="python", skiprows=notes)
+            header, *rows = text.splitlines()[notes:] or [""]
+            # In many countries' tables a comma is the decimal point and a semicolon separates.
+            separator = next((each for each in ";\t," if each in header), None)
+            comma = separator in (";", "\t") and any("," in row for row in rows)
+            table = pd.read_csv(
+                io.StringIO(text), sep=separator, decimal="," if comma else ".", engine="python",
+                skiprows=notes,
+            )  # fmt: skip
     except RecordError:
         raise
     except Exception as error:  # the readers have no common error

@@ -42,12 +42,18 @@ def good() -> pd.DataFrame:
     return table(load_subject("S05"))
 
 
+SEPARATORS = {"semicolon": ";", "tab": "\t"}
+
+
 def written(folder: Path, curves: pd.DataFrame, name: str = "curves.csv") -> Path:
     path = folder / name
     if path.suffix == ".parquet":
         curves.to_parquet(path)
     else:
-        curves.to_csv(path, index=False, sep=";" if "semicolon" in name else ",")
+        separator = next((c for word, c in SEPARATORS.items() if word in name), ",")
+        decimal = "," if "comma" in name else "."
+        encoding = "utf-16" if "unicode" in name else "utf-8"
+        curves.to_csv(path, index=False, sep=separator, decimal=decimal, encoding=encoding)
     return path
 
 
@@ -62,7 +68,13 @@ def test_the_curves_of_every_built_in_person_are_read_as_they_were(subject, tmp_
         np.testing.assert_allclose(curve.periodic()(PHASE), expected, atol=0.006)
 
 
-@pytest.mark.parametrize("name", ["curves.csv", "semicolon.csv", "curves.parquet"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("curves.csv", "semicolon.csv", "curves.parquet", "tab.csv"),
+        *("semicolon-comma.csv", "tab-comma-unicode.csv"),
+    ],
+)
 def test_csv_and_parquet_give_the_same_curves(good, tmp_path, name):
     found = read_mean_curves([written(tmp_path, good, name)])
     np.testing.assert_allclose(np.degrees(found.angles["knee_angle_l"]), good.angle_knee_angle_l)
@@ -226,7 +238,7 @@ def test_what_was_read_is_said(good, tmp_path):
     [
         ("a.toml", "[x]\ny = 1, 2\nz = [1, 2, 3]\n", "a .toml file is no table of mean curves"),
         ("a.csv", "a,b\n1,2\n1,2,3\n", "line 3 has 3 values, but the header has 2"),
-        ("a.csv", "\udcff\udcfe", "not UTF-8 text"),
+        ("a.csv", "\udcff\udcab", "not UTF-8 text"),
     ],
 )
 def test_a_file_that_is_no_table_is_refused_in_plain_words(tmp_path, name, text, message):
