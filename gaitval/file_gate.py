@@ -69,8 +69,7 @@ def read_text(
     fix: str = "Check the path",
     encodings: Sequence[str] = ("utf-8-sig",),  # -sig: Windows may begin a file with a mark
 ) -> str:
-    """The text of a file in UTF-16 if its mark says so, else in the first of `encodings` that fits,
-    without a byte order mark.
+    """The text of a file in the first of `encodings` that fits, or in UTF-16 if its mark says so.
 
     Other parameters are those of `passed`. A text that is not ASCII takes up to four times its
     bytes, so it may have a quarter of `largest`.
