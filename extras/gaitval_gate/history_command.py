@@ -70,25 +70,14 @@ def history(
 
 
 def _print_steps(steps: "Sequence[Found]") -> None:
-    """Print the commits at which a figure took a step, if there are any.
-
-    Cells are text, whatever they look like: `display.print_rows` would print the commit 1235e67 as
-    a number, and a test's [name] as markup.
-    """
-    from rich.table import Table
-    from rich.text import Text
-
+    """Print the commits at which a figure took a step, if there are any."""
     from gaitval_gate.history_page import short
 
     if not steps:
         return
-    table = Table(title="Commits at which a figure took a step")
-    for name in ("commit", "subject", "figure", "before", "after", "unit", "change"):
-        table.add_column(name, overflow="fold")
+    rows = [["commit", "subject", "figure", "before", "after", "unit", "change"]]
     for step in steps:
-        cells = (
-            *(short(step.revision), step.subject, f"{step.measure} {step.target}"),
-            *(f"{step.before:.4g}", f"{step.after:.4g}", step.unit, step.change),
-        )
-        table.add_row(*map(Text, cells))
-    display.output.print(table)
+        figure = f"{step.measure} {step.target}"
+        values = f"{step.before:.4g}", f"{step.after:.4g}", step.unit, step.change
+        rows.append([short(step.revision), step.subject, figure, *values])
+    display.print_rows(rows, "Commits at which a figure took a step")

@@ -20,6 +20,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.table import Table
+from rich.text import Text
 
 from gaitval import file_gate
 from gaitval.errors import ArtefactError
@@ -186,17 +187,18 @@ def duration(seconds: float) -> str:
 def print_csv(path: Path, title: str) -> None:
     """Print the CSV file `path` as a table with a `title`, numbers to four digits."""
     text = file_gate.read_text(path, ArtefactError, largest=file_gate.TABLE)
-    print_rows(list(csv.reader(text.splitlines())), title)
+    header, *rows = csv.reader(text.splitlines())
+    print_rows([header, *([_short(cell) for cell in row] for row in rows)], title)
 
 
 def print_rows(rows: Sequence[Sequence[str]], title: str) -> None:
-    """Print `rows`, the header first, as a table with a `title`, numbers to four digits."""
+    """Print `rows`, the header first, as a table with a `title`."""
     header, *others = rows
     table = Table(title=title)
     for name in header:
         table.add_column(name.replace("_", " "), overflow="fold")
     for row in others:
-        table.add_row(*(_short(cell) for cell in row))
+        table.add_row(*map(Text, row))
     output.print(table)
 
 
