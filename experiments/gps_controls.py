@@ -12,7 +12,6 @@ scores` scores all four groups against the shipped file.
 import argparse
 import csv
 import io
-import math
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -51,7 +50,8 @@ STATED = {
 HEADER = """\
 # Sagittal, frontal and transverse angles of {people} healthy adults, walking over ground at their
 # own speed: the mean of one stride a side, right and left together, in degrees, rounded to {step};
-# and mean and standard deviation of their own scores. Names and signs of
+# and mean and standard deviation between them of their own scores of one side, of the side's score
+# (side) and of both sides' (total). Names and signs of
 # gaitval.gait.record.GaitRecord. Made by experiments/gps_controls.py from: Fukuchi CA, Fukuchi RK,
 # Duarte M (2018) A public dataset of overground and treadmill walking kinematics and kinetics in
 # healthy individuals. PeerJ 6:e4640, https://doi.org/10.6084/m9.figshare.5722711. Licence of the
@@ -94,22 +94,29 @@ def controls_file(data: Path) -> str:
     text = io.StringIO()
     text.write(HEADER.format(people=len(own), step=STEP))
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["percent", *PROFILE_ANGLES, "total"])
+    writer.writerow(["percent", *PROFILE_ANGLES, "side", "total"])
     for percent in range(101):
-        writer.writerow([percent, *(f"{curves[name][percent]:.1f}" for name in PROFILE_ANGLES), 0])
+        values = (f"{curves[name][percent]:.1f}" for name in PROFILE_ANGLES)
+        writer.writerow([percent, *values, 0, 0])
+    # (people, sides, scores)
     scores = np.array(
         [
             [
-                math.sqrt(0.5 * sum(each.scores[f"{n}_{s}"] ** 2 for s in "rl"))
-                for n in PROFILE_ANGLES
+                [
+                    *(each.scores[f"{name}_{side[0]}"] for name in PROFILE_ANGLES),
+                    of_side,
+                    each.total,
+                ]
+                for side, of_side in (("right", each.right), ("left", each.left))
             ]
-            + [each.total]
             for each in own
         ]
     )
-    writer.writerow(["score", *(f"{value:.2f}" for value in scores.mean(axis=0))])
-    writer.writerow(["sd", *(f"{value:.2f}" for value in scores.std(axis=0, ddof=1))])
-    writer.writerow(["people", *[len(own)] * (len(PROFILE_ANGLES) + 1)])
+    # between people, of one side
+    spread = np.sqrt(scores.var(axis=0, ddof=1).mean(axis=0))
+    writer.writerow(["score", *(f"{value:.2f}" for value in scores.mean(axis=(0, 1)))])
+    writer.writerow(["sd", *(f"{value:.2f}" for value in spread)])
+    writer.writerow(["people", *[len(own)] * (len(PROFILE_ANGLES) + 2)])
     return text.getvalue()
 
 

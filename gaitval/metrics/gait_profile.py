@@ -2,10 +2,11 @@
 
 The gait variable score of an angle is the RMS difference over the cycle from the mean of healthy
 people; the nine of a side are the Movement Analysis Profile, their RMS is the side's Gait Profile
-Score, and the RMS of both sides' the person's (Baker et al. 2009, Gait Posture 30:265; Baker et al.
-2012, Gait Posture 35:612). A difference of 1.6 degrees is the smallest that matters clinically (the
-latter). The healthy people are 42 adults at their own speed over ground (Fukuchi et al. 2018), in
-`gps_controls.csv`; `experiments/gps_controls.py` makes it.
+Score, and the RMS of both sides' the person's (Baker et al. 2009, Gait Posture 30:265, who take the
+pelvis of one side only for the latter: up to a degree more). A difference of 1.6 degrees is the
+smallest that matters clinically (Baker et al. 2012, Gait Posture 35:612). The healthy people are 42
+adults at their own speed over ground (Fukuchi et al. 2018), in `gps_controls.csv`;
+`experiments/gps_controls.py` makes it.
 """
 
 import csv
@@ -49,13 +50,14 @@ class Controls:
     Attributes
     ----------
     curves : (101,) deg, their mean, both sides together, by name of `PROFILE_ANGLES`.
-    scores : mean and standard deviation of their own `GaitProfile.scores`, deg.
-    total : the same of `GaitProfile.total`.
+    scores : mean and standard deviation of their own `GaitProfile.scores` of one side, deg.
+    side, total : the same of a side's score, and of `GaitProfile.total`.
     people : how many.
     """
 
     curves: Mapping[str, Array]
     scores: Mapping[str, tuple[float, float]]
+    side: tuple[float, float]
     total: tuple[float, float]
     people: int
 
@@ -64,7 +66,7 @@ class Controls:
 def load_controls() -> Controls:
     """The 42 adults of `gps_controls.csv`."""
     text = resources.files("gaitval.metrics").joinpath("gps_controls.csv").read_text("utf-8")
-    # columns of the variables and the total; 101 rows of means, then rows score, sd and people
+    # columns of the variables, side and total; 101 rows of means, then rows score, sd and people
     rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
     names = rows[0][1:]
     by_label = {row[0]: np.array(row[1:], dtype=float) for row in rows[1:]}
@@ -77,6 +79,7 @@ def load_controls() -> Controls:
     return Controls(
         curves={name: curves[:, names.index(name)] for name in PROFILE_ANGLES},
         scores={name: scores[name] for name in PROFILE_ANGLES},
+        side=scores["side"],
         total=scores["total"],
         people=round(by_label["people"][0]),
     )

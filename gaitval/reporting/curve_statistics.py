@@ -48,7 +48,7 @@ def profile(profiles: GaitProfiles) -> str:
     """Movement Analysis Profile and score of record and walk in `profiles`, and of adults."""
     controls = load_controls()
     names = [*profiles.variables, "total"]
-    healthy = {**controls.scores, "total": controls.total}
+    healthy = {**controls.scores, "total": controls.side}
     at = np.arange(len(names), dtype=float)
     # a gap before the total, which is no angle
     at[-1] += 0.5

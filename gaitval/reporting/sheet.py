@@ -235,17 +235,9 @@ def _profile(metrics: Metrics) -> dict[str, object]:
             total = _read(metrics, f"{place}/{which}/{side}", digits=1)
             rows.append({"side": side, "which": which, "cells": [*cells, total]})
     # of fewer angles than theirs a score says nothing beside theirs
-    scored = controls.total if len(names) == len(PROFILE_ANGLES) else (None, None)
-    healthy = [
-        [
-            Cell(values[i], 1, f"controls#{name}/{i}")
-            for name, values in (
-                *((n, controls.scores[n]) for n in names),
-                ("total", scored),
-            )
-        ]
-        for i in range(2)
-    ]
+    scored = controls.side if len(names) == len(PROFILE_ANGLES) else (None, None)
+    both = [*((name, controls.scores[name]) for name in names), ("side", scored)]
+    healthy = [[Cell(each[i], 1, f"controls#{n}/{i}") for n, each in both] for i in range(2)]
     shown = {"names": [*names, "total"], "rows": rows, "healthy": healthy}
     return {"profile": shown, "least": SMALLEST_DIFFERENCE}
 

@@ -98,7 +98,7 @@ class Sources:
         assert file == "controls"
         name, _, which = place.partition("/")
         controls = load_controls()
-        return (controls.total if name == "total" else controls.scores[name])[int(which)]
+        return (controls.side if name == "side" else controls.scores[name])[int(which)]
 
     def limits(self, role: str) -> dict[str, list[dict]]:
         found: dict[str, list[dict]] = {}
