@@ -43,6 +43,7 @@ from gaitval_cohort.study import summary_of
 from gaitval_gate.comparison_page import write_comparison
 from gaitval_gate.regression import compare, write_junit
 from gaitval_gate.versions import StoredWalk, matched
+from gaitval_predict.command import print_distances
 
 Json = Mapping[str, Any]
 
@@ -228,7 +229,7 @@ def _printed(metrics: Json) -> str:
         if typed(metrics).is_recorded_at_all:
             display.print_groups(typed(metrics))
         else:
-            display.print_distances(typed(metrics))
+            print_distances(typed(metrics))
         display.print_tolerances(typed(metrics))
         display.print_verdict(typed(metrics))
     finally:

@@ -118,6 +118,15 @@ class RecordSettings(Section):
     speed: NotNegative = 0.0
     """Speed that is predicted, m/s; 0: that of the trial that is held out, or the recorded one."""
 
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if self.holdout and self.speed:
+            raise ValueError(
+                f"holdout {self.holdout} and speed {self.speed:g} m/s: a walk at one speed would "
+                "be compared with a trial at another. Give one of them."
+            )
+        return self
+
 
 class ScalingSettings(Section):
     """How a person's measurements become the body."""

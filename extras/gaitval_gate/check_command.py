@@ -31,7 +31,7 @@ HistoryOption = Annotated[
     "gaitval check --baseline reports/patient/baseline --junit accuracy.xml",
     "gaitval check --baseline S05 --quick --history accuracy.db",
     "gaitval check --baseline reports/S05-hip_exo      # a result of gaitval device",
-    after="predict",
+    after="report",
 )
 def check(
     baseline: Annotated[

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     "gaitval compare reports                  # all runs and baselines below reports/",
     "gaitval compare reports/S05 runs/patient --out comparison",
     "gaitval compare runs/new --before runs/old --strict",
-    after="predict",
+    after="report",
 )
 def compare(
     runs: Annotated[

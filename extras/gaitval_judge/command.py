@@ -24,7 +24,7 @@ def _file(option: str, what: str) -> typer.models.OptionInfo:
     "--external-loads grf.xml --out judged",
     "gaitval judge model.osim --ik ik.mot --marker-errors _ik_marker_errors.sto",
     "gaitval judge model.osim --mass 74.3 --height 1.725      # the model alone",
-    after="predict",
+    after="report",
 )
 def judge(
     model: Annotated[Path, typer.Argument(metavar="MODEL.osim", show_default=False)],

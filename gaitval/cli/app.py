@@ -44,7 +44,7 @@ Exit codes: 0 done, 1 a limit was failed (validate, check, compare
 
 
 PANELS = {
-    "Main jobs": ("subject", "import", "predict", "report"),
+    "Main jobs": ("subject", "import", "report"),
     "More ways in, and many people": ("subjects",),
     "Stored accuracy": ("baseline",),
     "Single stages of a run": (

@@ -275,36 +275,6 @@ def print_tolerances(metrics: "Metrics") -> None:
     output.print(table)
 
 
-def print_distances(metrics: "Metrics") -> None:
-    """Print, where nothing was recorded, the walk's distance in `metrics` from its prediction,
-    beside the errors of predictions of held-out trials.
-    """
-    from gaitval.metrics.groups import group_rows
-
-    errors = metrics.prediction_errors
-    held_out = {} if errors is None else {row.group: row for row in errors.groups}
-    table = Table(title=f"{metrics.subject.identifier}: distance from the prediction")
-    for name in ("mean RMSE", "walk from prediction", "prediction from held-out trials", "unit"):
-        table.add_column(name)
-    for row in group_rows(metrics):
-        known = held_out.get(row.group)
-        spread = "" if known is None or known.sd is None else f" ± {known.sd:.2g}"
-        table.add_row(
-            row.group,
-            "fell" if row.walked is None else f"{row.walked:.3g}",
-            "not known" if known is None else f"{known.mean:.3g}{spread}",
-            row.unit,
-        )
-    output.print(table)
-    if errors is not None:
-        whose = "of this person" if errors.own else f"of {errors.people} other people"
-        output.print(
-            f"The uncertainty of the prediction is that of {errors.trials} recorded trials "
-            f"{whose}, each predicted from the same person's others.",
-            markup=False, highlight=False, soft_wrap=True,
-        )  # fmt: skip
-
-
 def print_groups(metrics: "Metrics") -> None:
     """Print errors in `metrics` by group beside those of predictions without a model."""
     from gaitval.metrics.groups import group_rows

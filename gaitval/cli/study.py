@@ -3,7 +3,6 @@
 It is long because each command declares its own options, in a line each.
 """
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -31,7 +30,7 @@ from gaitval.cli.app import (
     command,
     with_pages,
 )
-from gaitval.errors import ConfigurationError, ToleranceError
+from gaitval.errors import ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.configuration import Configuration
@@ -254,102 +253,6 @@ def report(
     """Write the report: report.html and report.pdf, and the numbers behind its figures as CSV."""
     folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf", highlight=False)
-
-
-@command(
-    "gaitval predict 5 --speed 0.95",
-    "gaitval predict 5 --holdout T03",
-    "gaitval predict 5 --holdout slow_trial.toml",
-    "gaitval predict my_patient.toml --speed 1.3 --use kinematics",
-)
-def predict(
-    subject: SubjectArgument,
-    speed: Annotated[
-        float | None,
-        typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
-    ] = None,
-    holdout: Annotated[
-        str | None,
-        typer.Option(
-            "--holdout",
-            metavar="TRIAL",
-            help="Predict this trial of the subject, which is held out, and compare. A name, or "
-            "the file of the same person on another trial.",
-            show_default=False,
-        ),
-    ] = None,
-    use: UseOption = None,
-    out: OutOption = None,
-    config: ConfigOption = None,
-    settings: SetOption = None,
-    force: Annotated[
-        bool,
-        typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
-    ] = False,
-) -> None:
-    """Walk at a speed that was not recorded, or that is held out.
-
-    What is expected at that speed follows from the person's other trials and from how other people
-    change with speed. One policy for each person learns the range of speeds (the first time: 5
-    minutes); a speed then takes a minute. With --holdout the walk is compared with the trial that
-    was held out, beside predictions that need no model: the nearest trial copied, the straight line
-    of two trials, the change of other people added.
-    """
-    from gaitval.configuration import load_configuration
-    from gaitval.datasets.subject_file import builtin_subjects, load_subject
-    from gaitval.metrics.results import read_metrics
-    from gaitval.prediction.known import told
-    from gaitval.study.predict import run_prediction, run_range
-    from gaitval.study.stage import open_run
-
-    person = load_subject(subject)
-    if holdout is not None and holdout.endswith(".toml"):
-        # a file of another trial: it is added to the person, and held out by its name
-        person = person.with_trial(load_subject(holdout))
-        holdout = person.trials[-1].name
-    wanted = _wanted(speed, holdout)
-    chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
-    configuration = load_configuration(config, settings=chosen)
-    record = configuration.record
-    told(person, record, builtin_subjects(), forced=force)  # refuses what cannot be predicted
-    name = f"{person.identifier}-range"
-    name += f"-without-{record.holdout}" if record.holdout else ""
-    name += "-kinematics" if record.use == "kinematics" else ""
-    folder = out or Path("reports") / name
-    # one range for all speeds: a speed in its settings would train it again for each
-    of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
-    at = record.speed or person.on_trial(record.holdout).walking_speed_m_s
-    with display.live_view() as live:
-        with open_run(person, of_range, folder, live) as run:
-            run_range(run, force=force)
-        with open_run(person, configuration, folder / f"at-{at:g}", live) as run:
-            run_prediction(run, folder, force=force)
-    metrics = read_metrics(run.folder)
-    if record.holdout:
-        display.print_groups(metrics)
-    else:
-        display.print_distances(metrics)
-    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
-    display.print_verdict(metrics)
-
-
-def _wanted(speed: float | None, holdout: str | None) -> list[str]:
-    """Settings for the speed or the trial to predict."""
-    if (speed is None) == (holdout is None):
-        raise ConfigurationError(
-            "give one of --speed (m/s) and --holdout (a trial, whose speed is predicted)."
-        )
-    if holdout is not None and not holdout.strip():
-        raise ConfigurationError(
-            "--holdout: empty. Give the name of a trial of the subject, such as T03."
-        )
-    if speed is not None:
-        if not 0.0 < speed < math.inf:
-            raise ConfigurationError(
-                f"--speed {speed:g}: not a walking speed. Give one above zero, in m/s."
-            )
-        return [f"record.speed={speed}"]
-    return [f'record.holdout="{holdout}"']
 
 
 DeviceOption = Annotated[

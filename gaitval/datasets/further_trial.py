@@ -36,7 +36,7 @@ def named_trial(person: Any, other: Any) -> Any:
         )
     trial = other.as_trial()
     for known in (person.as_trial(), *person.trials):
-        if _same_curves(known.gait, trial.gait):
+        if same_curves(known.gait, trial.gait):
             raise SubjectError(
                 f"{other.identifier} ({other.source}): the same curves as trial {known.name} "
                 f"of {person.identifier}. A trial cannot be both used and held out; give another."
@@ -48,8 +48,8 @@ def named_trial(person: Any, other: Any) -> Any:
     return trial.model_copy(update={"name": name})
 
 
-def _same_curves(one: Gait, other: Gait) -> bool:
-    """Whether two gaits have the same joint angles to a hundredth of a degree."""
+def same_curves(one: Gait, other: Gait) -> bool:
+    """Whether the gaits `one` and `other` have the same joint angles to a hundredth of a degree."""
     phase = np.arange(100) / 100
     first, second = one.angles_of_both(), other.angles_of_both()
     return all(

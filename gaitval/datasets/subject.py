@@ -7,6 +7,7 @@ forward, y left, z up), units SI, angles in radians, joint moments in Nm/kg, for
 
 from collections.abc import Mapping
 from functools import partial
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
@@ -170,6 +171,14 @@ class Subject(Displayed, StoredPart):
             for name in dict.fromkeys(names)
             if names.count(name) > 1
         ]
+        from gaitval.datasets.further_trial import same_curves
+
+        for one, other in combinations((self.as_trial(), *self.trials), 2):
+            if same_curves(one.gait, other.gait):
+                problems.append(
+                    f"trials: {other.name} has the same curves as {one.name}. A copy would be "
+                    "known where its trial is held out; leave it out."
+                )
         for trial in self.trials:
             values = self.on_trial(trial.name).model_dump(exclude={"trials", "markers"})
             problems += [f"trial {trial.name}: {problem}" for problem in implausible(values)]

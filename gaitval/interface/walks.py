@@ -60,14 +60,22 @@ def load_policy(subject_or_folder: str | int | Path) -> StoredPolicy:
     """
     if Path(str(subject_or_folder)).is_dir():
         return StoredPolicy.load(Path(str(subject_or_folder)))
-    identifier = load_subject(subject_or_folder).identifier
-    stored = stored_baseline(Path("reports") / identifier, identifier)
-    if stored is None:
+    subject = load_subject(subject_or_folder).model_copy(update={"devices": ()})
+    identifier = subject.identifier
+    folder = stored_baseline(Path("reports") / identifier, identifier)
+    if folder is None:
         raise PolicyError(
             f"{identifier}: no policy is stored for this subject. Run `gaitval subject "
             f"{subject_or_folder}`, and give the run folder."
         )
-    return StoredPolicy.load(stored)
+    stored = StoredPolicy.load(folder)
+    if stored.subject.to_toml() != subject.to_toml():
+        raise PolicyError(
+            f"{subject_or_folder}: the policy that is stored for {identifier}, in {folder}, is of "
+            f"a person with other values. Run `gaitval subject {subject_or_folder}`, and give the "
+            "run folder."
+        )
+    return stored
 
 
 def rollout(

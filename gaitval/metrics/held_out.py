@@ -21,28 +21,33 @@ from gaitval.metrics.recorded import CURVE_UNITS, by_kind
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.typed import sided
 from gaitval.prediction.known import told
+from gaitval.prediction.speed import trials_told
 
 FEWEST_TRIALS: Final = 2
-"""Trials that can be held out of a person; with fewer, other people's are."""
+"""Trials that can be held out of a person; with fewer, other people's are. With fewer of those,
+nothing is said."""
 
 
 def prediction_errors(
     subject: Subject, settings: RecordSettings, others: Sequence[Subject]
 ) -> HeldOutErrors | None:
     """Mean RMSE by group of curves between recorded trials and their predictions; None where no
-    trial can be held out.
+    trial can be held out from as far as the speed of `settings` is from what is known.
 
     Every trial of `subject` is predicted from the same person's other trials and from how other
     people change with speed (`gaitval.prediction.speed.at_speed`; no walker has a part in it). With
     fewer than `FEWEST_TRIALS` such trials of the person, those of all `others` are taken. The
-    predictions know the same quantities as the run (`use` of `settings`).
+    predictions know the same quantities as the run (`use` of `settings`). For a speed beyond the
+    person's trials only trials beyond the others of theirs count, at least as far.
     """
-    own = _of_person(subject, settings, others)
+    known = [each.walking_speed_m_s for each in trials_told(subject, settings.holdout or None)]
+    least = beyond(settings.speed, known) if settings.speed else 0.0
+    own = _of_person(subject, settings, others, least)
     rows, people = own, 1
     if len(own) < FEWEST_TRIALS:
-        found = [_of_person(person, settings, others) for person in others]
+        found = [_of_person(person, settings, others, least) for person in others]
         rows, people = [row for each in found for row in each], sum(map(bool, found))
-    if not rows:
+    if len(rows) < FEWEST_TRIALS:
         return None
     return HeldOutErrors(
         trials=len(rows),
@@ -61,14 +66,24 @@ def prediction_errors(
     )
 
 
+def beyond(speed: float, known: Sequence[float]) -> float:
+    """How far a `speed` is outside the `known` ones, as a fraction of the nearest; 0 between."""
+    return max(0.0, 1.0 - speed / min(known), speed / max(known) - 1.0)
+
+
 def _of_person(
-    person: Subject, settings: RecordSettings, others: Sequence[Subject]
+    person: Subject, settings: RecordSettings, others: Sequence[Subject], least: float
 ) -> list[dict[str, float]]:
-    """Mean RMSE of each group for every trial that can be predicted from the person's others."""
+    """Mean RMSE of each group for every trial that can be predicted from the person's others, and
+    is at least so far `beyond` them.
+    """
     rows = []
     for name in (person.trial, *(trial.name for trial in person.trials)):
         chosen = person.on_trial(name)
-        if not chosen.has_kinetics:
+        rest = [trial.walking_speed_m_s for trial in chosen.trials]
+        if not chosen.has_kinetics or not rest:
+            continue
+        if beyond(chosen.walking_speed_m_s, rest) < least:
             continue
         try:
             guess = told(

@@ -41,6 +41,10 @@ STRIDE_TIME_EXPONENT: Final = -0.47
 """Of speed in stride time: mean of 43 people at six to eight speeds each, between whom it has a
 standard deviation of 0.08 (Fukuchi et al. 2018; tests/prediction/test_speed.py computes it)."""
 
+SAME_SPEED: Final = 0.003
+"""Difference of dimensionless speed, a centimetre a second, below which two trials say nothing
+about the change between them."""
+
 OWN_CHANGE_SPAN: Final = 0.1
 """Difference of dimensionless speed between a person's own trials at which their own change counts
 as much as other people's."""
@@ -80,7 +84,7 @@ def at_speed(
             "is a guess. Give a speed nearer to one that was walked, or --force."
         )
     wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
-    own = [normal_form(record, subject.leg_length_m) for record in records]
+    own = _distinct([normal_form(record, subject.leg_length_m) for record in records])
     gait = _moved(own, wanted, change_of_others(subject, others))
     slower = 1.0 - speed / min(speeds)
     if slower > LARGEST_CHANGE - PASSING:
@@ -145,19 +149,32 @@ def _far_slower(own: Sequence[NormalForm], speed: float, people: People) -> Norm
     return replace(gait, speed=speed, stride_time=stride_time)
 
 
+def _distinct(gaits: Sequence[NormalForm]) -> list[NormalForm]:
+    """The gaits, slowest first; the mean of those of `SAME_SPEED`."""
+    groups: list[list[NormalForm]] = []
+    for gait in sorted(gaits, key=lambda each: each.speed):
+        if groups and gait.speed - groups[-1][0].speed < SAME_SPEED:
+            groups[-1].append(gait)
+        else:
+            groups.append([gait])
+    return [
+        group[0] if len(group) == 1 else combined(group, np.full(len(group), 1.0 / len(group)))
+        for group in groups
+    ]
+
+
 def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> NormalForm:
-    """A person's gaits, interpolated or extrapolated to a dimensionless speed."""
-    ordered = sorted(own, key=lambda gait: gait.speed)
-    nearest = min(ordered, key=lambda gait: abs(gait.speed - speed))
+    """A person's gaits, slowest first, interpolated or extrapolated to a dimensionless speed."""
+    nearest = min(own, key=lambda gait: abs(gait.speed - speed))
     away = speed - nearest.speed
     gaits, weights = [nearest, change], [1.0, TRUST * away]
     # Curves change linearly with speed, stride time with a power of it.
     exponent = STRIDE_TIME_EXPONENT
-    if len(ordered) > 1:
+    if len(own) > 1:
         # The person's own change, over the trials on both sides of the speed or the last two.
-        speeds = [gait.speed for gait in ordered]
-        place = int(np.clip(np.searchsorted(speeds, speed), 1, len(ordered) - 1))
-        below, above = ordered[place - 1], ordered[place]
+        speeds = [gait.speed for gait in own]
+        place = int(np.clip(np.searchsorted(speeds, speed), 1, len(own) - 1))
+        below, above = own[place - 1], own[place]
         span = above.speed - below.speed
         # Between two trials their straight line is all that is needed.
         between = below.speed <= speed <= above.speed

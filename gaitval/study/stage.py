@@ -12,9 +12,17 @@ from typing import TYPE_CHECKING, Any
 import tomli_w
 
 from gaitval import __version__
-from gaitval.artefacts import file_hash, read_json, value_hash, versions, write_json, write_text
+from gaitval.artefacts import (
+    file_hash,
+    read_json,
+    read_toml,
+    value_hash,
+    versions,
+    write_json,
+    write_text,
+)
 from gaitval.build_info import source_commit
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.folder_lock import held
 from gaitval.memory import give_back_now
 from gaitval.study.sources import code_of
@@ -336,6 +344,22 @@ def _undone(folder: Path) -> Iterator[None]:
         raise
 
 
+def _check_subject(folder: Path, subject: "Subject") -> None:
+    """Refuse to write the run of a `subject` over that of another, whose policy would be lost."""
+    path = folder / "subject.toml"
+    if not path.exists():
+        return
+    try:
+        there = read_toml(path, ArtefactError).get("identifier")
+    except ArtefactError:  # damaged: nothing that could be used again
+        return
+    if there != subject.identifier:
+        raise ConfigurationError(
+            f"{folder}: holds a run of {there}, which one of {subject.identifier} would replace. "
+            "Give another folder with --out, or delete it."
+        )
+
+
 @contextmanager
 def open_run(
     subject: "Subject", configuration: "Configuration", folder: Path, observer: Observer
@@ -343,8 +367,10 @@ def open_run(
     """The run `folder`, locked for this process, with `subject` and `configuration` stored in it;
     `observer` sees its stages. Its pages keep language and paper unless others are asked for.
     Where no stage has started when an exception ends the block, the files are as they were before.
+    Raises ConfigurationError if the folder holds a run of another subject.
     """
     with held(folder), _undone(folder):
+        _check_subject(folder, subject)
         if (folder / CONFIGURATION).exists():
             from gaitval.study.looks import with_last_looks
 

@@ -7,9 +7,11 @@ from gaitval.datasets.sample import import_line
 
 
 def test_the_line_names_both_files_of_the_folder_and_who_was_recorded():
-    words = shlex.split(import_line(Path("some") / "where", 61.25, 1.7, "F"))
+    about = {"mass_kg": 61.25, "height_m": 1.7, "sex": "F", "belt_m_s": 1.20004, "mu": {}}
+    words = shlex.split(import_line(Path("some") / "where", about))
     given = dict(zip(words[2::2], words[3::2], strict=True))
     assert words[:2] == ["gaitval", "import"]
     assert Path(given["--static"]) == Path("some/where/standing.c3d")
     assert Path(given["--trial"]) == Path("some/where/walking.c3d")
     assert (given["--mass"], given["--height"], given["--sex"]) == ("61.25", "1.7", "F")
+    assert given["--belt"] == "1.2000"

@@ -244,7 +244,7 @@ def test_files_that_are_not_there_or_not_toml(tmp_path):
     path.write_text(TEXT[:-100])
     with pytest.raises(SubjectError, match=r"not valid TOML: .*line \d+|end of document"):
         load_subject(path)
-    path.write_bytes(b"\xff\xfe")
+    path.write_bytes(b"\xff\xab")
     with pytest.raises(SubjectError, match="not UTF-8"):
         load_subject(path)
 
@@ -311,3 +311,15 @@ def test_unusual_bodies_are_taken_with_a_word(
     said = " ".join(str(each) for each in unusual_build(*body))
     assert all(each in said for each in words)
     assert bool(said) == bool(words)
+
+
+def test_a_trial_is_not_there_a_second_time_under_another_name():
+    """It would be known where it is held out."""
+    person = load_subject("S05")
+    copied = person.trials[0].model_copy(update={"name": "T03b"})
+    tables = person.model_dump() | {"trials": [*person.trials, copied]}
+    with pytest.raises(ValidationError, match=r"T03b has the same curves as T03\. .*leave it out"):
+        Subject.model_validate(tables)
+    own = person.as_trial().model_copy(update={"name": "again"})
+    with pytest.raises(ValidationError, match="again has the same curves as T05"):
+        Subject.model_validate(person.model_dump() | {"trials": [own]})

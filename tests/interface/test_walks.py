@@ -8,6 +8,7 @@ import pytest
 
 import gaitval as gv
 from evidence.unrecorded_verdicts import expected
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, PolicyError, RecordError
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.simulation.simulated_walk import SimulatedWalk
@@ -105,3 +106,13 @@ def test_without_plates_a_policy_walks_after_the_estimate(policy: StoredPolicy):
     moments = [each.record.moments["hip_flexion_r"] for each in (policy.task, untold)]
     assert moments[0] == policy.subject.record().moments["hip_flexion_r"]
     assert moments[1] != moments[0]
+
+
+def test_the_policy_of_a_file_is_of_its_own_content(tmp_path):
+    path = tmp_path / "same.toml"
+    path.write_text(load_subject("S05").to_toml())
+    assert gv.load_policy(path).subject.mass_kg == load_subject("S05").mass_kg
+    path = tmp_path / "heavy.toml"
+    path.write_text(load_subject("S05").model_copy(update={"mass_kg": 80.0}).to_toml())
+    with pytest.raises(PolicyError, match=r"heavy\.toml: .* S05, .*other values\. Run `gaitval"):
+        gv.load_policy(path)

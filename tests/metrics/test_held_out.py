@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import RecordSettings
-from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
-from gaitval.metrics.held_out import prediction_errors
+from gaitval.metrics.held_out import beyond, prediction_errors
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.typed import sided
 from gaitval.prediction.known import told
@@ -73,3 +73,23 @@ def test_trials_without_kinetics_do_not_count(people, monkeypatch):
     person = with_trials(people, 1)
     monkeypatch.setattr(type(person), "has_kinetics", property(lambda self: False))
     assert prediction_errors(person, RecordSettings(), []) is None
+
+
+def test_far_beyond_the_trials_only_trials_as_far_count(people):
+    person = load_subject("S05")  # 0.78, 1.12 and 1.29 m/s
+    between = prediction_errors(person, RecordSettings(speed=0.95), people)
+    near = prediction_errors(person, RecordSettings(speed=1.35), people)
+    far = prediction_errors(person, RecordSettings(speed=1.6), people)
+    assert (between.trials, between.own) == (3, True)
+    assert (near.trials, near.own) == (2, True)  # 15 and 30 % beyond the others
+    assert near.groups[0].mean > between.groups[0].mean
+    assert not far.own  # 24 % beyond: one of hers is no more than chance
+    assert prediction_errors(person, RecordSettings(speed=1.93), people) is None
+
+
+@pytest.mark.parametrize(
+    ("speed", "known", "expected"),
+    [(1.0, [0.8, 1.2], 0.0), (0.6, [0.8, 1.2], 0.25), (1.5, [0.8, 1.2], 0.25), (1.1, [1.0], 0.1)],
+)
+def test_how_far_a_speed_is_beyond_those_known(speed, known, expected):
+    assert beyond(speed, known) == pytest.approx(expected)

@@ -1,6 +1,7 @@
 """A person's gait at another speed."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -157,3 +158,16 @@ def test_far_slower_a_person_differs_from_others_as_before():
     assert found.stride_time / now.stride_time == pytest.approx(
         own.stride_time / before.stride_time
     )
+
+
+def test_two_trials_at_one_speed_are_as_their_mean():
+    """They say nothing of the change with speed; a laboratory repeats a trial on a belt."""
+    person = load_subject("S05")
+    slow, own = (person.on_trial(name).record() for name in ("T03", "T05"))
+    again = replace(person.on_trial("T06").record(), speed=own.speed + 0.001)
+    found = at_speed(person, [slow, own, again], 1.2, SUBJECTS)
+    assert np.isfinite([found.stride_time, *found.angles["knee_angle_r"](PHASE)]).all()
+    here = at_speed(person, [own, again], own.speed, SUBJECTS)
+    for name in SAGITTAL:
+        mean = 0.5 * (own.angles[name](PHASE) + again.angles[name](PHASE))
+        np.testing.assert_allclose(here.angles[name](PHASE), mean, atol=2e-3)

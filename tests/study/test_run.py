@@ -1180,3 +1180,19 @@ def test_a_policy_for_legs_that_differ_is_that_of_the_scaled_body(
     monkeypatch.setattr("gaitval.policy.training.train", lambda *_, **given: given)
     found: Any = learned(run, [None], None, run.folder / "trained", 10)  # type: ignore[list-item]
     assert model_hash(found["scaled"]) == model_hash(model)
+
+
+def test_a_run_is_not_written_over_one_of_another_subject(tmp_path):
+    """Its policy would be lost."""
+    configuration = load_configuration()
+    with open_run(load_subject("S05"), configuration, tmp_path / "run", Observer()):
+        pass
+    before = (tmp_path / "run" / "subject.toml").read_bytes()
+    with (
+        pytest.raises(ConfigurationError, match=r"run: holds a run of S05, .* S07 .* --out"),
+        open_run(load_subject("S07"), configuration, tmp_path / "run", Observer()),
+    ):
+        pass
+    assert (tmp_path / "run" / "subject.toml").read_bytes() == before
+    with open_run(load_subject("S05"), configuration, tmp_path / "run", Observer()):
+        pass

@@ -72,3 +72,20 @@ def test_a_speed_that_nobody_recorded_is_not_called_a_comparison(tmp_path):
     assert metrics["prediction_errors"]["trials"] == 3
     page = (tmp_path / "at-0.95" / "report.html").read_text(encoding="utf-8")
     assert "accuracy is not judged" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--speed", "1.12"], "--speed 1.12: S05 was recorded at 1.12 m/s (trial T05)"),
+        (["--speed", "0.782"], "--holdout T03"),
+        (["--speed", "0.9", "--set", "record.holdout=T03"], "holdout T03 and speed 0.9 m/s"),
+        (["--holdout", "T03", "--set", "record.speed=0.9"], "holdout T03 and speed 0.9 m/s"),
+    ],
+)
+def test_what_is_no_prediction_or_judged_at_another_speed_is_refused(tmp_path, words, message):
+    done = CliRunner().invoke(cli.app, ["predict", "5", *words, "--out", str(tmp_path / "o")])
+    assert done.exit_code == 2
+    assert isinstance(display.messages.file, io.StringIO)
+    assert message in " ".join(display.messages.file.getvalue().split())
+    assert not (tmp_path / "o").exists()
