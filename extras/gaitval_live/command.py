@@ -8,7 +8,7 @@ import typer
 from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import added_command
-from gaitval.errors import ConfigurationError, ToleranceError
+from gaitval.errors import ConfigurationError, RecordError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval_live.log import Log
@@ -139,6 +139,13 @@ def _check(log: "Log", walk: "LiveWalk", path: Path) -> None:
             f"{path}: the walk is not that of the log, at the latest from action {found.differs} "
             "on. It was walked on another machine, or with other libraries."
         )
+    if not found.checked:
+        raise RecordError(
+            f"{path}: has no hash, so nothing could be compared. A walk that was killed in its "
+            "first seconds leaves none. Give the log of a longer walk."
+        )
+    rest = walk.step - found.equal
     display.plain(
-        f"{path}: {walk.step} actions walked again, equal bit for bit ({found.checked} hashes)."
+        f"{path}: {found.equal} actions walked again, equal bit for bit ({found.checked} hashes)."
+        + (f" Of the {rest} that follow nothing is known: the log was cut off." if rest else "")
     )

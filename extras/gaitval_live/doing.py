@@ -1,6 +1,7 @@
 """What can be done to the walk, as values; and from the JSON of the page and of a log."""
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
@@ -98,8 +99,8 @@ def doing_of(values: Any, where: str, refusal: type[GaitvalError] = RecordError)
                 raise refusal(f"{where}: on is {value!r}; give true or false.")
         elif isinstance(value, bool) or not isinstance(value, int | float):
             raise refusal(f"{where}: {name} is {value!r}, which is no number.")
-        elif not math.isfinite(value):
-            raise refusal(f"{where}: {name} is {value!r}; give a finite number.")
+        elif not abs(value) <= sys.float_info.max:  # a whole number may be larger than any float
+            raise refusal(f"{where}: {name} is {str(value)[:20]}; give a finite number.")
         else:
             given[name] = float(value)
     doing: Doing = kind(**given)

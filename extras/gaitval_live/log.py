@@ -7,6 +7,7 @@ can be told equal, bit for bit, or where it began to differ.
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any, Final, TextIO
 from gaitval import __version__, file_gate
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import parse_subject
-from gaitval.errors import RecordError
+from gaitval.errors import ArtefactError, RecordError
 from gaitval_live.doing import Clock, Doing, doing_of, values_of
 from gaitval_live.person import Person
 from gaitval_live.walk import LiveWalk
@@ -99,12 +100,19 @@ class Writer:
         self._write({"step": walk.step, "digest": walk.digest})
 
     def _write(self, values: dict[str, Any]) -> None:
-        self._file.write(json.dumps(values) + "\n")
-        self._file.flush()
+        try:
+            self._file.write(json.dumps(values) + "\n")
+            self._file.flush()
+        except OSError as error:
+            raise ArtefactError(
+                f"{self.path}: cannot be written ({error.strerror}), so the walk has ended. What "
+                "was done before is in it. Make space, and walk again."
+            ) from None
 
     def close(self) -> None:
         """Nothing more is written."""
-        self._file.close()
+        with suppress(OSError):  # what could not be written was said
+            self._file.close()
 
 
 def read_log(path: Path) -> Log:
@@ -187,13 +195,14 @@ class Replay:
     Attributes
     ----------
     checked : hashes of the log that were reached and equal.
+    equal : step of the last of them; of what follows nothing is known.
     differs : step of the first hash that was not; None so far.
     """
 
     def __init__(self, log: Log, walk: LiveWalk) -> None:
         self._lines = list(reversed(log.lines))
         self._walk = walk
-        self.checked = 0
+        self.checked, self.equal = 0, 0
         self.differs: int | None = None
 
     @property
@@ -211,6 +220,7 @@ class Replay:
                 yield line.doing
             elif line.digest == walk.digest:
                 self.checked += 1
+                self.equal = line.step
             elif self.differs is None:
                 self.differs = line.step
 

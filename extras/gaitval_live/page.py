@@ -1,7 +1,6 @@
 """A live walk from its first picture to Ctrl-C: session, server, browser and log together."""
 
 import tempfile
-import threading
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -84,7 +83,9 @@ def show(
         if browser:
             webbrowser.open(_leading(Path(private), server.address).as_uri())
         with suppress(KeyboardInterrupt):
-            threading.Event().wait()
+            server.session.over.wait()
+        if server.session.failed is not None:
+            raise server.session.failed
         return server.session.written
 
 

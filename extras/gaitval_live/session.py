@@ -51,6 +51,11 @@ class Session:
     writer : of its log; None for a replay.
     replay : that does what is done; then visitors can only pause and slow down.
     clock : monotonic seconds.
+
+    Attributes
+    ----------
+    over : set when it walks no further.
+    failed : what ended it, if nobody did.
     """
 
     def __init__(
@@ -72,6 +77,8 @@ class Session:
         self._begun, self._received, self._acted = 0, 0.0, 0.0
         self._pushes, self._push = 0, np.zeros(2)
         self._ended = False
+        self.over = threading.Event()
+        self.failed: Exception | None = None
         self.shown = self._show()
         self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
 
@@ -87,7 +94,8 @@ class Session:
             self._watched.notify_all()
         self._thread.join()
         if self._writer is not None:
-            self._writer.at(self.walk)
+            if self.failed is None:
+                self._writer.at(self.walk)
             self._writer.close()
 
     @property
@@ -128,6 +136,15 @@ class Session:
             self._watched.notify_all()
 
     def _run(self) -> None:
+        try:
+            self._walk_on()
+        except Exception as error:  # for who waits: a thread's own error is only printed
+            self.failed, self._ended = error, True
+            with self._watched:
+                self._watched.notify_all()
+        self.over.set()
+
+    def _walk_on(self) -> None:
         last, owed = self._clock(), 0.0  # s of walking that real time is ahead by
         while not self._ended:
             with self._watched:

@@ -35,6 +35,7 @@ def test_what_is_written_is_read(doing):
         ({"do": "push", "forward": "1", "left": 0.0}, "no number"),
         ({"do": "push", "forward": True, "left": 0.0}, "no number"),
         ({"do": "push", "forward": float("nan"), "left": 0.0}, "finite"),
+        ({"do": "push", "forward": 10**400, "left": 0.0}, "finite"),
         ({"do": "push", "forward": 1e300, "left": 1e300}, "more than 1200 N"),
         ({"do": "speed", "value": float("inf")}, "finite"),
         ({"do": "body", "name": "head", "value": 1.0}, "no body parameter"),

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from gaitval import wings
-from gaitval.errors import RecordError
+from gaitval.errors import ArtefactError, RecordError
+from gaitval_live.command import _check
 from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
 from gaitval_live.log import Writer, check_person, read_log, walk_again
 from gaitval_live.walk import LiveWalk
@@ -66,7 +67,27 @@ def test_a_log_that_was_cut_off_is_read_up_to_there(written, person, tmp_path):
     path = tmp_path / "cut.jsonl"
     path.write_text(written.read_text()[:-20])
     log = read_log(path)
-    assert walk_again(log, LiveWalk(person, log.speed)).differs is None
+    found = walk_again(log, LiveWalk(person, log.speed))
+    assert found.differs is None
+    assert found.equal == 900  # the hash after it was cut off
+
+
+def test_without_a_hash_nothing_is_called_equal(written, person, tmp_path):
+    rows = [row for row in written.read_text().split("\n") if "digest" not in row]
+    path = tmp_path / "killed.jsonl"
+    path.write_text("\n".join(rows))
+    log = read_log(path)
+    with pytest.raises(RecordError, match="no hash, so nothing could be compared"):
+        _check(log, LiveWalk(person, log.speed), path)
+
+
+def test_a_log_that_cannot_be_written_says_so(written, person, walk, tmp_path):
+    writer = Writer(tmp_path / "log.jsonl", person, walk)
+    writer._file.close()
+    writer._file = open("/dev/full", "w")  # noqa: SIM115
+    with pytest.raises(ArtefactError, match=r"log\.jsonl: cannot be written \(No space"):
+        writer.did(0, DOINGS[0][1])
+    writer.close()
 
 
 def test_another_policy_or_reference_is_refused(written, person):

@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from gaitval.errors import ArtefactError
 from gaitval_live.doing import Clock, Push
 from gaitval_live.log import Replay, Writer, read_log
 from gaitval_live.session import MOST_BEHIND, Session
@@ -115,3 +116,14 @@ def test_slow_motion_is_slow(walk, rate):
         until(lambda: walk.step > before + 5)
         passed = time.monotonic() - began
         assert (walk.step - before) * walk.seconds <= rate * (passed + MOST_BEHIND) + walk.seconds
+
+
+def test_an_error_ends_the_walk_and_is_there_for_who_waits(walk, monkeypatch):
+    def failing():
+        raise ArtefactError("no space")
+
+    with Watched(walk) as session:
+        monkeypatch.setattr(walk, "act", failing)
+        assert session.over.wait(5.0)
+        assert session.ended
+        assert str(session.failed) == "no space"
