@@ -13,7 +13,7 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval_patients.passive_foot import expected_ankles
-from gaitval_patients.people import Person, read_people
+from gaitval_patients.people import Person, own_rows, read_people
 from gaitval_patients.records import Patient, patient
 from gaitval_patients.strides import read_strides
 
@@ -40,8 +40,10 @@ def found_patients(
     RecordError, SubjectError, ConfigurationError : a table or an option cannot be used.
     """
     known: dict[str, Person] = {}
+    tables = []
     for table in people:
-        for who, person in read_people(table).items():
+        tables.append(read_people(table))
+        for who, person in tables[-1].items():
             if known.setdefault(who, person) != person:
                 raise RecordError(
                     f"{table}: {who} is in an earlier --people table with other values. Give the "
@@ -56,10 +58,12 @@ def found_patients(
             raise ConfigurationError(
                 f"{who}: no such group or person in {strides}. Groups: {', '.join(sorted(groups))}."
             )
+    # Of all, for a name is read beside the others, whoever is chosen.
+    rows = own_rows([each.subject for each in everybody], tables)
     found = [
         patient(
             each,
-            known,
+            rows[each.subject],
             speed=given.get(each.subject, given.get(each.group)),
             healthy=each.group in healthy,
             **about,

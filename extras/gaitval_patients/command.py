@@ -93,7 +93,7 @@ def patients(
         licence=licence,
     )
     table = written(found, out)
-    _say(found)
+    _say(found, people or [])
     walks = None
     if walk:
         from gaitval_patients.cohort import walked
@@ -110,16 +110,31 @@ def patients(
     display.plain(f"{len(found)} subjects: {table}; pages: {pages}")
 
 
-def _say(found: "Sequence[Patient]") -> None:
-    """What was estimated, in a line for all."""
+def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
+    """Who has no row, or one found by a number, and what was estimated: a line for all."""
+
+    def say(text: str) -> None:
+        display.messages.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    nobody = [each.strides.subject for each in found if not each.person.table]
+    if nobody and people:
+        say(
+            f"{', '.join(nobody)}: no row in the tables of people; body estimated. A row has the "
+            "whole name, or a number if its table has numbers only, and people with one prefix "
+            "only may be meant by them."
+        )
+    numbered = [
+        f"{each.strides.subject} is {each.person.identifier} of {each.person.table}"
+        for each in found
+        if not each.strides.subject.startswith(each.person.identifier)
+    ]
+    if numbered:
+        more = f" and {len(numbered) - 3} more" if len(numbered) > 3 else ""
+        say(f"By number: {', '.join(numbered[:3])}{more}; each page says whose row it used.")
     names = dict.fromkeys(
         name.replace("_", " ")
         for each in found
         for name, estimate in each.estimates.items()
         if estimate.sd > 0.0
     )
-    display.messages.print(
-        f"Estimated of some or all, with intervals in OUT/subjects/NAME.json: {', '.join(names)}.",
-        highlight=False,
-        soft_wrap=True,
-    )
+    say(f"Estimated of some or all, with intervals in OUT/subjects/NAME.json: {', '.join(names)}.")

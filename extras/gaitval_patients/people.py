@@ -1,13 +1,13 @@
 """Who walked: sex, age, mass, stature and what else a table of people says of them.
 
 Laboratories name columns as they like, so headers are known by their words (`HEADERS`), and units
-by the header or the size of the value. What cannot be read stays unknown; `estimates` fills it in,
-with an interval.
+by the header or the size of the value. What a table does not say stays unknown; `estimates` fills
+it in, with an interval.
 """
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -35,7 +35,22 @@ STATES: Final = ("off", "on", "pre", "post")
 """What a name may end in, after an underscore, that is no part of the person's name."""
 _BELOW_KNEE: Final = r"(?i).*(trans-?tibial|below|\b(tt|bk|ttka)\b|syme|ankle|foot).*"
 """Levels of an amputation that leave the knee."""
-_UNKNOWN: Final = ("", "-", "na", "n/a", "nan", "none", "undetermined", "unknown")
+_UNKNOWN: Final = (
+    *("", "-", "–", "?", "na", "n/a", "n.a.", "nan", "none", "undetermined", "unknown"),
+    *("not known", "not recorded"),
+)
+_SEXES: Final[Mapping[str, Literal["F", "M"]]] = {
+    **dict.fromkeys(("f", "female", "w", "woman", "girl", "weiblich"), "F"),
+    **dict.fromkeys(("m", "male", "man", "boy", "männlich"), "M"),
+}
+_LENGTHS: Final = ("height", "leg_length", "right_leg", "left_leg")
+_UNITS: Final[Mapping[str, str]] = {
+    "age": r"y|yrs?|years?( old)?",
+    "mass": r"kg",
+    "speed": r"m/s",
+    **dict.fromkeys(_LENGTHS, r"m|cm|mm"),
+}
+"""What may follow a number, in lower case."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +65,7 @@ class Person:
     below_knee : side of one that leaves the knee; it is no part of the body's model.
     affected : by state ("on", "off", or "" where the table has no states), the side that moves
         worse.
+    table : name of the file that the row is in; empty for somebody without a row.
     """
 
     identifier: str
@@ -63,11 +79,16 @@ class Person:
     amputation: Side | None = None
     below_knee: Side | None = None
     affected: Mapping[str, Side] | None = None
+    table: str = field(default="", compare=False)
 
 
 def read_people(path: Path) -> dict[str, Person]:
-    """The people of a CSV table, by identifier; empty rows are left out. Raises RecordError if it
-    has no column of identifiers, or a person stands in it twice with other values.
+    """The people of a CSV table, by identifier; empty rows are left out.
+
+    Raises
+    ------
+    RecordError : it has no column of identifiers, a person stands in it twice with other values, or
+        a sex or a number cannot be understood.
     """
     found: dict[str, Person] = {}
     for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):
@@ -77,7 +98,8 @@ def read_people(path: Path) -> dict[str, Person]:
                 f"{path}: no column says who a row is of; its header has {', '.join(cells)}. Name "
                 "one of them Subject."
             )
-        person = _person({name: (cells[name] or "").strip() for name in known}, known)
+        row = {name: (cells[name] or "").strip() for name in known}
+        person = _person(row, known, path.name, f"{path}, line {line}")
         if person is None:
             continue
         if found.get(person.identifier, person) != person:
@@ -92,16 +114,69 @@ def read_people(path: Path) -> dict[str, Person]:
 def person_of(subject: str, people: Mapping[str, Person]) -> tuple[Person, str]:
     """The row of `people` for a `subject` of a table of strides, and the state in its name.
 
-    "SUB01_off" is SUB01 in the state "off"; "WBDS05" is 5 where people are numbered.
+    "SUB01_off" is SUB01 in the state "off"; "WBDS05" is 5 where `people` is one table in which all
+    are numbered. Of several tables, and of other subjects beside this one, `own_rows` knows.
 
     Of somebody without a row nothing is known but the name.
     """
     before, _, state = subject.partition("_")
-    number = re.sub(r"^\D*0*", "", before)
-    for name, of in ((subject, ""), (before, state), (number, state)):
-        if name and name in people:
+    for name, of in ((subject, ""), (before, state)):
+        if name in people:
             return people[name], of
+    if (found := _by_number(people).get(_number_of(subject))) is not None:
+        return found, state
     return Person(before if state in STATES else subject), state if state in STATES else ""
+
+
+def own_rows(
+    subjects: Sequence[str], tables: Iterable[Mapping[str, Person]]
+) -> dict[str, dict[str, Person]]:
+    """The row of each of the `subjects`, by a name with which `person_of` finds it; empty if there
+    is none.
+
+    A whole name is looked for in all `tables`, a number only where everybody is numbered, for 3 may
+    be anybody's: if one prefix alone (the WBDS of WBDS03) may mean the numbers. One that a table
+    writes out may not, even if this person is not in it.
+    """
+    named: dict[str, Person] = {}
+    numbers: dict[int | None, Person] = {}
+    written_out = set()
+    for table in tables:
+        named |= table
+        if by_number := _by_number(table):
+            numbers |= by_number
+        else:
+            written_out |= {_prefix(name) for name in table}
+    numbered = {each for each in subjects if _number_of(each) in numbers}
+    prefixes = {_prefix(each) for each in numbered} - written_out
+    found = {}
+    for subject in subjects:
+        before = subject.partition("_")[0]
+        rows = {name: named[name] for name in (subject, before) if name in named}
+        if not rows and subject in numbered and prefixes == {_prefix(subject)}:
+            rows = {before: numbers[_number_of(subject)]}
+        found[subject] = rows
+    return found
+
+
+def _by_number(table: Mapping[str, Person]) -> dict[int | None, Person]:
+    """The people of a table in which all are numbered, each once; empty of any other."""
+    if not all(re.fullmatch(r"[0-9]+", name) for name in table):
+        return {}
+    found: dict[int | None, Person] = {int(name): person for name, person in table.items()}
+    return found if len(found) == len(table) else {}
+
+
+def _number_of(subject: str) -> int | None:
+    """The number that a name ends in, before its state; None if it does not end in one."""
+    found = re.fullmatch(r"[^0-9]*([0-9]+)", subject.partition("_")[0])
+    return int(found[1]) if found else None
+
+
+def _prefix(subject: str) -> str:
+    """What comes before the number of a name: "sub" of SUB03, Sub-3 and SUB03_off."""
+    before = re.split(r"[0-9]", subject.partition("_")[0])[0]
+    return re.sub(r"\W", "", before).lower()
 
 
 def _columns(headers: Iterable[str]) -> dict[str, str]:
@@ -116,14 +191,18 @@ def _columns(headers: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _person(cells: Mapping[str, str], known: Mapping[str, str]) -> Person | None:
+def _person(
+    cells: Mapping[str, str], known: Mapping[str, str], table: str, where: str
+) -> Person | None:
+    """The person of a row; `where` it is, for messages. Raises RecordError as `read_people`."""
     values: dict[str, Any] = {}
     affected: dict[str, Side] = {}
     below = False
-    for header, meaning in known.items():
-        text = cells[header]
-        if text.lower() in _UNKNOWN:
-            continue
+    filled = {name: text for name, text in cells.items() if text.lower() not in _UNKNOWN}
+    if not any(known[name] == "subject" for name in filled):
+        return None
+    for header, text in filled.items():
+        meaning = known[header]
         if meaning == "affected":
             side = _side(text)
             if side is not None:
@@ -134,26 +213,23 @@ def _person(cells: Mapping[str, str], known: Mapping[str, str]) -> Person | None
         elif meaning == "level":
             below = re.fullmatch(_BELOW_KNEE, text) is not None
         elif meaning == "sex":
-            letter = text[:1].upper()
-            values[meaning] = letter if letter in ("F", "M") else None
+            values[meaning] = _SEXES.get(text.lower())
+            if values[meaning] is None:
+                raise RecordError(
+                    f"{where}: {header} is {text!r}, which says neither F nor M. Write F or M, or "
+                    "leave the cell empty."
+                )
         elif meaning == "subject":
             values[meaning] = re.sub(r"\.0$", "", text)
         else:
-            number = _number(text)
-            lengths = ("height", "leg_length", "right_leg", "left_leg")
-            if number is not None and meaning in lengths:
-                # No leg or stature is 3 m, and none is 3 cm.
-                number = next((number / by for by in (1.0, 100.0, 1000.0) if number / by < 3.0), 0)
-            values[meaning] = number
-    if not values.get("subject"):
-        return None
+            values[meaning] = _number(text, meaning, f"{where}: {header}")
     if below and (side := values.pop("amputation", None)):
         values["below_knee"] = affected[""] = side
     right, left = values.pop("right_leg", None), values.pop("left_leg", None)
     if right and left:
         legs: Mapping[Side, float] = {"right": right, "left": left}
         values |= {"legs": legs, "leg_length": values.get("leg_length") or (right + left) / 2}
-    return Person(values.pop("subject"), affected=affected or None, **values)
+    return Person(values.pop("subject"), affected=affected or None, table=table, **values)
 
 
 def _side(text: str) -> Side | None:
@@ -161,8 +237,17 @@ def _side(text: str) -> Side | None:
     return "right" if first == "r" else "left" if first == "l" else None
 
 
-def _number(text: str) -> float | None:
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        return None
+def _number(text: str, meaning: str, where: str) -> float:
+    """The number of a cell, with or without its unit; lengths in m."""
+    number = r"(\d+([.,]\d*)?(e[+-]?\d+)?)"
+    found = re.fullmatch(rf"{number}\s*(({_UNITS[meaning]})\.?)?", text.lower())
+    if found is None:
+        raise RecordError(
+            f"{where} is {text!r}, which is not understood. Write only the number, or leave the "
+            "cell empty."
+        )
+    value = float(found[1].replace(",", "."))
+    if meaning in _LENGTHS:
+        # No leg or stature is 3 m, and none is 3 cm.
+        value = next((value / by for by in (1.0, 100.0, 1000.0) if value / by < 3.0), 0.0)
+    return value

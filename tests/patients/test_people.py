@@ -2,7 +2,8 @@
 
 import pytest
 
-from gaitval_patients.people import read_people
+from gaitval.errors import RecordError
+from gaitval_patients.people import own_rows, person_of, read_people
 
 
 def table(tmp_path, header, *rows):
@@ -42,3 +43,69 @@ def test_other_levels_are(tmp_path, level):
     header = "Subject,Amputation side,Amputation level"
     person = table(tmp_path, header, f"A,Left,{level}")["A"]
     assert (person.amputation, person.below_knee) == ("left", None)
+
+
+def people(tmp_path, name, *rows):
+    path = tmp_path / f"{name}.csv"
+    path.write_text("\n".join(("Subject,Sex,Age,Mass", *rows)), encoding="utf-8")
+    return read_people(path)
+
+
+def rows_of(subjects, *tables):
+    """Name and file of the row of each subject, or None."""
+    found = own_rows(subjects, tables)
+    persons = [person_of(each, found[each])[0] for each in subjects]
+    return [(each.identifier, each.table) if each.table else None for each in persons]
+
+
+def test_a_number_is_nobody_elses(tmp_path):
+    """SUB03 is not in the table of SUB, and is not the 3 of another laboratory."""
+    named = people(tmp_path, "named", "SUB01,M,60,70")
+    numbered = people(tmp_path, "numbered", "1,F,20,50", "3,F,22,52")
+    subjects = ["SUB01_off", "SUB03_off", "WBDS03", "WBDS04"]
+    expected = [("SUB01", "named.csv"), None, ("3", "numbered.csv"), None]
+    assert rows_of(subjects, named, numbered) == expected
+    assert rows_of(subjects, numbered, named) == expected
+    # Of a table that has only numbers nothing says who of two they are.
+    assert rows_of(subjects, numbered) == [None] * 4
+    assert rows_of(["3", "SUB03"], numbered) == [("3", "numbered.csv"), None]
+    assert rows_of(["WBDS03"], people(tmp_path, "mixed", "3,F,22,52", "A,F,22,52")) == [None]
+    assert person_of("SUB03", named | numbered)[0].table == ""
+
+
+def test_a_state_is_known_of_a_row_by_number(tmp_path):
+    numbered = people(tmp_path, "numbered", "3,F,22,52")
+    (own,) = own_rows(["P03_on"], [numbered]).values()
+    person, state = person_of("P03_on", own)
+    assert (person.mass, state) == (52.0, "on")
+
+
+@pytest.mark.parametrize(
+    ("sex", "age", "expected"),
+    [
+        ("Woman", "9 years", ("F", 9.0)),
+        ("girl", "9 y", ("F", 9.0)),
+        ("W", "9.5 yrs.", ("F", 9.5)),
+        ("MAN", "40", ("M", 40.0)),
+        ("boy", "?", ("M", None)),
+        ("n/a", "", (None, None)),
+    ],
+)
+def test_sex_and_age_are_read_as_people_write_them(tmp_path, sex, age, expected):
+    (person,) = people(tmp_path, "p", f"A,{sex},{age},60 kg").values()
+    assert (person.sex, person.age) == expected
+    assert person.mass == 60.0
+
+
+@pytest.mark.parametrize(
+    ("row", "seen"),
+    [
+        ("A,2,40,60", "Sex is '2', which says neither F nor M"),
+        ("A,F,18 months,60", "Age is '18 months', which is not understood"),
+        ("A,F,40-50,60", "Age is '40-50'"),
+        ("A,F,40,132 lb", "Mass is '132 lb'"),
+    ],
+)
+def test_a_cell_that_is_not_understood_is_named(tmp_path, row, seen):
+    with pytest.raises(RecordError, match=rf"p\.csv, line 2: {seen}.* leave the cell empty"):
+        people(tmp_path, "p", row)
