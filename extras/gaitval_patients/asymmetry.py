@@ -25,7 +25,7 @@ class AngleRow(NamedTuple):
     symmetry : symmetry index of the ranges, %, right above left positive (Robinson et al. 1987, J
         Manipulative Physiol Ther 10:172): difference over the mean of both.
     beyond : of each side, % of the cycle that is more than `BEYOND` SD from people of this speed
-        and age; None where there is no norm.
+        and age, or, of a child, from children at their free speed; None where there is no norm.
     """
 
     name: str

@@ -9,14 +9,16 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.datasets.plausible import ADULT
 from gaitval.metrics.gait_profile import (
     PROFILE_ANGLES,
     SMALLEST_DIFFERENCE,
     gait_profile,
     load_controls,
 )
-from gaitval.metrics.norms import norms
+from gaitval.metrics.norms import ASSUMED_AGE, norms
 from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, STYLES, WALK_WIDTH
 from gaitval.reporting.page import write_html
 from gaitval_patients.asymmetry import angle_rows, symmetry_index, worse_side
 from gaitval_patients.records import Patient
@@ -32,8 +34,6 @@ TITLES: Final = {
     "hip_rotation": "Hip rotation",
     "foot_progression": "Foot progression",
 }
-_COLOURS: Final = {"right": "#d55e00", "left": "#0072b2"}
-_BAND: Final = "#dddddd"
 
 NEVER_SAID: Final = (
     "How strong a muscle is, whether it is spastic, and whether anything hurts: angles do not show "
@@ -71,6 +71,10 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
     side, by = worse_side(patient)
     return {
         "subject": patient.subject,
+        "person": patient.person,
+        "who": _who(patient),
+        "whose": _whose(patient),
+        "child": _is_child(patient),
         "group": patient.strides.group.replace("_", " "),
         "state": patient.state,
         "affected": patient.affected,
@@ -83,8 +87,7 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
         "rows": angle_rows(patient),
         "titles": TITLES,
         "parameters": _parameters(patient),
-        "beyond": any(each.beyond for each in usual.values()),
-        "people": max(each.people for each in usual.values()),
+        "beyond": any(each.beyond for name, each in usual.items() if name.startswith("angles/")),
         "walk": walk,
         "cannot": [*NEVER_SAID, *_of_this_person(patient)],
         "smoothing": max(float(np.degrees(e.rms)) for e in patient.smoothing.values()),
@@ -93,9 +96,47 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
     }
 
 
+def _is_child(patient: Patient) -> bool:
+    """Whether `norms` are those of children."""
+    age = patient.person.age
+    return age is not None and age < ADULT
+
+
+def _who(patient: Patient) -> str:
+    """Sex and age in words, and what is assumed of an age that is not known."""
+    child, age = _is_child(patient), patient.person.age
+    words = {"F": ("woman", "girl"), "M": ("man", "boy"), None: ("sex not known",) * 2}
+    years = f"age not known: adult norms at {ASSUMED_AGE:.0f} years"
+    return f"{words[patient.person.sex][child]}, {years if age is None else f'{age:.0f} years'}"
+
+
+def _whose(patient: Patient) -> str:
+    """Whose the norms are."""
+    if _is_child(patient):
+        return "healthy children at their free speed"
+    if patient.person.age is None:
+        return f"healthy people of this speed at {ASSUMED_AGE:.0f} years"
+    return "healthy people of this speed and age"
+
+
 def _of_this_person(patient: Patient) -> list[str]:
     """What cannot be said of this one."""
     found = []
+    if patient.person.sex is None:
+        found.append(
+            "Whether the person is male or female: no table says it. The segments of the body are "
+            "those of a male."
+        )
+    if patient.person.age is None:
+        found.append(
+            f"What is usual at this person's age: it is not known. Norms are those of "
+            f"{ASSUMED_AGE:.0f} years, and the segments those of an adult."
+        )
+    if _is_child(patient):
+        found.append(
+            "What is usual at this speed: the children beside whom the person is shown walked at "
+            "their free speed. A child that walks slowly differs from them for its speed alone."
+        )
     if patient.estimates["speed"].sd > 0.0:
         found.append(
             "How fast the person walked: it was not recorded. Norms are read at the estimated "
@@ -119,32 +160,37 @@ def _of_this_person(patient: Patient) -> list[str]:
 
 
 def _parameters(patient: Patient) -> list[dict[str, Any]]:
-    """Rows: title, value, 90 % interval or None, norm's mean and SD or None, unit."""
+    """Rows: title, value, 90 % interval or None, norm's mean and SD or None, whether the speed is
+    beyond that of the norm's people, unit, and digits of all these numbers.
+    """
     usual, known = norms(patient.subject), patient.estimates
     rows = []
-    for title, name, norm, unit in (
-        ("Walking speed", "speed", None, "m/s"),
-        ("Stride time", "stride_time", "parameter/stride_time", "s"),
-        ("Stride length", "stride_length", None, "m"),
-        ("Stance, right", "stance_right", "parameter/stance_fraction", "of the cycle"),
-        ("Stance, left", "stance_left", "parameter/stance_fraction", "of the cycle"),
-        ("Left heel strike", "left_phase", None, "of the right cycle"),
-        ("Right leg less left", "leg_difference", None, "m"),
-        ("Leg length", "leg_length", None, "m"),
-        ("Stature", "height", None, "m"),
-        ("Mass", "mass", None, "kg"),
+    for title, name, norm, unit, digits in (
+        ("Walking speed", "speed", None, "m/s", 2),
+        ("Stride time", "stride_time", "parameter/stride_time", "s", 2),
+        ("Stride length", "stride_length", None, "m", 3),
+        ("Stance, right", "stance_right", "parameter/stance_fraction", "of the cycle", 2),
+        ("Stance, left", "stance_left", "parameter/stance_fraction", "of the cycle", 2),
+        ("Left heel strike", "left_phase", None, "of the right cycle", 2),
+        ("Right leg less left", "leg_difference", None, "mm", 0),
+        ("Leg length", "leg_length", None, "m", 3),
+        ("Stature", "height", None, "m", 3),
+        ("Mass", "mass", None, "kg", 1),
     ):
         if name not in known:
             continue
         of = known[name]
         expected = usual.get(norm) if norm else None
+        scale = 1000.0 if unit == "mm" else 1.0
         rows.append(
             {
                 "title": title,
-                "value": of.value,
-                "interval": None if of.sd == 0.0 else of.interval(),
+                "value": scale * of.value,
+                "interval": None if of.sd == 0.0 else [scale * each for each in of.interval()],
                 "norm": None if expected is None else (float(expected.mean), float(expected.sd)),
+                "beyond": expected is not None and expected.beyond,
                 "unit": unit,
+                "digits": digits,
                 "how": of.how,
             }
         )
@@ -156,7 +202,9 @@ def _parameters(patient: Patient) -> list[dict[str, Any]]:
             "value": symmetry_index(*values),
             "interval": None,
             "norm": None,
+            "beyond": False,
             "unit": "%",
+            "digits": 1,
             "how": "difference over the mean of both sides; right larger is positive",
         }
         for title, values in (
@@ -176,9 +224,14 @@ def _draw(angles: dict[str, Array], bands: dict[str, tuple[Array, Array]]) -> st
             axes = figure.add_subplot(3, 3, place)
             if name in bands:
                 mean, sd = bands[name]
-                axes.fill_between(percent, mean - 2.0 * sd, mean + 2.0 * sd, color=_BAND, lw=0)
+                axes.fill_between(
+                    percent, mean - 2.0 * sd, mean + 2.0 * sd, color=BAND_COLOUR, lw=0
+                )
             for side in SIDES:
-                axes.plot(percent, angles[f"{name}_{side[0]}"], color=_COLOURS[side])
+                own = angles[f"{name}_{side[0]}"]
+                axes.plot(
+                    percent, own, color=COLOURS[side], linestyle=STYLES[side], linewidth=WALK_WIDTH
+                )
             axes.set_title(f"{TITLES[name]}, °")
             axes.set_xlim(0, 100)
             if place > 6:
