@@ -84,8 +84,8 @@ def found_patients(
 
 
 def written(found: Sequence[Patient], out: Path) -> Path:
-    """Write subjects, what was estimated of them (of amputees the ankles' moments, too), and the
-    table of the cohort; returns its path.
+    """Write subjects, what was estimated of them (of amputees the ankles' moments, too) and whose
+    row it rests on, and the table of the cohort; returns its path.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -93,14 +93,17 @@ def written(found: Sequence[Patient], out: Path) -> Path:
     for each in found:
         name = each.subject.identifier
         write_text(out / "subjects" / f"{name}.toml", each.subject.to_toml())
-        about = each.told_of()
-        if each.person.amputation is not None:
+        person = each.person
+        row = {"table": person.table, "name": person.identifier} if person.table else None
+        not_known = [what for what in ("sex", "age") if getattr(person, what) is None]
+        about = each.told_of() | {"row": row, "not_known": not_known}
+        if person.amputation is not None:
             about["expected_ankle_moment_nm_kg"] = {
                 side: curve(np.linspace(0.0, 1.0, 101)).round(4).tolist()
                 for side, curve in expected_ankles(each, builtin_subjects()).items()
             }
         write_json(out / "subjects" / f"{name}.json", about)
-        two = each.person.amputation is not None or each.person.legs is not None
+        two = person.amputation is not None or person.legs is not None
         writer.writerow([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
     write_text(out / "table.csv", text.getvalue())
     return out / "table.csv"

@@ -81,10 +81,6 @@ class Patient:
         return {
             "group": self.strides.group,
             "state": self.state,
-            "row": {"table": self.person.table, "name": self.person.identifier}
-            if self.person.table
-            else None,
-            "not_known": [name for name in ("sex", "age") if getattr(self.person, name) is None],
             "trials": dict(self.strides.trials),
             "affected": self.affected,
             "estimates": {name: each.as_dict() for name, each in self.estimates.items()},
@@ -117,7 +113,7 @@ def patient(
     Parameters
     ----------
     strides : a stride a side.
-    people : a table of people, by identifier.
+    people : tables of people, by identifier.
     speed : m/s, if it is known otherwise than from the tables.
     healthy : the walk ratio is that of healthy adults, with their spread.
     citation, licence : of the strides.

@@ -1,7 +1,11 @@
 """Tables of people, as laboratories head them."""
 
 import pytest
+from made_strides import stride_rows, write_strides
+from typer.testing import CliRunner
 
+from gaitval.artefacts import read_json
+from gaitval.cli.app import app
 from gaitval.errors import RecordError
 from gaitval_patients.people import own_rows, person_of, read_people
 
@@ -78,6 +82,23 @@ def test_a_state_is_known_of_a_row_by_number(tmp_path):
     (own,) = own_rows(["P03_on"], [numbered]).values()
     person, state = person_of("P03_on", own)
     assert (person.mass, state) == (52.0, "on")
+    assert person_of("P03_on", numbered) == (person, state)
+
+
+def test_the_command_says_who_has_no_row_and_who_has_one_by_number(tmp_path):
+    rows = [row for name in ("SUB3", "P02") for row in stride_rows("5", "well", name)]
+    strides = write_strides(tmp_path / "strides.csv", rows)
+    tables = []
+    for name, row in (("named", "SUB1,M,60,70"), ("numbered", "2,F,22,52\n3,F,22,52")):
+        people(tmp_path, name, row)
+        tables += ["--people", str(tmp_path / f"{name}.csv")]
+    done = CliRunner().invoke(app, ["patients", str(strides), *tables, "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert "SUB3: no row in the tables of people; body estimated." in done.output
+    assert "By number: P02 is 2 of numbered.csv;" in done.output
+    told = [read_json(tmp_path / "subjects" / f"{name}.json") for name in ("SUB3", "P02")]
+    assert [each["row"] for each in told] == [None, {"table": "numbered.csv", "name": "2"}]
+    assert [each["not_known"] for each in told] == [["sex", "age"], []]
 
 
 @pytest.mark.parametrize(
