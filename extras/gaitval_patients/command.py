@@ -119,9 +119,9 @@ def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
     nobody = [each.strides.subject for each in found if not each.person.table]
     if nobody and people:
         say(
-            f"{', '.join(nobody)}: no row in the tables of people; body estimated. A row has the "
-            "whole name, or a number if its table has numbers only, and people with one prefix "
-            "only may be meant by them."
+            f"{', '.join(nobody)}: no row in the tables of people; body estimated. A row is "
+            "found by the whole name; by a number only in a table of numbers, and only if a single "
+            "prefix (the WBDS of WBDS05) can be meant. Write the whole names into the table."
         )
     numbered = [
         f"{each.strides.subject} is {each.person.identifier} of {each.person.table}"

@@ -107,7 +107,7 @@ def _who(patient: Patient) -> str:
     child, age = _is_child(patient), patient.person.age
     words = {"F": ("woman", "girl"), "M": ("man", "boy"), None: ("sex not known",) * 2}
     years = f"age not known: adult norms at {ASSUMED_AGE:.0f} years"
-    return f"{words[patient.person.sex][child]}, {years if age is None else f'{age:.0f} years'}"
+    return f"{words[patient.person.sex][child]}, {years if age is None else f'{age:.3g} years'}"
 
 
 def _whose(patient: Patient) -> str:

@@ -45,6 +45,7 @@ def text(tmp_path):
         ("F,40,1.65,60", "woman, 40 years; row P2 of rows.csv"),
         ("M,9,1.35,30", "boy, 9 years"),
         ("girl,9 years,1.35,30", "girl, 9 years"),
+        ("M,17.6,1.75,70", "boy, 17.6 years"),
         (",9,1.35,30", "sex not known, 9 years"),
         ("M,,1.65,60", "man, age not known: adult norms at 40 years"),
     ],
