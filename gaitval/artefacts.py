@@ -99,9 +99,9 @@ def replacing(path: Path) -> Iterator[Path]:
     ArtefactError : the disk is full, the folder may not be written to, or `path` is a folder.
     """
     path = Path(path)
-    if path.is_dir():
-        raise ArtefactError(f"{path}: is a folder. Give the name of a file.")
     with writing(path):
+        if path.is_dir():
+            raise ArtefactError(f"{path}: is a folder. Give the name of a file.")
         make_folder(path.parent)
         # In the same folder, because a file can only be replaced in one step within a file system;
         # with the same suffix, because some libraries choose the format by it.

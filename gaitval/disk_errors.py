@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_TOO_LONG = (errno.ENAMETOOLONG,)
 _NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS)
 FAILED = (errno.EIO, getattr(errno, "ESTALE", errno.EIO))
 
@@ -33,6 +34,7 @@ def why_unwritable(error: Exception) -> str | None:
     number = error.errno if isinstance(error, OSError) else None
     for kinds, told in (
         (_FULL, "there is no space left for it. Free some space"),
+        (_TOO_LONG, "its name is too long. Give a shorter one"),
         (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
         (FAILED, "its disk or network share reports an error. Check that it is there and sound"),
     ):

@@ -18,6 +18,7 @@ def test_settings_override_the_file_and_the_file_the_defaults(tmp_path: Path) ->
     configuration = load_configuration(file, settings=["training.samples=500000"])
     assert configuration.seed == 4
     assert configuration.training.samples == 500_000
+    assert load_configuration(settings=["training.samples=1e6"]).training.samples == 1_000_000
     assert configuration.training.epochs == 2
     assert configuration.training.batch_size == Configuration().training.batch_size
 

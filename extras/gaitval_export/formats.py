@@ -1,5 +1,6 @@
 """The formats by name, and what writes each."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -38,9 +39,9 @@ def export_to(name: str, folder: Path, walked: Walked) -> list[Path]:
     Raises
     ------
     ConfigurationError : there is no such format.
-    ArtefactError : the folder cannot be written to.
+    ArtefactError : the folder cannot be made or written to.
     """
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not folder.is_dir():  # False also for a name that is too long
         raise ArtefactError(
             f"--out {folder}: is a file, but an export is a folder of files. Give another name."
         )

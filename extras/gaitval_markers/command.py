@@ -1,5 +1,6 @@
 """The command that drafts a marker set."""
 
+import os
 import shlex
 import warnings
 from pathlib import Path
@@ -50,21 +51,24 @@ def markers(
     A guess below 95 % (80 % where its name says the same place), or one that its name contradicts,
     is written as a comment for you to judge.
     """
+    from gaitval.artefacts import replacing, write_text
     from gaitval.errors import RecordError, ScalingError
     from gaitval.mocap.reading import read_recording
     from gaitval.scaling.landmarks import landmarks_of
     from gaitval_markers.draft import CERTAIN, CERTAIN_BY_NAME, draft_markers
-    from gaitval_markers.files import UNRECOGNISED, as_toml, said_of
+    from gaitval_markers.files import MIRRORED, UNRECOGNISED, as_toml, said_of
     from gaitval_markers.picture import draw
 
     target = out or Path(f"{file.stem}_markers.toml")
     if target.suffix != ".toml":
         raise RecordError(f"--out {target}: the name of a marker set ends in .toml.")
-    if target.exists():
-        raise RecordError(
-            f"{target} is there, and may have been corrected by hand. Give another --out, or "
-            "remove it."
-        )
+    picture = target.with_suffix(".svg")
+    for path in (target, picture):
+        if os.path.exists(path):  # False also for a name that is too long
+            raise RecordError(
+                f"{path} is there, and may have been corrected by hand. Give another --out, or "
+                "remove it."
+            )
     walking = read_recording(file, plates=False)
     still = None if standing is None else read_recording(standing, plates=False)
     count = len((still or walking).names)
@@ -79,19 +83,20 @@ def markers(
         warnings.simplefilter("ignore", category=RuntimeWarning)
         draft = draft_markers(walking, still)
     title = f"Markers of {(standing or file).name}"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(as_toml(draft, title, "drafted by gaitval markers"), encoding="utf-8")
-    picture = target.with_suffix(".svg")
-    draw(draft, picture, title)
+    write_text(target, as_toml(draft, title, "drafted by gaitval markers"))
+    with replacing(picture) as temporary:
+        draw(draft, temporary, title)
 
     used = [guess for guess in draft.guesses if guess.used]
     left = [guess for guess in draft.guesses if not guess.used]
-    if not draft.names_count and draft.names_agree == draft.names_agree:
+    if draft.mirrored:
+        display.plain(MIRRORED)
+    elif not draft.names_count and draft.names_agree == draft.names_agree:
         display.plain(
             f"Names: only {draft.names_agree:.0%} of those that say a place agree with where their "
             "markers are, so names were not used: labels may be exchanged."
         )
-    if not draft.recognised:
+    if not (draft.recognised or draft.mirrored):
         display.plain(f"{UNRECOGNISED} Give a --standing in which the person does.")
     display.plain(
         f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, or "

@@ -103,6 +103,8 @@ class Draft:
     names_agree : share of the names that agree with the places; NaN where they say nothing.
     stature : m, of the person, as far as the markers tell.
     moved : whether a walk helped to tell the segments apart.
+    mirrored : whether all names would agree with the other side's places: the labels of the sides
+        are exchanged, or the file is a mirror image, which nothing in it tells apart.
     """
 
     guesses: tuple[Guess, ...]
@@ -110,6 +112,7 @@ class Draft:
     names_agree: float
     stature: float
     moved: bool
+    mirrored: bool = False
 
     @property
     def recognised(self) -> bool:
@@ -197,6 +200,10 @@ def draft_of(places: Places) -> Draft:
     recognised = bool(np.mean(match.chosen < 0) <= NOWHERE_SHARE) and (
         (places.stood and whole) or agree >= NAMES_COUNT
     )
+    on_other_side = {site.label: site for site in match.sites}
+    others = {i: site and on_other_side.get(site.mirrored) for i, site in _sites(said, match)}
+    mirrored = agree < NAMES_COUNT <= agreement(said, others)
+    recognised = recognised and not mirrored
     for number, (name, word) in enumerate(zip(places.names, said, strict=True)):
         site = match.site(number)
         silent = not word.places or agree < NAMES_COUNT
@@ -221,7 +228,7 @@ def draft_of(places: Places) -> Draft:
         for name in places.walking_only
     ]
     moved = places.moves is not None
-    return Draft(tuple(guesses), places.computed, agree, match.stature, moved)
+    return Draft(tuple(guesses), places.computed, agree, match.stature, moved, mirrored)
 
 
 def _match(said: Sequence[Said], places: Places) -> tuple[Match, float]:
@@ -243,7 +250,11 @@ def _match(said: Sequence[Said], places: Places) -> tuple[Match, float]:
 
 
 def _agreement(said: Sequence[Said], match: Match) -> float:
-    return agreement(said, {i: match.site(i) for i in range(len(said))})
+    return agreement(said, dict(_sites(said, match)))
+
+
+def _sites(said: Sequence[Said], match: Match) -> list[tuple[int, Site | None]]:
+    return [(i, match.site(i)) for i in range(len(said))]
 
 
 def _moves(names: Sequence[str], walking: Recording) -> Array | None:

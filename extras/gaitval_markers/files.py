@@ -20,6 +20,12 @@ UNRECOGNISED: Final = (
     "on no known place, or the person does not stand on both feet."
 )
 """Why a draft is only a proposal."""
+MIRRORED: Final = (
+    "The names agree with the places of the other side, so nothing is used unseen: left and right "
+    "are exchanged in the names, or the file is mirrored (its axes are left-handed), which cannot "
+    "be told from it. If the file is mirrored, correct it first, by the sign of one axis."
+)
+"""Likewise."""
 
 
 def as_toml(draft: Draft, title: str, source: str) -> str:
@@ -43,6 +49,8 @@ def as_toml(draft: Draft, title: str, source: str) -> str:
             f"Below {CERTAIN:.0%} ({CERTAIN_BY_NAME:.0%} where the name says the same place), or "
             "the name says another place: not used."
             if draft.recognised
+            else MIRRORED
+            if draft.mirrored
             else UNRECOGNISED
         )
         lines += [

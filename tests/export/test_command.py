@@ -58,3 +58,10 @@ def test_it_says_what_it_wrote(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "walker").iterdir()} == set(FILES)
     for name in FILES:
         assert name in done.output
+
+
+def test_a_name_that_is_too_long_is_told(tmp_path: Path) -> None:
+    words = ["5", "--to", "mujoco", "--out", str(tmp_path / ("x" * 300))]
+    done = CliRunner().invoke(export.app, words)
+    assert isinstance(done.exception, GaitvalError)
+    assert "too long" in str(done.exception)

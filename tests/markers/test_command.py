@@ -114,3 +114,17 @@ def test_why_nothing_is_used_unseen_is_said(
     assert "The body was not recognised, so nothing is used unseen" in words
     assert f"0 of {count} markers" in words
     assert "# The body was not recognised" in out.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["afile/x.toml", f"{'x' * 300}.toml"])
+def test_where_nothing_can_be_written_is_told(name: str, tmp_path: Path) -> None:
+    (tmp_path / "afile").write_text("")
+    done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(tmp_path / name)])
+    assert isinstance(done.exception, GaitvalError)
+
+
+def test_a_picture_is_not_overwritten_either(tmp_path: Path) -> None:
+    (tmp_path / "mine.svg").write_text("mine")
+    done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(tmp_path / "mine.toml")])
+    assert "mine.svg is there" in str(done.exception)
+    assert (tmp_path / "mine.svg").read_text() == "mine"

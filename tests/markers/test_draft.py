@@ -42,6 +42,20 @@ def test_exchanged_labels_are_seen_and_the_places_count(stander: Recording) -> N
     assert [guess.site.label for guess in found.guesses if guess.site] == LEGS
 
 
+@pytest.mark.parametrize("how", ["mirror image", "sides exchanged in the names"])
+def test_a_mirror_image_and_exchanged_sides_are_not_told_apart(
+    stander: Recording, how: str
+) -> None:
+    if how == "mirror image":
+        found = draft_markers(replace(stander, markers=stander.markers * [1.0, 1.0, -1.0]))
+    else:
+        other = {"R": "L", "L": "R"}
+        names = tuple(other.get(name[0], name[0]) + name[1:] for name in stander.names)
+        found = draft_markers(replace(stander, names=names))
+    assert found.mirrored
+    assert not any(guess.used for guess in found.guesses)
+
+
 def test_two_exchanged_labels_are_never_used_unseen(stander: Recording) -> None:
     names = list(stander.names)
     one, other = names.index("RKNE"), names.index("LKNE")
