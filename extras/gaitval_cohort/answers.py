@@ -102,6 +102,8 @@ class Summary(_Read):
     epsilon: Number
     limits: list[_Limit] = []
     devices: list[_Device] = []
+    record: Short = ""
+    settings: Short = ""
 
 
 LONGEST: Final = 1_000_000

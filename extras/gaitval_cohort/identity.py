@@ -88,6 +88,18 @@ def record_parts(study: Study) -> Json:
     return {"subject": subject} | ({"devices": identity_of(devices)} if devices else {})
 
 
+def record_hash(study: Study) -> str:
+    """Hash of the record that a study is of, whatever its name: the same for all seeds."""
+    return value_hash({key: each for key, each in record_parts(study).items() if key != "name"})
+
+
+def settings_hash(study: Study) -> str:
+    """Hash of how a study is done, but for its seed."""
+    about = study.model_dump(mode="json", include={"start", "policy", "devices"})
+    settings = configuration_of(study).model_dump(mode="json", exclude={"seed"})
+    return value_hash(about | {"settings": settings})
+
+
 def _hash_of(file: Path) -> str:
     try:
         return file_hash(file)

@@ -20,7 +20,14 @@ from gaitval.study.compile_ahead import compile_ahead, walk
 from gaitval.study.run import run_subject
 from gaitval.study.stage import Observer, open_run
 from gaitval.study.stored_policy import general_walker
-from gaitval_cohort.identity import Json, configuration_of, record_parts, subject_in_table
+from gaitval_cohort.identity import (
+    Json,
+    configuration_of,
+    record_hash,
+    record_parts,
+    settings_hash,
+    subject_in_table,
+)
 from gaitval_cohort.results import PROFILE_SCORES
 from gaitval_cohort.table import Study
 from gaitval_cohort.worn import figures, wearing
@@ -100,6 +107,7 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
         imported = read_json(folder / "session" / study.name / FOLDER / RECORD)
         summary["limits"] = limits_of_record(imported)
     summary["devices"] = figures(folder, subject)
+    summary |= {"record": record_hash(study), "settings": settings_hash(study)}
     return summary
 
 

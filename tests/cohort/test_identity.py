@@ -3,7 +3,12 @@
 import pytest
 
 from gaitval.errors import ConfigurationError, SubjectError
-from gaitval_cohort.identity import configuration_of, fingerprint
+from gaitval_cohort.identity import (
+    configuration_of,
+    fingerprint,
+    record_hash,
+    settings_hash,
+)
 from gaitval_cohort.table import Study, Virtual
 
 
@@ -50,6 +55,24 @@ def test_the_files_of_a_recording_count_and_not_their_place(tmp_path):
     first = of_files(tmp_path / "a", "walking")
     assert of_files(tmp_path / "b", "walking") == first
     assert of_files(tmp_path / "c", "running") != first
+
+
+def test_seeds_are_of_one_record_with_the_same_settings(tmp_path):
+    """So are those of a recording, whose subject has the name of the study."""
+    for name in ("s.c3d", "w.c3d"):
+        (tmp_path / name).write_text(name)
+    recording = {
+        "static": str(tmp_path / "s.c3d"), "trials": [str(tmp_path / "w.c3d")], "sex": "F",
+    }  # fmt: skip
+    for about in ({"subject": "5"}, {"recording": recording}, {"virtual": Virtual(number=1)}):
+        one = Study(name="a", settings=("training.samples=5000", "seed=1"), **about)
+        other = Study(name="b", settings=("seed=2", "training.samples=5000"), **about)
+        assert record_hash(one) == record_hash(other)
+        assert settings_hash(one) == settings_hash(other)
+        for change in ({"start": "scratch"}, {"settings": ()}, {"devices": ("hip_exo",)}):
+            assert settings_hash(one.model_copy(update=change)) != settings_hash(one)
+    by_trial = {record_hash(Study(name="a", subject="5", trial=name)) for name in ("T03", "T05")}
+    assert len(by_trial) == 2
 
 
 def test_virtual_people_differ():
