@@ -16,7 +16,7 @@ ROW: Final = 1.9
 
 
 def by_speed_age_sex(rows: pd.DataFrame, names: Sequence[str], *, figure_name: str) -> str:
-    """Each study's value against speed, age and sex, as the SVG `figure_name`: a row of three
+    """Each record's value against speed, age and sex, as the SVG `figure_name`: a row of three
     panels for each of `names`.
 
     `rows` has columns name, unit, value, speed (m/s), age (years), sex.
@@ -42,7 +42,7 @@ def _scatter(axes: Axes, rows: pd.DataFrame, across: str) -> None:
 
 
 def _by_sex(axes: Axes, rows: pd.DataFrame) -> None:
-    """Box of each sex: quartiles and 1.5 interquartile ranges, with the studies beside it."""
+    """Box of each sex: quartiles and 1.5 interquartile ranges, with the records beside it."""
     for place, (sex, colour) in enumerate(SEX_COLOURS.items()):
         values = rows.loc[rows["sex"] == sex, "value"].dropna().to_numpy(dtype=float)
         if len(values) > 3:

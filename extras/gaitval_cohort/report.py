@@ -19,6 +19,7 @@ from gaitval_cohort.results import (
     PROFILE_SCORES,
     mean_of_measure,
     people_of,
+    records_of,
     tables_of,
     with_people,
     write_tables,
@@ -28,6 +29,7 @@ from gaitval_cohort.statistics import (
     FEWEST_FOR_OUTLIERS,
     FEWEST_PEOPLE,
     mixed_model,
+    one_of_each_record,
     outliers,
 )
 from gaitval_cohort.store import LOG, Store
@@ -53,6 +55,9 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
     studies = tables["studies"]
     done = studies[studies["status"] == "finished"]
     values = values_of(tables)
+    # Seeds of one record are no independent observations: their mean is one.
+    means = one_of_each_record(values, "name", "settings")
+    seeds = values.groupby(["name", "record", "settings"])["study"].agg(list)
     errors = list(dict.fromkeys(values.loc[values["kind"] == "error", "name"]))
     skills = list(dict.fromkeys(values.loc[values["kind"] == "skill", "name"]))
     links = {name: _link(folder, store, name, "report.html") for name in done["study"]}
@@ -64,6 +69,7 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
         "written": now(),
         "total": len(studies),
         "finished": len(done),
+        "records": records_of(done).nunique(),
         "people": people_of(done).nunique(),
         "clean": int((done["refused"] == 0).sum()),
         "ages": _range(done["age"], 0, "years"),
@@ -71,9 +77,9 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
         "seconds": _range(done["seconds"], 0, "s"),
         "memory": _range(done["peak_memory"].nlargest(1) / 1e6, 0, "MB"),
         "failures": _failures(folder, store, studies),
-        "distributions": _distributions(values),
-        "errors": _against(values, errors, "errors"),
-        "skills": _against(values, skills, "skill"),
+        "distributions": _distributions(means),
+        "errors": _against(means, errors, "errors"),
+        "skills": _against(means, skills, "skill"),
         "fewest_people": FEWEST_PEOPLE,
         "models": [
             mixed_model(values[values["name"] == name], name, _unit(values, name))
@@ -81,9 +87,17 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
         ],
         "far": FAR,
         "fewest_for_outliers": FEWEST_FOR_OUTLIERS,
+        "most_values": means["name"].value_counts().max() if len(means) else 0,
         "outliers": [
-            {**row, "report": links[row["study"]], "digits": _digits(row["unit"])}
-            for row in outliers(values).to_dict("records")
+            {
+                **row,
+                "studies": [
+                    (name, links[name])
+                    for name in seeds[row["name"], row["record"], row["settings"]]
+                ],
+                "digits": _digits(row["unit"]),
+            }
+            for row in outliers(means).to_dict("records")
         ],
         "parameters": _parameters(tables["parameters"]),
         "strategies": strategies(tables["devices"]),
@@ -111,7 +125,7 @@ def strategies(devices: pd.DataFrame) -> list[dict[str, Any]]:
 
 def values_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """The values of `tables` that the page shows the distribution of: study, name, kind (error,
-    skill), unit, value, and who walked.
+    skill), unit, value, and who walked; a row for each study.
     """
     groups = tables["groups"]
     errors = groups.assign(name=groups["group"], kind="error", value=groups["rmse"])
@@ -175,10 +189,10 @@ def _distributions(values: pd.DataFrame) -> list[dict[str, Any]]:
         if not len(known):
             continue
         low, median, high = np.percentile(known, [25, 50, 75])
-        unit = str(some["unit"].iloc[0])
+        unit, count = str(some["unit"].iloc[0]), some.dropna(subset=["value"])["record"].nunique()
         worst = known.min() if some["kind"].iloc[0] == "skill" else known.max()
         rows.append(
-            {"name": name, "unit": unit, "count": len(known), "low": low, "median": median,
+            {"name": name, "unit": unit, "count": count, "low": low, "median": median,
              "high": high, "worst": worst, "digits": _digits(unit)}
         )  # fmt: skip
     return rows

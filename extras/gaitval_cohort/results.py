@@ -22,9 +22,10 @@ TABLES: Final = ("studies", "measures", "groups", "parameters", "limits", "devic
 STUDY_COLUMNS: Final = (
     "study", "status", "reason", "identifier", "laboratory", "person", "trial", "source", "sex",
     "age", "mass", "height", "leg_length", "speed", "accepted", "refused", "goals", "goals_reached",
-    "failed", "epsilon", "seconds", "peak_memory", "worker", "folder",
+    "failed", "epsilon", "seconds", "peak_memory", "worker", "folder", "record", "settings",
 )  # fmt: skip
-"""Of `studies`: years, kg, m, m/s; limits met and failed; s and bytes."""
+"""Of `studies`: years, kg, m, m/s; limits met and failed; s and bytes; hashes of the record and of
+how it was done but for the seed, empty if they are not known."""
 COLUMNS: Final[Mapping[str, tuple[str, ...]]] = {
     "studies": STUDY_COLUMNS,
     "measures": ("study", "measure", "target", "unit", "value"),
@@ -70,6 +71,8 @@ def _study_row(
         "peak_memory": outcome["peak_memory"],
         "worker": outcome["worker"],
         "folder": store.where(outcome["name"]),
+        "record": summary.get("record", ""),
+        "settings": summary.get("settings", ""),
     }
 
 
@@ -89,14 +92,34 @@ def write_tables(folder: Path, tables: Mapping[str, pd.DataFrame]) -> list[Path]
 
 
 def people_of(studies: pd.DataFrame) -> "pd.Series[str]":
-    """Who walked in each of `studies`, by laboratory and person: no two people share both."""
-    return studies["laboratory"].fillna("").astype(str) + " " + studies["person"].astype(str)
+    """Who walked in each of `studies`, by laboratory and person: no two people share both.
+
+    A recording of nobody named is of a person of the study's name. Several seeds of it have several
+    names: all are the person of the first.
+    """
+    named = studies["laboratory"].fillna("").astype(str) + " " + studies["person"].astype(str)
+    if "record" not in studies:
+        return named
+    record = studies["record"].fillna("").astype(str)
+    return named.where(record == "", named.groupby(record).transform("first"))
+
+
+def records_of(studies: pd.DataFrame) -> "pd.Series[str]":
+    """Which record each of `studies` is of: the person, the trial and the speed (m/s), because
+    files of one name from two days may be two trials.
+    """
+    speed = studies["speed"].astype(float).round(6).astype(str)
+    return people_of(studies) + " " + studies["trial"].astype(str) + " " + speed
 
 
 def with_people(table: pd.DataFrame, studies: pd.DataFrame) -> pd.DataFrame:
-    """A `table` with who walked in `studies` beside each row: `people_of`, sex, age, speed."""
+    """A `table` with who walked in `studies` beside each row: `people_of`, sex, age, speed; and
+    which record it was (`records_of`), with which settings.
+    """
     done = studies[studies["status"] == "finished"]
-    about = done[["study", "sex", "age", "speed"]].assign(person=people_of(done))
+    about = done[["study", "sex", "age", "speed", "settings"]].assign(
+        person=people_of(done), record=records_of(done)
+    )
     return table.merge(about, on="study")
 
 

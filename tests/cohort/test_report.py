@@ -11,9 +11,10 @@ import quick_study
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.reporting.page import write_html
 from gaitval.study.stored_policy import stored_baseline
-from gaitval_cohort.report import strategies, write_report
-from gaitval_cohort.results import COLUMNS
+from gaitval_cohort.report import context_of, strategies, write_report
+from gaitval_cohort.results import COLUMNS, people_of, records_of, tables_of
 from gaitval_cohort.store import SUMMARY, Store
 from gaitval_cohort.study import summary_of
 
@@ -70,9 +71,82 @@ def test_the_page_shows_failures_outliers_and_models(cohort):
     assert '<a href="studies/study4/report.html">study4</a>' in stand_out
     assert stand_out.count("<tr>") == 2, "one outlier below the header"
     assert "sagittal angles, deg" in page
-    assert "30 studies, 7 people" in page
+    assert "30 studies of 30 records of 7 people" in page
+    assert "30 of 32 studies finished, of 30 records of 7 people" in page
     assert page.count("<svg") == 3
     assert "gait profile score, deg" in page
+
+
+@pytest.fixture
+def seeded(tmp_path):
+    """10 records of 6 people with 3 seeds each; the third one's are far off."""
+    store = Store(str(tmp_path / "studies"))
+    outcomes = []
+    random = np.random.default_rng(0)
+    for record in range(10):
+        noise = 0.3 * random.standard_normal()
+        for seed in range(3):
+            name = f"r{record}-s{seed}"
+            found = quick_study.summary(name, "0" * 8, 1.0, 1)
+            person, speed = record % 6, 0.8 + 0.4 * (record // 6) + 0.03 * record
+            found["subject"] |= {
+                "person": f"P{person}", "speed": speed, "age": 30.0 + person, "source": "walk",
+            }  # fmt: skip
+            # the seeds of a record scatter little: taken as studies, speed would be near certain
+            error = 60.0 + seed if record == 2 else 2.0 * speed + noise + 0.01 * seed
+            found["groups"][0]["rmse"] = error
+            found |= {"record": f"{record}", "settings": "same"}
+            (tmp_path / "studies" / name).mkdir(parents=True)
+            (tmp_path / "studies" / name / SUMMARY).write_text(json.dumps(found))
+            outcomes.append(outcome(name))
+    return tmp_path, store, outcomes
+
+
+def test_seeds_of_a_record_are_one_value(seeded):
+    folder, store, outcomes = seeded
+    page = write_report(folder, store, outcomes).read_text()
+    assert "30 of 30 studies finished, of 10 records of 6 people" in page
+    assert "30 studies of 10 records of 6 people" in page
+    tables = tables_of(store, outcomes)
+    found = context_of(folder, store, tables)
+    (errors,) = (row for row in found["distributions"] if row["name"] == "sagittal angles")
+    assert (errors["count"], errors["worst"]) == (10, 61.0)
+    (far,) = found["outliers"]
+    assert far["value"] == pytest.approx(61.0)
+    assert [name for name, _ in far["studies"]] == ["r2-s0", "r2-s1", "r2-s2"]
+    assert page.count('<a href="studies/r2-s1/report.html">') == 2, "of the outlier, and of all"
+    # other settings are another prediction, but no other record
+    tables["studies"].loc[tables["studies"]["study"].str.endswith("s2"), "settings"] = "other"
+    found = context_of(folder, store, tables)
+    assert found["records"] == 10
+    assert [[name for name, _ in row["studies"]] for row in found["outliers"]] == [
+        ["r2-s2"],
+        ["r2-s0", "r2-s1"],
+    ]
+    assert found["models"][0].records == 10
+
+
+def test_seeds_of_a_recording_of_nobody_named_are_one_person():
+    """Its person has the name of the study, which says the seed. Another trial of one name, at
+    another speed, is another record."""
+    studies = pd.DataFrame(
+        {"laboratory": "own", "person": ["P01", "P01-s1", "P01", "P02"], "trial": "walk",
+         "speed": [1.2, 1.2, 1.4, 1.2], "record": ["a", "a", "b", ""]}
+    )  # fmt: skip
+    assert people_of(studies).tolist() == ["own P01", "own P01", "own P01", "own P02"]
+    assert records_of(studies).nunique() == 3
+
+
+def test_a_small_p_is_no_zero(seeded):
+    folder, store, outcomes = seeded
+    tables = tables_of(store, outcomes)
+    values = tables["groups"]["rmse"]
+    tables["groups"]["rmse"] = 2.0 + 0.001 * values
+    context = context_of(folder, store, tables)
+    assert any(effect.p < 0.0005 for model in context["models"] for effect in model.effects)
+    page = write_html(folder, "small", "gaitval_cohort:cohort.html.j2", context).read_text()
+    assert '<td class="n">&lt; 0.001</td>' in page
+    assert '<td class="n">0.000</td></tr>' not in page
 
 
 def test_three_studies_have_no_outlier_and_no_panels(tmp_path):
@@ -88,7 +162,7 @@ def test_three_studies_have_no_outlier_and_no_panels(tmp_path):
     folder.mkdir()
     page = write_report(folder, store, outcomes).read_text()
     assert "<h1>Cohort</h1>" in page
-    assert "samples of 10 studies and more" in page
+    assert "samples of 10 records and more" in page
     assert "that needs 5 people" in page
     assert 'aria-label="Errors by speed' not in page
 
