@@ -8,14 +8,18 @@ import numpy as np
 from gaitval.coordinates import SIDES
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
+from gaitval.reporting.page import number
 from gaitval_bodies.combinations import judged_combinations
 from gaitval_bodies.joints import FunctionalLeg, with_joints
+from gaitval_bodies.legs import LegDifference
 from gaitval_bodies.pooled import SAME
 from gaitval_bodies.shared_errors import Shared
 from gaitval_bodies.verdicts import Judged
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""
+_SIDE: Final = 1.645
+"""SDs of the difference from which on one leg is said to be longer: the other one is with 5 %."""
 
 
 def sentences(found: Shared, model: BodyModel) -> str:
@@ -31,17 +35,23 @@ def sentences(found: Shared, model: BodyModel) -> str:
     length = f"Legs: {100 * (scaled + leg.mean):.1f} ± {100 * leg.sd:.1f} cm, thigh and shank"
     before = f"scaled: {100 * scaled:.1f} ± {100 * leg.prior_sd:.1f}"
     added = ", so the record adds next to nothing" if leg.contraction > _LITTLE else ""
-    mean, sd = found.legs.estimate
+    return f"{length} ({before}){added}. {_difference(found.legs)}."
+
+
+def _difference(legs: LegDifference) -> str:
+    """Which leg is longer, or that this cannot be seen."""
+    mean, sd = legs.estimate
+    if abs(mean) <= _SIDE * sd:
+        size = f"{number(1000 * mean, 0)} ± {1000 * sd:.0f} mm"
+        return f"Whether the legs differ in length cannot be seen (left less right {size})"
     side = "left" if mean > 0 else "right"
     differs = f"The {side} leg is longer by {1000 * abs(mean):.0f} ± {1000 * sd:.0f} mm"
-    if found.legs.differ:
-        said = (
-            "more than people's legs differ, or that hip centre lies as much lower than the other: "
-            "measure both legs, because a walk cannot tell these apart"
+    if legs.differ:
+        return (
+            f"{differs}: more than people's legs differ, or that hip centre lies as much lower "
+            "than the other: measure both legs, because a walk cannot tell these apart"
         )
-    else:
-        said = "within what people's legs differ"
-    return f"{length} ({before}){added}. {differs}: {said}."
+    return f"{differs}: within what people's legs differ"
 
 
 NEXT: Final = (
