@@ -16,8 +16,8 @@ usual rule (Harrell 2015, Regression Modeling Strategies, 4.4: ten to twenty); b
 fitted, below ten the page says so."""
 WITHIN: Final = 0.5
 """Variance of speed within a person, of that of all records, from which on a person's records say
-what speed does. Where it is less, people do: with speeds of SD 0.29 m/s between 5 people and 0.05
-to 0.2 m/s within, intervals with the records' degrees of freedom covered 91 to 92 %, not 95."""
+what speed does. Where it is less, people do: with speeds of SD 0.29 m/s between 5 or 6 people and
+0.05 to 0.2 m/s within, intervals with the records' degrees of freedom covered 91 to 92 %."""
 NOTHING: Final = 1e-8
 """Variance between people, of that within a person, below which it is zero: the optimiser comes
 near the bound, and no two times as near."""
@@ -137,17 +137,14 @@ def _design(rows: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
     for name, values in candidates.items():
         short = name.partition(",")[0]
         wider = design.assign(**{name: values})
-        of_people = int(_of_person(wider, rows["person"]).sum())
+        of_people = _of_person(wider, rows["person"])
         if values.isna().any():
             left_out.append(f"{short} is not known of every record, so left out")
         elif values.nunique() < 2:
             left_out.append(f"{short} does not vary, so left out")
         elif len(rows) < ROWS_PER_TERM * len(wider.columns):
             left_out.append(f"too few records for {short}, so left out")
-        elif (
-            _of_person(wider, rows["person"])[name]
-            and rows["person"].nunique() < ROWS_PER_TERM * of_people
-        ):
+        elif of_people[name] and rows["person"].nunique() < ROWS_PER_TERM * of_people.sum():
             left_out.append(f"too few people for {short}, so left out")
         else:
             centred = name != "man, against woman"
