@@ -20,6 +20,9 @@ ODDS: Final = 0.93
 13.6 mm. Chosen on people of the harsh world of seeds 66889 and 424242: 4 of 78 whose legs differ as
 people's do are called different, of whom 3 have legs that are 13 to 16 mm apart, and 23 of 24 are
 found whose legs differ by 20 to 30 mm."""
+SEEN: Final = 1.645
+"""Standard deviations from zero from which on a difference is seen: of the other sign it is with
+5 %."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +56,11 @@ class LegDifference:
 
     @property
     def differ(self) -> bool:
-        """Whether legs differ by more than people's do."""
-        return self.odds > ODDS
+        """Whether legs differ by more than people's do. Of what a record says nothing, both
+        suppositions are as likely: then they do not.
+        """
+        mean, sd = self.alone
+        return self.odds > ODDS and abs(mean) > SEEN * sd
 
     @property
     def estimate(self) -> tuple[float, float]:

@@ -11,15 +11,13 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval.reporting.page import number
 from gaitval_bodies.combinations import judged_combinations
 from gaitval_bodies.joints import FunctionalLeg, with_joints
-from gaitval_bodies.legs import LegDifference
+from gaitval_bodies.legs import SEEN, LegDifference
 from gaitval_bodies.pooled import SAME
 from gaitval_bodies.shared_errors import Shared
 from gaitval_bodies.verdicts import Judged
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""
-_SIDE: Final = 1.645
-"""SDs of the difference from which on one leg is said to be longer: the other one is with 5 %."""
 
 
 def sentences(found: Shared, model: BodyModel) -> str:
@@ -41,7 +39,7 @@ def sentences(found: Shared, model: BodyModel) -> str:
 def _difference(legs: LegDifference) -> str:
     """Which leg is longer, or that this cannot be seen."""
     mean, sd = legs.estimate
-    if abs(mean) <= _SIDE * sd:
+    if abs(mean) <= SEEN * sd:
         size = f"{number(1000 * mean, 0)} ± {1000 * sd:.0f} mm"
         return f"Whether the legs differ in length cannot be seen (left less right {size})"
     side = "left" if mean > 0 else "right"

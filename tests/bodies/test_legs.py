@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval_bodies.legs import LegDifference
+from gaitval_bodies.legs import ODDS, LegDifference
 
 PRIOR, NOISE = 0.0086, 0.004
 
@@ -44,3 +44,10 @@ def test_near_the_limit_the_estimate_has_both_suppositions_and_does_not_jump():
     means = np.array([of(each).estimate[0] for each in np.linspace(0.0, 0.03, 61)])
     assert (np.diff(means) > 0.0).all()
     assert np.diff(means).max() < 0.0015
+
+
+def test_a_record_that_says_nothing_of_the_legs_does_not_call_them_different():
+    """Both suppositions are then as likely."""
+    blind = LegDifference(1e-6, 0.9999 * PRIOR, PRIOR)
+    assert blind.odds > ODDS
+    assert not blind.differ
