@@ -112,8 +112,7 @@ def data_sample(
 ) -> None:
     """Copy the sample recording."""
     from gaitval.artefacts import read_json
-    from gaitval.datasets.sample import import_line
-    from gaitval_curves.sample import copy_sample
+    from gaitval_curves.sample import copy_sample, import_line
 
     files = copy_sample(folder)
     size = sum(file.stat().st_size for file in files)

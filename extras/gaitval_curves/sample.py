@@ -5,7 +5,7 @@
 
 from importlib import resources
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from gaitval import file_gate
 from gaitval.artefacts import replacing
@@ -38,3 +38,12 @@ def copy_sample(folder: Path) -> list[Path]:
         with replacing(folder / name) as temporary:
             temporary.write_bytes(content)
     return [folder / name for name in SAMPLE]
+
+
+def import_line(folder: Path, about: dict[str, Any]) -> str:
+    """The command that imports the recording in `folder` of `gaitval virtual --c3d`, or the sample;
+    `about` is what its `truth.json` holds.
+    """
+    files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
+    person = f"--mass {about['mass_kg']:g} --height {about['height_m']:g} --sex {about['sex']}"
+    return f"gaitval import {files} {person} --belt {about['belt_m_s']:.4f} --out reports/sample"

@@ -137,7 +137,6 @@ def _write_person(out: Path, found: "VirtualPerson | HarshPerson") -> None:
 def _write_recording(folder: Path, made: "RecordedPerson") -> None:
     """The files of a recorded virtual person, and how to go on."""
     from gaitval.artefacts import write_json, write_text
-    from gaitval.datasets.sample import import_line
     from gaitval.model.parameters import PARAMETERS
 
     write_c3d = wings.load(wings.PARTS, "write_c3d")
@@ -162,4 +161,5 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
         f"markers at {trial.marker_rate:g} Hz, {plates} force plates at {trial.force_rate:g} Hz); "
         f"truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
     )
-    display.plain(f"Import it: {import_line(folder, about)}")
+    line = wings.load(wings.PARTS, "import_line")(folder, about)
+    display.plain(f"Import it: {line}")

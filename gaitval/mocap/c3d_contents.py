@@ -211,7 +211,29 @@ def read_contents(path: Path) -> Contents:
             f"{path}: truncated: the header promises {promised} frames, but there are "
             f"{len(contents.points)}. Copy or export it again."
         )
+    _check_rates(path, contents)
     return contents
+
+
+def _check_rates(path: Path, contents: Contents) -> None:
+    """Refuse a file whose parameters give each frame another number of analog values than its
+    header, where the size of the file shows the header to be right: its frames were read askew.
+    """
+    with file_gate.opened(path, RecordError, largest=file_gate.BINARY) as file:
+        points, analogs, first, last, _, scale, block, samples = struct.unpack(
+            "<4HHfHH", file.read(20)[2:]
+        )
+        size = file.seek(0, io.SEEK_END)
+    frame = (4 * points + analogs) * (4 if scale < 0 else 2)
+    beyond = size - (block - 1) * _BLOCK - (last - first + 1) * frame
+    found = contents.analogs.size // max(len(contents.points), 1)
+    if not analogs or found == analogs or last < first or not 0 <= beyond < _BLOCK:
+        return
+    raise RecordError(
+        f"{path}: POINT:RATE {contents.number('POINT', 'RATE'):g} and ANALOG:RATE "
+        f"{contents.number('ANALOG', 'RATE'):g} contradict the header, which says {samples} "
+        "samples of each channel in a frame. Correct them in the program that wrote the file."
+    )
 
 
 def labels_of(contents: Contents, group: str, name: str) -> list[str]:

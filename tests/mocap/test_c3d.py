@@ -5,6 +5,7 @@ import struct
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -841,3 +842,19 @@ def test_counts_and_offsets_are_read_with_their_signs(
     np.testing.assert_allclose(
         samples_of(opened(tmp_path / "a.c3d")), 0.25 * (counts - float(offset))
     )
+
+
+@pytest.mark.parametrize(("before", "after"), [(500.0, 1000.0), (500.0, 0.0), (100.0, 50.0)])
+def test_a_rate_that_contradicts_the_header_is_named(tmp_path, before, after):
+    """The parameters decide how ezc3d cuts the data into frames: they would be read askew."""
+    content = (resources.files("gaitval") / "samples" / "walking.c3d").read_bytes()
+    # name, offset to the next parameter, type, dimensions, value
+    place = next(
+        found.end() + 4
+        for found in re.finditer(rb"RATE", content)
+        if content[found.end() + 4 : found.end() + 8] == struct.pack("<f", before)
+    )
+    path = tmp_path / "walk.c3d"
+    path.write_bytes(content[:place] + struct.pack("<f", after) + content[place + 4 :])
+    with pytest.raises(RecordError, match=r"POINT:RATE .* ANALOG:RATE .* header, which says 5 sam"):
+        read_c3d(path)
