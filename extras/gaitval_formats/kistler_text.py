@@ -3,7 +3,8 @@
 A header is followed by a line of names, which begins with `abs time (s)`, and mostly by one of
 units. For each plate there are either Fx, Fy, Fz, Ax, Ay (and Tz, if it was exported): force and
 centre of pressure in the plate's axes; or its eight sensors Fx12, Fx34, Fy14, Fy23, Fz1 to Fz4.
-Several plates have the same names again, or a number behind them.
+Several plates have the same names again, or their number behind or before them. A Tz is that of
+the plate of its number or, without numbers, of the plate that was begun last.
 
 BioWare does not know where in the laboratory a plate is. `NAME.plates.toml` beside `NAME.txt`, or
 `plates.toml` in its folder, says so, with a table for each plate in the order of the columns:
@@ -21,6 +22,7 @@ with which BioWare refines the centre of pressure is not applied to the eight se
 """
 
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -31,7 +33,7 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_toml
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, plate_wrench
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import sample_rate, text_lines
@@ -42,6 +44,8 @@ from gaitval_formats.wbds_text import read_wbds_forces
 
 _SENSORS: Final = ("fx12", "fx34", "fy14", "fy23", "fz1", "fz2", "fz3", "fz4")
 _RESULTS: Final = ("fx", "fy", "fz", "ax", "ay")
+_BEFORE: Final = re.compile(r"^(?:plate|fp)\s*(\d+)[\s_.:-]*")
+"""A plate's number before the name of a column."""
 _HEAD: Final = 16_384
 """Bytes of a file in which the line of names is."""
 _LINES: Final = 60
@@ -77,7 +81,7 @@ def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, t
         rate, _, of_wbds = read_wbds_forces(path)
         return rate, recording.start, of_wbds
     separator = separator_of(lines[at])
-    names = [_plain(cell) for cell in cells_of(lines[at], separator)]
+    names = cells_of(lines[at], separator)
     units, begin = _units(lines, at, separator, len(names))
     rows = [line for line in lines[begin:] if line.strip()]
     if not rows:
@@ -103,7 +107,7 @@ def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, t
 def _plain(name: str) -> str:
     """A name of a column in small letters, without its plate's number or unit."""
     plain = re.sub(r"\s*[\[(].*", "", name.strip()).lower()
-    return re.sub(r"^(?:plate|fp)\s*\d+[\s_.:-]*", "", plain)
+    return _BEFORE.sub("", plain)
 
 
 def _names_at(lines: Sequence[str]) -> int | None:
@@ -126,29 +130,78 @@ def _units(lines: Sequence[str], at: int, separator: str, count: int) -> tuple[l
 
 
 def _plates_of(path: Path, line: int, names: Sequence[str]) -> list[dict[str, int]]:
-    """Columns of each plate; a name that comes again begins the next plate."""
-    eight = "fx12" in names
+    """Columns of each plate: those of one number; without numbers, a name that comes again begins
+    the next plate.
+    """
+    eight = "fx12" in map(_plain, names)
     wanted = _SENSORS if eight else _RESULTS
-    found: list[dict[str, int]] = []
+    found: list[tuple[str, dict[str, int]]] = []
+    torques: dict[str, list[int]] = {}
     for place, name in enumerate(names):
-        plain = name if eight else re.sub(r"_?\d+$", "", name)
-        if plain not in (*wanted, *(() if eight else ("tz",))):
+        plain, number = _numbered(name, eight)
+        if plain == "tz" and not eight:
+            torques.setdefault(number, []).append(place)
+        if plain not in wanted:
             continue
-        for plate in found:
-            if plain not in plate:
-                plate[plain] = place
-                break
-        else:
-            found.append({plain: place})
-    for number, plate in enumerate(found, start=1):
+        own = (plate for of, plate in found if of == number and plain not in plate)
+        plate = next(own, None)
+        if plate is None:
+            plate = {}
+            found.append((number, plate))
+        plate[plain] = place
+    for order, (_, plate) in enumerate(found, start=1):
         missing = [name.capitalize() for name in wanted if name not in plate]
         if missing:
             raise RecordError(
-                f"{path}: line {line}: plate {number} lacks {', '.join(missing)}, without which "
+                f"{path}: line {line}: plate {order} lacks {', '.join(missing)}, without which "
                 f"its force has no place. Export {', '.join(n.capitalize() for n in wanted)} of "
                 "every plate from BioWare."
             )
-    return found
+    plates = [plate for _, plate in found]
+    for number, places in torques.items():
+        own_plates = [plate for of, plate in found if of == number] or (
+            plates if not number else []
+        )
+        _give_torques(path, line, number, own_plates, places)
+    without = [str(i) for i, plate in enumerate(plates, start=1) if "tz" not in plate]
+    if without and not eight:
+        warnings.warn(
+            f"{path}: no column Tz of plate {', '.join(without)} (in the order of the columns), "
+            "so the free moment there is taken as 0; export Tz of every plate from BioWare",
+            RecordWarning,
+            stacklevel=2,
+        )
+    return plates
+
+
+def _numbered(name: str, eight: bool) -> tuple[str, str]:
+    """The plain name of a column and its plate's number, which may be before or behind it."""
+    plain = _plain(name)
+    before = _BEFORE.match(name.strip().lower())
+    behind = None if eight else re.search(r"_?(\d+)$", plain)  # of the eight it is the sensor's
+    number = before or behind
+    return plain[: behind.start()] if behind else plain, number[1] if number else ""
+
+
+def _give_torques(
+    path: Path, line: int, number: str, plates: Sequence[dict[str, int]], places: Sequence[int]
+) -> None:
+    """Add the columns `tz` at `places` to those of the plates with the same number."""
+    if len(places) == len(plates):
+        owners: list[dict[str, int] | None] = [*plates]
+    else:
+        begun = [[each for each in plates if min(each.values()) < place] for place in places]
+        owners = [each[-1] if each else None for each in begun]
+    ends = [max(plate.values()) for plate in plates]
+    mixed = any(min(plate.values()) < end for plate, end in zip(plates[1:], ends, strict=False))
+    for owner, place in zip(owners, places, strict=True):
+        if owner is None or "tz" in owner or (mixed and len(places) != len(plates)):
+            raise RecordError(
+                f"{path}: line {line}: column {place + 1} is Tz{number}, but nothing shows of "
+                f"which plate it is ({len(places)} such, {len(plates)} plates that may have it). "
+                "Export Tz of every plate from BioWare, or of none."
+            )
+        owner["tz"] = place
 
 
 def _factor(path: Path, name: str, unit: str) -> float:

@@ -13,7 +13,7 @@ from format_files import (
     vicon_csv,
 )
 
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
@@ -283,6 +283,49 @@ class TestKistler:
         refused(markers, "1 tables [[plates]]", "2 plates", forces=forces)
         places.unlink()
         refused(markers, "does not say where", "walk.plates.toml", forces=forces)
+
+    @pytest.mark.parametrize(
+        ("first", "second"),
+        [("Tz", "|Ft|"), ("|Ft|", "Tz")],
+        ids=["of plate 1", "of plate 2"],
+    )
+    @pytest.mark.parametrize("numbered", [True, False], ids=["numbers", "no numbers"])
+    def test_a_free_moment_is_that_of_its_own_plate(
+        self, numbered, first, second, trial, tmp_path
+    ) -> None:
+        """One Tz of two plates: the other's is 0, and this is said."""
+        write_trc(tmp_path / "walk.trc", trial)
+        path = kistler_text(tmp_path / "walk.txt", trial, sensors=False)
+        names = ["Fx", "Fy", "Fz", "|Ft|", "Ax", "Ay"]
+        columns = [[*names, first], [*names, second]]
+        if numbered:
+            columns = [[f"{n}{i}" for n in own] for i, own in enumerate(columns, start=1)]
+        usual = "\t".join([*names, "Tz", *names, "Tz"])
+        changed(path, usual, "\t".join([*columns[0], *columns[1]]))
+        has = 0 if first == "Tz" else 1
+        with pytest.warns(RecordWarning, match=f"no column Tz of plate {2 - has} "):
+            read = read_recording(tmp_path / "walk.trc", forces=path).plates
+        assert np.abs(read[1 - has].free_moment).max() == pytest.approx(0.0, abs=1e-9)
+        ours = trial.plates[has]
+        on = np.linalg.norm(ours.force, axis=1) > 2.0 * UNLOADED_N
+        np.testing.assert_allclose(read[has].free_moment[on], ours.free_moment[on], atol=1e-4)
+
+    @pytest.mark.parametrize("numbered", [True, False], ids=["numbers", "no numbers"])
+    def test_columns_of_one_quantity_side_by_side(self, numbered, trial, tmp_path) -> None:
+        write_trc(tmp_path / "walk.trc", trial)
+        path = kistler_text(tmp_path / "walk.txt", trial, sensors=False, units=False)
+        lines = path.read_text().splitlines()
+        at = next(i for i, line in enumerate(lines) if line.startswith("abs time"))
+        order = [0, *(1 + 7 * plate + each for each in range(7) for plate in (0, 1))]
+        for i, line in enumerate(lines[at:], start=at):
+            cells = line.split("\t")
+            if i == at and numbered:
+                cells = [cells[0], *(f"{n}{1 + k // 7}" for k, n in enumerate(cells[1:]))]
+            lines[i] = "\t".join(cells[each] for each in order)
+        path.write_text("\n".join([*lines, ""]))
+        assert_same(read_recording(tmp_path / "walk.trc", forces=path), trial)
+        changed(path, "Tz1\tTz2" if numbered else "Tz\tTz", "Tz3\tz" if numbered else "Tz\tz")
+        refused(tmp_path / "walk.trc", "nothing shows of which plate", "Tz", forces=path)
 
     def test_another_text_file_is_the_cores(self, files, tmp_path) -> None:
         """WBDS's forces have the same ending."""
