@@ -58,7 +58,8 @@ def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
     """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
     else of the program that wrote it, if a wing reads its folders.
 
-    `tell` is called with a sentence for each key of an earlier gaitval: what it is read as. Raises
+    `tell` is called with a sentence for each key of an earlier gaitval, what it is read as, and for
+    each person of a program's folder, which of its files are read. Raises
     ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
     people have one name.
     """
@@ -67,7 +68,11 @@ def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
     people = [person for file in files for person in _read(file, tell)]
     for name in wings.names(wings.SESSIONS) if path.is_dir() and not files else ():
         for about, tables in wings.load(wings.SESSIONS, name)(path):
-            people += [person_of(about, f"read as {name}", table, tell) for table in tables]
+            for table in tables:
+                people.append(person_of(about, f"read as {name}", table, tell))
+                still = table.get("static", "none")
+                walks = ", ".join(table["trials"])
+                tell("session", f"{about}: read as {name}: standing trial {still}; walks {walks}")
     if not people:
         raise ConfigurationError(
             f"{path}: no session.toml in this folder or below it. Write one with a table "

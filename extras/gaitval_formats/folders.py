@@ -4,7 +4,8 @@ OpenCap: `sessionMetadata.yaml` has mass_kg, height_m and gender_mf; `MarkerData
 trials, that whose name has neutral, static or calib is the standing one; `ForceData/NAME.mot` or
 `NAME_forces.mot`, if it is there, has the ground reaction of a trial. Pose2Sim: `Config.toml` has
 participant_mass and participant_height; `*/pose-3d/*.trc` are the trials, those with the augmented
-markers (`…LSTM.trc`) before others of one folder; that whose name has static is the standing one.
+markers (`…LSTM.trc`) before others of one folder; that whose name has static is the standing one. A
+single trial may have its Config.toml beside pose-3d.
 
 Both have markers in m with y up. Layouts are those of stanfordnmbl/opencap-processing and
 perfanalytics/pose2sim on GitHub, looked up in November 2026.
@@ -78,30 +79,53 @@ def pose2sim_sessions(folder: Path) -> Sessions:
 
     Parameters
     ----------
-    folder : of a participant, with a folder for each trial, or of a session of several.
+    folder : of a participant, with a folder for each trial, of a session of several, or of a trial.
 
     Raises
     ------
-    RecordError : Config.toml lacks the mass, the height or the sex, or there is no trial.
+    RecordError : Config.toml lacks the mass, the height or the sex, there is no trial, or one of
+        several people.
     """
     trials: dict[Path, list[Path]] = {}
     for found in sorted(folder.rglob("pose-3d"))[:_MOST]:
         files = sorted(found.glob("*.trc"))
+        _check_one_person(found, files)
         # Augmented markers lie on the body's landmarks, as those of a laboratory do.
         best = [f for f in files if f.stem.endswith("LSTM")] or files
         if best:
-            trials.setdefault(found.parent.parent, []).append(best[-1])
+            trials.setdefault(_participant(found.parent), []).append(best[-1])
     sessions: Sessions = []
     for participant, files in trials.items():
         configs = [each / CONFIG for each in (participant, participant.parent)]
         file = next((each for each in configs if each.exists()), None)
         if file is None:
             raise RecordError(
-                f"{participant}: trials of Pose2Sim (pose-3d), but no {CONFIG} in it or above, "
-                "which has the person's mass and height. Put it there."
+                f"{participant}: trials of Pose2Sim (pose-3d), but no {CONFIG} in it or above, nor "
+                "beside pose-3d, which has the person's mass and height. Put it there."
             )
         sessions.append((participant / CONFIG, [_pose2sim_person(file, participant, files)]))
     return sessions
+
+
+def _participant(trial: Path) -> Path:
+    """The folder of the person of a trial: that above it, or its own if only that has settings."""
+    above = (trial.parent, trial.parent.parent)
+    alone = (trial / CONFIG).exists() and not any((each / CONFIG).exists() for each in above)
+    return trial if alone else trial.parent
+
+
+def _check_one_person(folder: Path, files: list[Path]) -> None:
+    """Refuse files of several people, whom Pose2Sim numbers: `…_P1_0-100.trc`, `…_P2_0-100.trc`."""
+    numbers = [re.findall(r"_P(\d+)(?=_|$)", file.stem) for file in files]
+    # The name of the trial may have its participant's number before.
+    longest = max(map(len, numbers), default=0)
+    people = {each[-1] for each in numbers if len(each) == longest > 0}
+    if len(people) > 1:
+        raise RecordError(
+            f"{folder}: files of {len(people)} people ({', '.join(file.name for file in files)}), "
+            f"but {CONFIG} has the mass and the height of one. Move the others' files out of the "
+            "folder."
+        )
 
 
 def _pose2sim_person(file: Path, participant: Path, trials: list[Path]) -> dict[str, Any]:

@@ -68,6 +68,44 @@ def test_pose2sim_has_its_settings_in_the_session_too(pose2sim) -> None:
     assert one(pose2sim.parent).trials
 
 
+def test_pose2sims_single_trial_has_its_settings_beside_it(pose2sim) -> None:
+    """`Demo_SinglePerson`: Config.toml and pose-3d in one folder."""
+    alone = (pose2sim / "P00_T01_Walk").rename(pose2sim.parent / "Demo_SinglePerson")
+    (pose2sim / "Config.toml").replace(alone / "Config.toml")
+    person = one(alone)
+    assert person.name == "Demo_SinglePerson"
+    assert person.static is None
+    assert [walk.parent.parent for walk in person.trials] == [alone]
+
+
+def test_settings_of_a_trial_do_not_make_it_a_participant(pose2sim) -> None:
+    settings = (pose2sim / "Config.toml").read_text()
+    (pose2sim / "P00_T01_Walk" / "Config.toml").write_text(settings)
+    assert one(pose2sim).name == "S00_P00"
+    (pose2sim / "Config.toml").replace(pose2sim.parent / "Config.toml")
+    assert one(pose2sim).name == "S00_P00"
+
+
+def test_several_people_in_one_trial_of_pose2sim(pose2sim) -> None:
+    """Their numbers are behind the trial's name, which may have a P of its own."""
+    place = pose2sim / "P00_T01_Walk" / "pose-3d"
+    (augmented,) = place.glob("*LSTM.trc")
+    first = augmented.rename(place / "S00_P00_T01_Walk_P1_0-100_LSTM.trc")
+    assert one(pose2sim).trials == (first,)
+    (place / "S00_P00_T01_Walk_P2_0-100_LSTM.trc").write_bytes(first.read_bytes())
+    with pytest.raises(GaitvalError, match=r"2 people \(.*_P1_.*, .*_P2_.*Move the others'"):
+        read_batch(pose2sim)
+
+
+def test_the_files_that_are_read_are_said(pose2sim) -> None:
+    said: list[str] = []
+    (person,) = read_batch(pose2sim, lambda _, text: said.append(text))
+    (sentence,) = said
+    assert person.static is not None
+    for file in (person.static, *person.trials):
+        assert str(file.relative_to(pose2sim)) in sentence
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
