@@ -194,17 +194,20 @@ def _corner(path: Path, table: _Table, quadrant: str, axis: str) -> float:
 def _table(path: Path, lines: list[str]) -> _Table:
     header: dict[str, list[str]] = {}
     columns: list[str] = []
-    begin = len(lines)
+    begin = 0
     for number, line in enumerate(lines):
         cells = cells_of(line, "\t")
         if cells and _is_number(cells[0]):
-            begin = number
             break
-        if cells and re.fullmatch(r"[A-Z][A-Z0-9_]*", cells[0]) and not _are_columns(cells):
+        if not cells or not cells[0]:  # a first row may begin with a gap
+            continue
+        begin = number + 1
+        if re.fullmatch(r"[A-Z][A-Z0-9_]*", cells[0]) and not _are_columns(cells):
             header[cells[0]] = cells[1:]
-        elif cells:
+        else:
             columns = cells
-    rows = [line for line in lines[begin:] if line.strip()]
+    # Nobody is seen in a row of tabs, but it is one of the frames.
+    rows = [line for line in lines[begin:] if "\t" in line or line.strip()]
     if not rows or not header:
         raise RecordError(
             f"{path}: {'no rows of numbers' if header else 'no header of names in capitals'}, as "
@@ -224,7 +227,8 @@ def _are_columns(cells: list[str]) -> bool:
 
 
 def _is_number(text: str) -> bool:
-    return re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|nan|null", text, re.I) is not None
+    # with a decimal comma too, which is refused later by its name
+    return re.fullmatch(r"[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?|nan|null", text, re.I) is not None
 
 
 def _first(table: _Table, name: str) -> str:

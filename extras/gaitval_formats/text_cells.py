@@ -56,9 +56,16 @@ def positive(path: Path, text: str, what: str) -> float:
     except ValueError:
         value = np.nan
     if not 0.0 < value < np.inf:
+        comma = re.fullmatch(r"\d+,\d+", text.strip())
+        fix = (
+            "It has a decimal comma: set the program, or the region of Windows, to a decimal point "
+            "and export the trial again"
+            if comma
+            else "Export the trial again"
+        )
         raise RecordError(
             f"{path}: {what} is {text.strip() or 'missing'!r}, but must be a number above 0: the "
-            "times would be unknown. Export the trial again."
+            f"times would be unknown. {fix}."
         )
     return value
 

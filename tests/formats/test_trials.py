@@ -105,6 +105,19 @@ def test_qualisys_as_other_settings_write_it(options, trial, tmp_path) -> None:
     assert_same(read_recording(qualisys_tsv(tmp_path / "walk.tsv", trial, **options)), trial)
 
 
+@pytest.mark.parametrize("clock", [True, False], ids=["frame and time", "markers alone"])
+@pytest.mark.parametrize("which", [0, slice(None)], ids=["first marker", "all markers"])
+@pytest.mark.parametrize("gap", ["", "NULL"], ids=["empty", "NULL"])
+def test_qualisys_before_the_markers_are_seen(gap, which, clock, trial, tmp_path) -> None:
+    """A recording is often longer than the walk through the measured volume."""
+    markers = trial.markers.copy()
+    markers[:30, which] = np.nan
+    markers[-20:, which] = np.nan
+    late = replace(trial, markers=markers)
+    path = qualisys_tsv(tmp_path / "walk.tsv", late, gap=gap, clock=clock)
+    assert_same(read_recording(path), late)
+
+
 def test_qualisys_forces_for_markers_of_another_file(trial, tmp_path) -> None:
     qualisys_tsv(tmp_path / "walk.tsv", trial)
     write_trc(tmp_path / "walk.trc", trial)
@@ -213,6 +226,14 @@ class TestQualisys:
         changed(beside, old, new, 1)
         refused(path, str(beside.parent), *words)
 
+    @pytest.mark.parametrize("clock", [True, False], ids=["frame and time", "markers alone"])
+    def test_decimal_commas(self, clock, trial, tmp_path) -> None:
+        path = qualisys_tsv(tmp_path / "comma.tsv", trial, clock=clock)
+        text = path.read_text()
+        names = text.rindex("MARKER_NAMES")
+        path.write_text(text[:names] + text[names:].replace(".", ","))
+        refused(path, str(path), "decimal comma")
+
     def test_plates_of_another_trial(self, path, trial) -> None:
         shorter = replace(trial, plates=tuple(
             replace(each, **{n: getattr(each, n)[:900] for n in (
@@ -234,6 +255,7 @@ class TestMotionAnalysis:
         [
             ("[Force Data]", "[Data]", ("[Data]", "begins with [Force Data]")),
             ("SampleRate", "Rate", ("SampleRate missing",)),
+            ("500.000000", "500,000000", ("SampleRate (Hz) is '500,000000'", "decimal comma")),
             ("NumberOfSamples=1500", "NumberOfSamples=1501", ("1501", "1500")),
             ("NumberOfForcePlates=2", "NumberOfForcePlates=3", ("NumberOfForcePlates is 3",)),
             ("FX2\tFY2", "FY2\tFX2", ("fy2",)),
