@@ -39,6 +39,28 @@ _FORCES: Final = tuple(f"{axis}_{side}" for side in "rl" for axis in _AXES)
 _JUMP: Final = {"angle": 5.0, "moment": 0.3, "force": 0.3}
 """Degrees, Nm/kg, body weights between neighbouring rows, which no mean curve changes by."""
 
+_MOMENT_UNITS: Final = (
+    (4.0, 15.0, "% of body weight times height", "Multiply moments by 0.0980665 and the height, m"),
+    (30.0, 300.0, "Nm", "Divide moments by the body mass, kg"),
+    (500.0, 3000.0, "Nmm/kg", "Divide moments by 1000"),
+    (3e4, 3e5, "Nmm", "Divide moments by 1000 and by the body mass, kg"),
+)
+"""Largest moment of an ankle from, and to, in a unit, and how it becomes Nm/kg. It is 0.6 to 2
+Nm/kg in walking; bodies have 40 to 150 kg and 1.2 to 2 m. Between these no unit is guessed."""
+
+_FORCE_UNITS: Final = (
+    (3.0, 25.0, "N/kg", "Divide forces by 9.80665"),
+    (60.0, 200.0, "% of body weight", "Divide forces by 100"),
+    (200.0, 1e4, "N", "Divide by weight, N: mass times 9.80665"),
+)
+"""Likewise of the largest vertical force, which is 0.8 to 1.5 body weights."""
+
+_WEAKEST: Final = 0.35
+"""Nm/kg. Where neither ankle's largest moment reaches this, the body's weight 36 mm before the
+joint, the unit is wrong: slow walkers, children and patients have 0.6 on one side at least."""
+_NONE: Final = 0.05
+"""Nm/kg. An ankle of less has no foot on the ground, or its column is empty."""
+
 _NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", ".xlsx")
 
 
@@ -294,25 +316,25 @@ def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array])
         if not np.isfinite([ankle, up]).all():
             continue
         name = f"column moment_ankle_angle_{side}"
-        if np.abs(ankle).max() > 5.0:
-            problems.append(
-                f"{name}: reaches {np.abs(ankle).max():.3g}; this looks like Nm. Divide moments by "
-                "the body mass: they must be in Nm/kg."
-            )
-        elif ankle[40:55].min() > -0.3:
+        largest = np.abs(ankle).max()
+        if largest > _MOMENT_UNITS[0][0]:
+            problems.append(f"{name}: {_unit_of(largest, _MOMENT_UNITS, 'Nm/kg')}")
+        elif ankle[40:55].mean() > 0.1:
             problems.append(
                 f"{name}: {ankle[40:55].mean():.2g} Nm/kg at push-off (40-55 %). Moments are "
                 "internal and positive where they increase the angle, so the calf's is below "
-                "-0.3. Change its sign."
+                "0. Change its sign."
+            )
+        elif side == "r" and (weak := _weak_ankles(moments)):
+            problems.append(weak)
+        elif largest < _NONE:
+            problems.append(
+                f"{name}: reaches only {largest:.2g} Nm/kg, which no foot on the ground has. Is "
+                "the column empty, or another joint's?"
             )
         name = f"column force_up_{side}"
-        if np.abs(up).max() > 25.0:
-            problems.append(f"{name}: reaches {up.max():.3g}; this looks like N. Divide by weight.")
-        elif np.abs(up).max() > 3.0:
-            problems.append(
-                f"{name}: reaches {up.max():.3g}; this looks like N/kg. Divide forces by 9.80665: "
-                "they must be in body weights."
-            )
+        if np.abs(up).max() > _FORCE_UNITS[0][0]:
+            problems.append(f"{name}: {_unit_of(np.abs(up).max(), _FORCE_UNITS, 'body weights')}")
         elif up[10:50].mean() < 0.3:
             problems.append(
                 f"{name}: its mean is {up[10:50].mean():.2g} body weights in stance (10-50 %); the "
@@ -336,6 +358,31 @@ def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array])
                     "is positive to the person's left on both feet. Change its sign."
                 )
     return problems
+
+
+def _unit_of(largest: float, units: Sequence[tuple[float, float, str, str]], wanted: str) -> str:
+    """What unit the largest value of a curve shows, and how it becomes the wanted one."""
+    said = f"reaches {largest:.4g}; "
+    for low, high, unit, fix in units:
+        if low < largest <= high:
+            return f"{said}this looks like {unit}. {fix}: they must be in {wanted}."
+    known = ", ".join(f"{unit} {low:g} to {high:g}" for low, high, unit, _ in units)
+    return (
+        f"{said}no usual unit has this ({known}), and they must be in {wanted}. Export them again, "
+        "or find out what they were divided by."
+    )
+
+
+def _weak_ankles(moments: Mapping[str, Array]) -> str:
+    """A sentence if the ankles' moments (101,) are too small to be in Nm/kg, else an empty one."""
+    right, left = (np.abs(moments[f"ankle_angle_{side}"]).max() for side in "rl")
+    if not max(right, left) < _WEAKEST:  # a gap is named elsewhere
+        return ""
+    return (
+        f"columns moment_ankle_angle_r and _l: reach {right:.2g} and {left:.2g}; a walker's are "
+        "0.6 to 2 Nm/kg, and less on one side only. Were they divided by the body mass twice, or "
+        "are they another joint's? They must be in Nm/kg."
+    )
 
 
 def _jumps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:

@@ -100,6 +100,20 @@ def change(name, function):
     return apply
 
 
+def every(kind, factor):
+    return lambda curves: curves.assign(
+        **{name: factor * curves[name] for name in curves if name.startswith(kind)}
+    )
+
+
+def test_weak_ankles_are_a_walkers(good, tmp_path):
+    """A slow patient has 0.6 Nm/kg, and hardly any on the side of a weak calf."""
+    weak = good.assign(
+        **{name: 0.45 * good[name] for name in good if name.startswith("moment_")}
+    ).assign(moment_ankle_angle_l=0.1 * good.moment_ankle_angle_l)
+    assert read_mean_curves([written(tmp_path, weak)]).moments
+
+
 def swapped(one, other):
     return lambda curves: curves.rename(columns={one: other, other: one})
 
@@ -118,6 +132,14 @@ def swapped(one, other):
         (change("angle_knee_angle_l", np.radians), "looks like radians. Give --angle-unit rad"),
         (change("moment_ankle_angle_r", np.negative), "moment_ankle_angle_r: .* Change its sign"),
         (change("moment_ankle_angle_l", lambda m: 65 * m), "looks like Nm. Divide moments by the"),
+        (every("moment_", 1000), r"reaches 1\d*; this looks like Nmm/kg. Divide moments by 1000:"),
+        (every("moment_", 65e3), "looks like Nmm. Divide moments by 1000 and by the body mass"),
+        (every("moment_", 100 / 9.80665 / 1.53), "% of body weight times height. Multiply "),
+        (every("moment_", 1000 / 65), "reaches .*; no usual unit has this .*Nmm/kg 500 to 3000"),
+        (every("moment_", 1000 / 65**2), "reach 0.3. and 0.2.; .* divided by the body mass twice"),
+        (change("moment_ankle_angle_l", lambda m: 0 * m), "_l: reaches only 0 Nm/kg"),
+        (every("force_", 100), "force_up_r: .* looks like % of body weight. Divide forces by 100"),
+        (every("force_", 40), "force_up_l: .* no usual unit"),
         (change("force_up_r", lambda f: 640 * f), "force_up_r: reaches .* looks like N. Divide"),
         (change("force_up_l", lambda f: 9.8 * f), "force_up_l: .* looks like N/kg"),
         (change("force_up_l", np.negative), "force_up_l: .* the ground pushes up"),
