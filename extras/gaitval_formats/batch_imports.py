@@ -26,6 +26,8 @@ from gaitval.session.write import FOLDER
 from gaitval_formats.batch_person import BatchPerson, person_of
 
 TABLE: Final = "batch.csv"
+_OF_THE_PAGE: Final = ("What was found before this:", "Everything else was worked out:")
+"""What begins a line that only says where the page is, which has a column of its own."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Outcome:
     ----------
     trials : used, of those given.
     cycles : for moments and forces, or for angles if there are no forces; right and left.
-    reason : the first line of why it was refused.
+    reason : why it was refused and what to do, in one line.
     page : to read.
     limits : how many passed, failed and were not judged.
     failed : those that failed, with value and limit.
@@ -135,9 +137,25 @@ def _one(person: BatchPerson, out: Path, configuration: Configuration, tell: Tel
         tell("refused", str(error))
         pages = [out / person.name / FOLDER / f"{name}.html" for name in ("recording", "refused")]
         page = next((str(each) for each in pages if each.exists()), "")
-        first = re.sub(r"\s+", " ", str(error).strip().split("\n")[0])
-        return Outcome(person.name, False, f"0 of {len(person.trials)}", "", first, page)
+        trials = f"0 of {len(person.trials)}"
+        return Outcome(person.name, False, trials, "", _in_one_line(error), page)
     return _made(person, imported, out)
+
+
+def _in_one_line(error: GaitvalError) -> str:
+    """All that an error says, and the options to continue with, without line breaks."""
+    lines = [line for line in str(error).splitlines() if line.strip()]
+    said, in_list = "", False
+    for line in lines:
+        if line.startswith(_OF_THE_PAGE):
+            continue
+        item = line[0].isspace()
+        if in_list:  # its items have no full stop
+            said = said.rstrip(".;") + (";" if item else ".")
+        said, in_list = f"{said} {line.strip()}", item
+    if error.goes_on:
+        said += f" To continue without it: {' or '.join(error.goes_on)}."
+    return re.sub(r"\s+", " ", said).strip()
 
 
 def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:

@@ -55,9 +55,30 @@ def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
     with (tmp_path / "out" / TABLE).open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["name"] for row in rows] == tried
-    assert rows[0]["reason"].endswith("stand.c3d: no such file.")
+    assert rows[0]["reason"].endswith("stand.c3d: no such file. Check it.")
     assert rows[0]["trials"] == "0 of 2"
     assert len(tables) == 2
+
+
+def test_the_reason_is_all_that_the_error_says(tmp_path, monkeypatch):
+    """Also what to do, which is often in its last line; but not where the page is."""
+
+    def refuse(*_, **__):
+        raise RecordError(
+            "a.c3d and b.c3d do not show the same person. The largest are\n  LASI to RASI: 3 mm\n"
+            "  LKNE to LANK: 2 mm\nUse the standing trial of this session.\n"
+            "What was found before this: out/recording/refused.html"
+        ).with_way_on("--kinematics-only")
+
+    monkeypatch.setattr(batch_imports, "import_files", refuse)
+    (outcome,) = import_batch(
+        read_batch(session(tmp_path, PERSON)), tmp_path / "out", load_configuration()
+    )
+    assert outcome.reason == (
+        "a.c3d and b.c3d do not show the same person. The largest are LASI to RASI: 3 mm; LKNE to "
+        "LANK: 2 mm. Use the standing trial of this session. "
+        "To continue without it: --kinematics-only."
+    )
 
 
 def test_people_of_a_session_file_are_those_of_their_names_unless_it_says_otherwise(
