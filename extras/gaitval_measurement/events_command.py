@@ -88,4 +88,8 @@ def events(
             f"Over {len(carried)} strides that are on plates as a whole, these carry "
             f"{np.median(carried):.1f} kg (median; {min(carried):.1f} to {max(carried):.1f})."
         )
+    elif len(found.time):
+        display.plain(
+            "No stride is on plates as a whole, so the mass that they carry is not known."
+        )
     display.plain(f"Picture: {picture}")

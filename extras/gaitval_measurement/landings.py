@@ -31,7 +31,7 @@ from gaitval.gait.feet_on_plates import (
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_contacts import EDGE_M
 from gaitval.gait.plate_offset import zero_plates
-from gaitval.mocap.recording import Event, EventKind, Recording
+from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
 Method = Literal["plates", "markers", "file"]
 METHODS: Final[tuple[Method, ...]] = ("plates", "markers", "file")
@@ -73,7 +73,8 @@ class Landings:
     time : (T,) s.
     total : (T, 3) N, sum over all plates.
     complete : (T,) whether every foot on the ground is on plates, both on one or not, so that
-        `total` is all that the ground does to the person.
+        `total` is all that the ground does to the person. Where a plate's place is unknown: whether
+        the plates show at least four fifths of the stance of every foot on the ground.
     shared : (T,) whether both feet are on one plate.
     """
 
@@ -128,7 +129,8 @@ def landings(
         time = recording.force_time
         total = np.sum([plate.force for plate in recording.plates], axis=0)
         feet = feet_of(recording, landmarks)
-        complete = all_on_plates(recording, feet)
+        placed = all(np.isfinite(plate.corners).all() for plate in recording.plates)
+        complete = all_on_plates(recording, feet) if placed else all_shown(forces, feet)
         shared = np.any(
             [shared_by_both(each, feet, recording.force_rate) for each in recording.plates], axis=0
         )
@@ -153,6 +155,13 @@ def all_on_plates(recording: Recording, feet: Feet) -> Flags:
         good &= ~feet.stance[:, column] | (low.any(axis=1) & ~(low & ~on_any).any(axis=1))
     reach = round(SETTLING_SECONDS * recording.force_rate)
     return np.asarray(binary_erosion(good, iterations=max(reach, 1), border_value=1))
+
+
+def all_shown(forces: FootForces, feet: Feet) -> Flags:
+    """(T,) whether the `forces` of each of the `feet` that is on the ground are known, which plates
+    without corners may say too; but not that no part of the foot is beside them.
+    """
+    return np.asarray((forces.valid | ~feet.stance).all(axis=1))
 
 
 def disagreements(found: Landings) -> Iterator[Disagreement]:

@@ -74,7 +74,8 @@ def _sum(axes: Axes, found: Landings) -> None:
     _band(axes, found, found.shared, "#f2d9b3", "both feet on one plate: only their sum is known")
     axes.set_title("vertical force of all plates together", fontsize=9)
     axes.set_ylabel("N")
-    axes.legend(loc="upper right", fontsize=7)
+    if axes.get_legend_handles_labels()[1]:  # no plate may carry all, nor both feet
+        axes.legend(loc="upper right", fontsize=7)
 
 
 def _band(axes: Axes, found: Landings, where: Flags, colour: str, words: str) -> None:

@@ -1,5 +1,6 @@
 """Events by plates, markers and file side by side; two feet on one plate are known as a sum."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,8 @@ from gaitval.mocap.recording import Event, Plate
 from gaitval.scaling.marker_sets import recognise
 from gaitval.session.read import named, prepared
 from gaitval_measurement.events_command import events
-from gaitval_measurement.landings import disagreements, landings
+from gaitval_measurement.landings import Landings, disagreements, landings
+from gaitval_measurement.landings_picture import draw
 
 PROCESSING = load_configuration().processing
 MASS_KG = 64.95
@@ -81,6 +83,33 @@ def test_a_foot_on_no_plate_makes_the_sum_incomplete(walk):
     assert half.carried() == ()
 
 
+def without_places(recording):
+    """The same plates as OpenSim's files have them: each sample's pressure, and no corners."""
+    plates = [replace(each, corners=np.full((4, 3), np.nan)) for each in recording.plates]
+    return replace(recording, plates=tuple(plates))
+
+
+def test_plates_without_corners_carry_the_body_too(walk, found):
+    recording, landmarks = walk
+    nowhere = landings(without_places(recording), landmarks, PROCESSING)
+    assert len(nowhere.carried()) >= len(found.carried())
+    assert np.allclose(nowhere.carried(), MASS_KG, rtol=0.02)
+
+
+def test_a_foot_on_no_plate_is_missed_without_corners_too(walk):
+    recording, landmarks = walk
+    half = without_places(replace(recording, plates=recording.plates[:1]))
+    assert landings(half, landmarks, PROCESSING).carried() == ()
+
+
+def test_a_picture_without_a_time_on_plates_alone_has_no_empty_legend(walk, found, tmp_path):
+    nothing = np.zeros_like(found.complete)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        alone = replace(found, complete=nothing, shared=nothing)
+        draw(alone, walk[1], tmp_path / "a.svg", "a walk")
+
+
 @pytest.mark.parametrize("late", [0.07, -0.06])
 def test_a_late_event_of_the_file_is_named_with_how_late_it_is(walk, found, late):
     recording, landmarks = walk
@@ -114,6 +143,13 @@ def test_the_command_draws_and_says_what_it_saw(sample_request, tmp_path):
     assert picture.stat().st_size > 10_000
     wrong = CliRunner().invoke(events.app, [*given, "--out", str(tmp_path / "events.jpg")])
     assert isinstance(wrong.exception, RecordError)
+
+
+def test_the_command_says_that_it_knows_no_mass(sample_request, tmp_path, monkeypatch):
+    monkeypatch.setattr(Landings, "carried", lambda _: ())
+    given = [str(sample_request.trials[0]), "--standing", str(sample_request.static)]
+    done = CliRunner().invoke(events.app, [*given, "--out", str(tmp_path / "a.svg")])
+    assert "No stride is on plates as a whole" in done.output
 
 
 def test_an_event_of_the_file_alone_is_named_once(walk, found):
