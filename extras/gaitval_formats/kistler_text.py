@@ -4,7 +4,7 @@ A header is followed by a line of names, which begins with `abs time (s)`, and m
 units. For each plate there are either Fx, Fy, Fz, Ax, Ay (and Tz, if it was exported): force and
 centre of pressure in the plate's axes; or its eight sensors Fx12, Fx34, Fy14, Fy23, Fz1 to Fz4.
 Several plates have the same names again, or their number behind or before them. A Tz is that of
-the plate of its number or, without numbers, of the plate that was begun last.
+the plate of its number or, without numbers, of the plate whose columns come before it.
 
 BioWare does not know where in the laboratory a plate is. `NAME.plates.toml` beside `NAME.txt`, or
 `plates.toml` in its folder, says so, with a table for each plate in the order of the columns:
