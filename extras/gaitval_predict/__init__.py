@@ -1,1 +1,1 @@
-"""A walk at a speed or of a trial that the model was not told."""
+"""A walk at a speed that was not recorded, or that is held out."""
