@@ -67,11 +67,12 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     size = np.linalg.norm(force, axis=1)
     strong = size > CERTAIN_LOAD_N
     lever = _lever(force, torque, strong)
-    if lever <= LONGEST_LEVER_M:
+    up = int(np.argmax(np.abs(force[strong]).sum(axis=0)))
+    level = np.arange(3) != up
+    across = _lever(force, torque * level, strong)
+    # About the middle of a plate the torque is no larger, if the foot is near it, but not vertical.
+    if lever <= LONGEST_LEVER_M and across <= LARGEST_LEVEL_M:
         return torque
-    loads = np.abs(force[strong]).mean(axis=0)
-    up = int(np.argmax(loads))
-    level = [axis for axis in range(3) if axis != up]
     # Of a moment about o, M = (p - o) × F + (0, 0, Tz), only the vertical part is of the foot; the
     # level ones say where o is: o × F = p × F - M.
     needed = np.cross(point, force) - torque
@@ -79,7 +80,7 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     rows, wanted = crossed[strong][:, level].reshape(-1, 3), needed[strong][:, level].reshape(-1)
     about = np.linalg.lstsq(rows, wanted, rcond=None)[0]
     free = torque - np.cross(point - about, force)
-    upright = np.where(np.arange(3) == up, free, 0.0)
+    upright = np.where(level, 0.0, free)
     # About the right point only the vertical torque is left, and a foot can exert it.
     if (
         _lever(force, free - upright, strong) <= LARGEST_LEVEL_M
@@ -100,8 +101,8 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     )
     raise RecordError(
         f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median), "
-        f"but a foot can twist on the ground with at most {LONGEST_LEVER_M:g} m times the force. "
-        f"{why}."
+        f"and {across:.3g} m across the vertical, but a foot can twist on the ground with at most "
+        f"{LONGEST_LEVER_M:g} m times the force, about the vertical alone. {why}."
     )
 
 

@@ -181,14 +181,15 @@ class TestGroundReaction:
         assert not plate.force.any()
 
 
-def test_a_torque_about_the_plates_origin_gives_the_free_moment(tmp_path):
-    """As the plates of Camargo et al. 2021 are exported."""
+@pytest.mark.parametrize("beside", [0.4, 0.03])
+def test_a_torque_about_the_plates_origin_gives_the_free_moment(tmp_path, beside):
+    """As the plates of Camargo et al. 2021 are exported; the foot may land near the middle, m."""
     path = forces(tmp_path / "a.mot")
     table = read_storage(path)
     values, random = table.values.copy(), np.random.default_rng(1)
     values[50:, :3] *= 1.0 + 0.3 * random.standard_normal((150, 3))
     values[50:, 3:6] += np.cumsum(0.002 * random.standard_normal((150, 3)) * [1, 0, 1], axis=0)
-    about = np.array([0.7, 0.0, 0.4])
+    about = np.array([POINT[0] - beside, 0.0, POINT[2]])
     free = np.array([0.0, 5.0, 0.0])
     moved = values.copy()
     moved[50:, 6:] = free + np.cross(values[50:, 3:6] - about, values[50:, :3])
