@@ -19,7 +19,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, UNLOADED_N
-from gaitval.mocap.pressed_plates import pressed_plate
+from gaitval.mocap.pressed_plates import measured_points, pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 
 FREE: Final = 0.02
@@ -85,6 +85,7 @@ def placed_plate(
         `places` and `units`.
     """
     force, point, moment = wrench
+    point = measured_points(path, name, force, point)
     plain = np.nan_to_num(point), np.nan_to_num(moment)
     torque = _about_pressure(path, name, force, *plain, places, units)
     torque[~np.isfinite(moment).all(axis=1)] = np.nan

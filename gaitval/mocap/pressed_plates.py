@@ -19,6 +19,10 @@ from gaitval.mocap.recording import Plate
 
 LARGEST_LEVEL_M: Final = 0.005
 """m times the force, of the level parts of a torque about the centre of pressure."""
+FAINT_N: Final = 60.0
+"""Programs write no centre of pressure below a vertical force of their own, of 20 to 50 N."""
+ASTRAY_M: Final = 0.02
+"""m. What an unloaded plate shows may also be a place, where those measured are this near."""
 LONGEST_PLATE_M: Final = 1.0
 """A moment about the middle or a corner of a plate is at most this times the force, m."""
 
@@ -37,18 +41,22 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 
     Raises
     ------
-    RecordError : a force is missing, or a point or torque under load; or no foot exerts the torque.
+    RecordError : a force is missing, point or torque from `FAINT_N` on; no foot exerts the torque.
     """
     if not np.isfinite(force).all():
         raise RecordError(
             f"{path}: plate {name}: {np.count_nonzero(~np.isfinite(force).all(axis=1))} force "
             "samples are missing. Export the forces without gaps."
         )
-    loaded = np.linalg.norm(force, axis=1) >= UNLOADED_N
-    if not (np.isfinite(point[loaded]).all() and np.isfinite(torque[loaded]).all()):
+    size = np.linalg.norm(force, axis=1)
+    loaded, point = size >= UNLOADED_N, measured_points(path, name, force, point)
+    torque = np.where(np.isnan(torque) & (size < FAINT_N)[:, None], 0.0, torque)
+    gap = loaded & ~np.isfinite(point + torque).all(axis=1)
+    if gap.any():
+        worst = int(np.argmax(size * gap))
         raise RecordError(
             f"{path}: plate {name}: the centre of pressure or the torque is missing where the "
-            "plate is loaded. Export the forces without gaps."
+            f"plate is loaded: sample {worst + 1}, {size[worst]:.0f} N. Export without gaps."
         )
     torque = _about_pressure(path, name, force, point, torque)
     return Plate(
@@ -60,12 +68,37 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
     )
 
 
+def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
+    """Centres of pressure (T, 3) m; the nearest in time where a program wrote none: NaN, or what it
+    writes without a load, 0 or another constant. From `FAINT_N` on they become NaN.
+    """
+    size, there = np.linalg.norm(force, axis=1), np.isfinite(point).all(axis=1)
+    loaded = size >= UNLOADED_N
+    idle = np.unique(point[there & ~loaded], axis=0)
+    shown = (np.zeros(3), *idle) if len(idle) == 1 else (np.zeros(3),)
+    rest = np.any([(point == each).all(axis=1) for each in shown], axis=0)
+    known = np.flatnonzero(loaded & there & ~rest)
+    if not len(known):
+        return point
+    order = np.interp(np.arange(len(point)), known, np.arange(len(known)))
+    nearest = point[known[np.rint(order).astype(int)]]
+    lost = loaded & (~there | (rest & (np.linalg.norm(point - nearest, axis=1) > ASTRAY_M)))
+    if (lost & (size < FAINT_N)).any():
+        warnings.warn(
+            f"{path}: plate {name}: {np.count_nonzero(lost)} samples under up to "
+            f"{size[lost].max():.0f} N have no centre of pressure; the nearest in time is used",
+            RecordWarning,
+            stacklevel=2,
+        )
+    nearest[size >= FAINT_N] = np.nan
+    return np.where(lost[:, None], nearest, point)
+
+
 def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: Array) -> Array:
     """The torque (T, 3) Nm about the centre of pressure, which a foot can exert; one about another
     point of the plate is moved there. Refuses what is about no point.
     """
-    size = np.linalg.norm(force, axis=1)
-    strong = size > CERTAIN_LOAD_N
+    strong = np.linalg.norm(force, axis=1) > CERTAIN_LOAD_N
     lever = _lever(force, torque, strong)
     up = int(np.argmax(np.abs(force[strong]).sum(axis=0)))
     level = np.arange(3) != up

@@ -84,6 +84,26 @@ def test_vicon_as_other_settings_write_it(options, trial, tmp_path) -> None:
     assert_same(read_recording(vicon_csv(tmp_path / "walk.csv", trial, **options)), trial)
 
 
+@pytest.mark.parametrize("name", ["vicon", "qualisys"])
+def test_no_centre_of_pressure_below_the_programs_own_threshold(name, trial, tmp_path) -> None:
+    """It writes 0 there, but a force and a moment."""
+    plates = []
+    for plate in trial.plates:
+        faint = np.linalg.norm(plate.force, axis=1) < 50.0
+        point = np.where(faint[:, None], np.nan, plate.centre_of_pressure)
+        plates.append(replace(plate, centre_of_pressure=point))
+    path, forces = TRIALS[name](tmp_path, replace(trial, plates=tuple(plates)))
+    with pytest.warns(RecordWarning, match="have no centre of pressure"):
+        read = read_recording(path, forces=forces)
+    for plate, true in zip(read.plates, trial.plates, strict=True):
+        faint = np.isfinite(true.centre_of_pressure[:, 0])
+        faint &= np.linalg.norm(true.force, axis=1) < 50.0
+        away = (plate.centre_of_pressure - true.centre_of_pressure)[faint]
+        # a foot is no longer than that
+        assert np.linalg.norm(away, axis=1).max() < 0.1
+        assert np.abs(plate.free_moment - true.free_moment)[faint].max() < 1.0
+
+
 def test_vicon_from_a_later_frame_on(trial, tmp_path) -> None:
     later = replace(trial, start=1.5)
     assert_same(read_recording(vicon_csv(tmp_path / "walk.csv", later)), later)

@@ -198,3 +198,41 @@ def test_a_torque_about_the_plates_origin_gives_the_free_moment(tmp_path, beside
         _, _, (plate,) = read_ground_reaction(path)
     np.testing.assert_allclose(plate.free_moment[50:], np.tile(free, (150, 1)), atol=1e-6)
     np.testing.assert_allclose(plate.centre_of_pressure[50:], values[50:, 3:6])
+
+
+@pytest.mark.parametrize("shown", [0.0, np.nan, 0.25])
+def test_a_centre_of_pressure_that_a_program_leaves_out_is_the_nearest(tmp_path, shown):
+    """Below its own threshold, more than what counts as loaded, it writes what an unloaded plate
+    shows; a torque may be missing there too.
+    """
+    path = forces(tmp_path / "a.mot")
+    table = read_storage(path)
+    values = table.values.copy()
+    values[:50, 3:6] = shown
+    values[50:60, :3] *= 45.0 / 700.0
+    values[50:60, 3:6] = shown
+    values[55, 6:] = np.nan
+    write_storage(path, StorageTable(table.columns, table.time, values))
+    with pytest.warns(RecordWarning, match=r"10 samples under up to 45 N have no centre"):
+        _, _, (plate,) = read_ground_reaction(path)
+    assert not plate.fault
+    np.testing.assert_allclose(plate.centre_of_pressure[50:], np.tile(POINT, (150, 1)))
+    np.testing.assert_allclose(plate.free_moment[50:, 1], np.where(np.arange(50, 200) == 55, 0, 4))
+    values[50:60, :3] *= 2.0
+    write_storage(path, StorageTable(table.columns, table.time, values))
+    _, _, (plate,) = read_ground_reaction(path)
+    assert "is loaded: sample 51, 90 N" in plate.fault
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (0.01, 0.0, 0.0)])
+def test_a_foot_at_the_origin_is_there(tmp_path, recwarn, point):
+    """The same numbers as of an unloaded plate, among others that are near."""
+    path = forces(tmp_path / "a.mot", point=point)
+    table = read_storage(path)
+    values = table.values.copy()
+    values[:50, 3:6] = values[100:110, 3:6] = 0.0
+    write_storage(path, StorageTable(table.columns, table.time, values))
+    _, _, (plate,) = read_ground_reaction(path)
+    assert not plate.fault
+    assert not recwarn.list
+    np.testing.assert_array_equal(plate.centre_of_pressure[50:], values[50:, 3:6])
