@@ -270,17 +270,18 @@ def _plate(
             f"{where}: corners {corners.tolist()} span no plate, so its place is unknown. Give the "
             "four corners in m, one after the other around the plate."
         )
+    # The person is above the plate, whichever way its own z points, and is pushed up.
+    upward = float(np.sign(plate_axes(corners)[:, 2] @ (person_of(recording) - corners.mean(0))))
     if "fx12" in columns:
         half = _numbers(where, place, "sensors", (2,), "must be [x, y] in m for the eight sensors")
         depth = _numbers(where, place, "depth", (), "must be a length in m for the eight sensors")
         channels = np.column_stack([columns[each] for each in _SENSORS])
-        force, moment = plate_wrench(3, channels, np.array([*half, float(depth)]))
+        to_surface = abs(float(depth)) if upward > 0 else -abs(float(depth))
+        force, moment = plate_wrench(3, channels, np.array([*half, to_surface]))
     else:
         torque = columns.get("tz", np.zeros_like(columns["fz"]))
         channels = np.column_stack([*(columns[each] for each in _RESULTS), torque])
         force, moment = plate_wrench(1, channels, np.zeros(3))
-    # The person is above the plate, whichever way its own z points, and is pushed up.
-    upward = float(np.sign(plate_axes(corners)[:, 2] @ (person_of(recording) - corners.mean(0))))
     sign = -1.0 if upward * force[:, 2].sum() < 0.0 else 1.0
     _check_there(path, name, columns)
     return make_plate(name, corners, sign * force, sign * moment)

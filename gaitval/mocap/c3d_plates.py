@@ -113,6 +113,13 @@ def _plate(
             "reference. Enter it in the recording program and export again."
         )
     origin = np.zeros(3) if to_origin is None else to_origin * metres
+    centre = corners.mean(axis=0)
+    # The person is above the plate, whichever way the plate's own z points.
+    person = np.nanmedian(markers.reshape(-1, 3), axis=0) - centre
+    side = np.sign(plate_axes(corners)[:, 2] @ person)
+    # The surface is above the sensors; many files have the opposite vector, or the depth.
+    if origin[2] * (1.0 if side > 0 else -1.0) < 0:
+        origin = -origin
     calibration = None
     if kind in CALIBRATIONS:
         from gaitval.mocap.plate_sensors import stored_calibration
@@ -145,11 +152,7 @@ def _plate(
     if last > first and abs(force[first:last, 2].mean()) < LARGEST_ZERO_N:
         force = force - force[first:last].mean(axis=0)
         moment = moment - moment[first:last].mean(axis=0)
-    centre = corners.mean(axis=0)
-    # The person is above the plate, so a force on them points from the plate to the markers,
-    # whichever way the plate's own z points.
-    person = np.nanmedian(markers.reshape(-1, 3), axis=0) - centre
-    normal = force[:, 2] * np.sign(plate_axes(corners)[:, 2] @ person)
+    normal = force[:, 2] * side
     # The plate seems to pull: the file has the force on the plate, not on the person.
     if normal[np.abs(normal) > CERTAIN_LOAD_N].sum() < 0:
         force, moment = -force, -moment

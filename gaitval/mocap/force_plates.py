@@ -80,9 +80,8 @@ def plate_wrench(
         of type 2.
         6: Fx, Fy, Fz of each of four sensors, before their calibration.
     origin : (3,) m. 2, 4 and 5: from the sensors' origin to the middle of the surface, so that z is
-        negative in a plate whose z points down. If z is positive the file has the opposite vector,
-        a common mistake, and it is reversed. 3, 6 and 7: half the distances between the sensors
-        along x and y, both positive, and the depth of the sensors as z. 1: not used.
+        negative in a plate whose z points down. 3, 6 and 7: x and y are half the distances between
+        the sensors, of either sign, and z is as before. 1: not used.
     calibration : of types 4 to 7, see `CALIBRATIONS`; None if it was already applied.
 
     Returns
@@ -96,8 +95,7 @@ def plate_wrench(
         from gaitval.mocap.plate_sensors import wrench_of_sensors
 
         return wrench_of_sensors(kind, loads, origin)
-    to_surface = -origin if origin[2] > 0 else origin
-    return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], to_surface)
+    return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], origin)
 
 
 def make_plate(

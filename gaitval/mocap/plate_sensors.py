@@ -25,10 +25,9 @@ def wrench_of_sensors(kind: int, loads: Array, origin: Array) -> tuple[Array, Ar
         moment = np.cross(at, force)
         moment[:, 2] += loads[:, 5]
         return force, moment
-    # Sensors 1 to 4 are in the quadrants of the corners, half_x and half_y from the middle. The
-    # surface is above them, and z points down.
+    # Sensors 1 to 4 are in the quadrants of the corners, half_x and half_y from the middle.
     half_x, half_y = abs(origin[0]), abs(origin[1])
-    up_to_surface = np.array([0.0, 0.0, -abs(origin[2])])
+    up_to_surface = np.array([0.0, 0.0, origin[2]])
     if kind == 6:
         at = np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]) * [half_x, half_y, 0.0]
         each = loads.reshape(-1, 4, 3)

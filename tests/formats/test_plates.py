@@ -13,7 +13,7 @@ LOAD = np.array([-38.0, 55.0, 640.0])
 POINT = np.array([0.31, 0.72, 0.0])
 TORQUE = np.array([0.0, 0.0, -4.2])
 """On the person, in a laboratory with z up."""
-CORNERS = np.array([[0.6, 0.4, 0], [0.6, 1.0, 0], [0.0, 1.0, 0], [0.0, 0.4, 0.0]])
+CORNERS = np.array([[0.0, 0.4, 0], [0.0, 1.0, 0], [0.6, 1.0, 0], [0.6, 0.4, 0.0]])
 """x along the walkway: the plate's own x is the laboratory's -y, its y the laboratory's -x."""
 
 

@@ -161,6 +161,14 @@ def test_kistler_in_either_kind_of_columns(sensors, units, trial, tmp_path) -> N
     assert_same(read_recording(tmp_path / "walk.trc", forces=path), trial)
 
 
+def test_kistler_with_its_own_z_up(trial, tmp_path) -> None:
+    """The same plates in other axes: their corners are numbered the other way round."""
+    plates = tuple(replace(each, corners=each.corners[[1, 0, 3, 2]]) for each in trial.plates)
+    write_trc(tmp_path / "walk.trc", trial)
+    path = kistler_text(tmp_path / "walk.txt", replace(trial, plates=plates), sensors=True)
+    assert_same(read_recording(tmp_path / "walk.trc", forces=path), trial)
+
+
 def changed(path: Path, old: str, new: str, count: int = -1) -> Path:
     text = path.read_text(encoding="utf-8-sig")
     assert old in text

@@ -148,8 +148,8 @@ def wrench_in_plate(corners: Array) -> tuple[Array, Array]:
 
 def four_sensors(origin: Array) -> Array:
     """(6, 8) from Fx12 Fx34 Fy14 Fy23 Fz1 Fz2 Fz3 Fz4 to force and moment about the middle of the
-    surface: each acts where the sensors are, half_x and half_y from it and `depth` below."""
-    half_x, half_y, depth = abs(origin)
+    surface: each acts where the sensors are, half_x and half_y from it and `depth` along z."""
+    half_x, half_y, depth = abs(origin[0]), abs(origin[1]), -origin[2]
     x, y, z = np.eye(3)
     parts = [
         *[((0.0, side * half_y), x) for side in (1, -1)],
@@ -161,7 +161,7 @@ def four_sensors(origin: Array) -> Array:
 
 def twelve_sensors(origin: Array) -> Array:
     """(6, 12) likewise, from x, y and z of the four sensors, in the order of the corners."""
-    half_x, half_y, depth = abs(origin)
+    half_x, half_y, depth = abs(origin[0]), abs(origin[1]), -origin[2]
     places = [(a * half_x, b * half_y, depth) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     parts = [np.r_[axis, np.cross(at, axis)] for at in places for axis in np.eye(3)]
     return np.column_stack(parts)
@@ -171,6 +171,9 @@ def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) ->
     """A plate of a type that carries LOAD at POINT with TORQUE, times `scale` over time."""
     force, moment = wrench_in_plate(corners)
     course = np.ones(32) if scale is None else scale
+    # The surface is above the sensors: where z points up, z of the way there is positive.
+    above = np.array([1.0, 1.0, -np.sign(axes_of(corners)[1, 2])])
+    kistler, origin = KISTLER * above, ORIGIN * above
     if kind == 1:
         point = (POINT - corners.mean(axis=0)) @ axes_of(corners)
         torque = TORQUE @ axes_of(corners)
@@ -178,28 +181,28 @@ def plate_of(kind: int, corners: Array = CORNERS, scale: Array | None = None) ->
         channels[:, 3:5] = 1e3 * point[:2]
         return Plate(1, channels, corners, units=("N", "N", "N", "mm", "mm", "Nmm"))
     if kind in (3, 7):
-        sensors = np.linalg.pinv(four_sensors(KISTLER)) @ np.r_[force, moment]
+        sensors = np.linalg.pinv(four_sensors(kistler)) @ np.r_[force, moment]
         if kind == 3:
-            return Plate(3, np.outer(course, sensors), corners, KISTLER, units=("N",) * 8)
+            return Plate(3, np.outer(course, sensors), corners, kistler, units=("N",) * 8)
         matrix = np.diag(np.linspace(40.0, 110, 8)) + np.arange(64).reshape(8, 8) / 10
         volts = np.linalg.solve(matrix, sensors)
-        return Plate(7, np.outer(course, volts), corners, KISTLER, matrix, units=("V",) * 8)
+        return Plate(7, np.outer(course, volts), corners, kistler, matrix, units=("V",) * 8)
     if kind == 6:
-        sensors = np.linalg.pinv(twelve_sensors(KISTLER)) @ np.r_[force, moment]
+        sensors = np.linalg.pinv(twelve_sensors(kistler)) @ np.r_[force, moment]
         matrix = np.diag(np.linspace(40.0, 150, 12)) + np.arange(144).reshape(12, 12) / 20
         volts = np.linalg.solve(matrix, sensors)
-        return Plate(6, np.outer(course, volts), corners, KISTLER, matrix, units=("V",) * 12)
-    about_sensors = moment + np.cross(ORIGIN, force)
+        return Plate(6, np.outer(course, volts), corners, kistler, matrix, units=("V",) * 12)
+    about_sensors = moment + np.cross(origin, force)
     stored = np.r_[force, 1e3 * about_sensors]
     if kind == 2:
-        return Plate(2, np.outer(course, stored), corners)
+        return Plate(2, np.outer(course, stored), corners, origin)
     if kind == 5:
         matrix = np.random.default_rng(5).normal(0, [[300]] * 3 + [[1e5]] * 3, (6, 8))
         volts = np.linalg.pinv(matrix) @ stored
-        return Plate(5, np.outer(course, volts), corners, calibration=matrix, units=("V",) * 8)
+        return Plate(5, np.outer(course, volts), corners, origin, matrix, units=("V",) * 8)
     matrix = np.diag([500.0, 500, 1000, 8e5, 2.5e5, 4e5]) + np.arange(36).reshape(6, 6)
     volts = np.linalg.solve(matrix, stored)
-    return Plate(4, np.outer(course, volts), corners, calibration=matrix, units=("V",) * 6)
+    return Plate(4, np.outer(course, volts), corners, origin, matrix, units=("V",) * 6)
 
 
 def assert_carries(plate: Any, factor: Array | float = 1.0) -> None:
@@ -351,8 +354,9 @@ class TestPlates:
         np.testing.assert_allclose(found.free_moment[0, [0, 2]], 0, atol=1e-12)
         assert found.centre_of_pressure[0, 1] == pytest.approx(0, abs=1e-9)
 
-    def test_an_origin_below_the_surface_is_reversed(self, tmp_path):
-        plate = plate_of(2)
+    @pytest.mark.parametrize("order", [[0, 1, 2, 3], UPSIDE_DOWN], ids=["z down", "z up"])
+    def test_an_origin_below_the_surface_is_reversed(self, tmp_path, order):
+        plate = plate_of(2, CORNERS[order])
         plate.origin = -plate.origin
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 

@@ -201,7 +201,7 @@ def kistler_text(
         if sensors:
             names += ["Fx12", "Fx34", "Fy14", "Fy23", "Fz1", "Fz2", "Fz3", "Fz4"]
             said += ["N"] * 8
-            columns.append(_eight(force, moment))
+            columns.append(_eight(force, moment, -DEPTH * np.sign(axes[2, 2])))
         else:
             point = np.nan_to_num((plate.centre_of_pressure - plate.corners.mean(axis=0)) @ axes)
             torque = -(plate.free_moment @ axes)[:, 2]
@@ -225,15 +225,15 @@ def kistler_text(
     return path
 
 
-def _eight(force: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    """(T, 8) of the sensors that force and moment about the middle of the surface act on."""
+def _eight(force: np.ndarray, moment: np.ndarray, depth: float) -> np.ndarray:
+    """(T, 8) of the sensors, `depth` m along z, that force and moment about the middle act on."""
     (half_x, half_y), x, y, z = SENSORS, *np.eye(3)
     parts = [
         *[((0.0, side * half_y), x) for side in (1, -1)],
         *[((side * half_x, 0.0), y) for side in (1, -1)],
         *[((a * half_x, b * half_y), z) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))],
     ]
-    matrix = np.column_stack([np.r_[axis, np.cross((*at, DEPTH), axis)] for at, axis in parts])
+    matrix = np.column_stack([np.r_[axis, np.cross((*at, depth), axis)] for at, axis in parts])
     return np.hstack([force, moment]) @ np.linalg.pinv(matrix).T
 
 
