@@ -35,6 +35,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_toml
 from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, plate_wrench
+from gaitval.mocap.pressed_plates import measured_points
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import sample_rate, text_lines
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
@@ -280,6 +281,11 @@ def _plate(
         force, moment = plate_wrench(3, channels, np.array([*half, to_surface]))
     else:
         torque = columns.get("tz", np.zeros_like(columns["fz"]))
+        pushed = np.column_stack([columns[each] for each in _RESULTS[:3]])
+        pressure = np.column_stack([columns["ax"], columns["ay"], np.zeros(len(pushed))])
+        # BioWare may write 0 below a threshold of its own.
+        pressure = measured_points(path, name, pushed, pressure)
+        columns = {**columns, "ax": pressure[:, 0], "ay": pressure[:, 1]}
         channels = np.column_stack([*(columns[each] for each in _RESULTS), torque])
         force, moment = plate_wrench(1, channels, np.zeros(3))
     sign = -1.0 if upward * force[:, 2].sum() < 0.0 else 1.0

@@ -84,7 +84,7 @@ def test_vicon_as_other_settings_write_it(options, trial, tmp_path) -> None:
     assert_same(read_recording(vicon_csv(tmp_path / "walk.csv", trial, **options)), trial)
 
 
-@pytest.mark.parametrize("name", ["vicon", "qualisys"])
+@pytest.mark.parametrize("name", ["vicon", "qualisys", "kistler"])
 def test_no_centre_of_pressure_below_the_programs_own_threshold(name, trial, tmp_path) -> None:
     """It writes 0 there, but a force and a moment."""
     plates = []
@@ -92,7 +92,13 @@ def test_no_centre_of_pressure_below_the_programs_own_threshold(name, trial, tmp
         faint = np.linalg.norm(plate.force, axis=1) < 50.0
         point = np.where(faint[:, None], np.nan, plate.centre_of_pressure)
         plates.append(replace(plate, centre_of_pressure=point))
-    path, forces = TRIALS[name](tmp_path, replace(trial, plates=tuple(plates)))
+    given = replace(trial, plates=tuple(plates))
+    if name == "kistler":
+        write_trc(tmp_path / "walk.trc", given)
+        path, forces = tmp_path / "walk.trc", tmp_path / "walk.txt"
+        kistler_text(forces, given, sensors=False)
+    else:
+        path, forces = TRIALS[name](tmp_path, given)
     with pytest.warns(RecordWarning, match="have no centre of pressure"):
         read = read_recording(path, forces=forces)
     for plate, true in zip(read.plates, trial.plates, strict=True):
