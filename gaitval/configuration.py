@@ -318,10 +318,10 @@ class RandomisationSettings(Section):
 
 
 def _samples_or_auto(value: Any) -> Any:
+    if isinstance(value, float) and value.is_integer():  # such as 1e6
+        value = int(value)
     if value in ("auto", "full") or (isinstance(value, int) and 1 <= value <= LARGEST_TRAINING):
         return value
-    if isinstance(value, float) and value.is_integer() and 1 <= value <= LARGEST_TRAINING:
-        return int(value)  # such as 1e6
     raise ValueError(
         f"give a number of samples from 1 to {LARGEST_TRAINING:.0e}, auto or full, but it is "
         f"{value!r}. The default is 'auto'"

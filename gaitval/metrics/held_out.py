@@ -81,9 +81,7 @@ def _of_person(
     for name in (person.trial, *(trial.name for trial in person.trials)):
         chosen = person.on_trial(name)
         rest = [trial.walking_speed_m_s for trial in chosen.trials]
-        if not chosen.has_kinetics or not rest:
-            continue
-        if beyond(chosen.walking_speed_m_s, rest) < least:
+        if not (chosen.has_kinetics and rest) or beyond(chosen.walking_speed_m_s, rest) < least:
             continue
         try:
             guess = told(

@@ -220,10 +220,9 @@ def _check_rates(path: Path, contents: Contents) -> None:
     header, where the size of the file shows the header to be right: its frames were read askew.
     """
     with file_gate.opened(path, RecordError, largest=file_gate.BINARY) as file:
-        points, analogs, first, last, _, scale, block, samples = struct.unpack(
-            "<4HHfHH", file.read(20)[2:]
-        )
+        head = struct.unpack("<4HHfHH", file.read(20)[2:])
         size = file.seek(0, io.SEEK_END)
+    points, analogs, first, last, _, scale, block, samples = head
     frame = (4 * points + analogs) * (4 if scale < 0 else 2)
     beyond = size - (block - 1) * _BLOCK - (last - first + 1) * frame
     found = contents.analogs.size // max(len(contents.points), 1)

@@ -19,8 +19,9 @@ from gaitval.mocap.recording import Plate
 
 LARGEST_LEVEL_M: Final = 0.005
 """m times the force, of the level parts of a torque about the centre of pressure."""
-FAINT_N: Final = 60.0
-"""Programs write no centre of pressure below a vertical force of their own, of 20 to 50 N."""
+FAINT_N: Final = 100.0
+"""Programs write no centre of pressure below a vertical force of their own, of 20 to 50 N, and a
+force that is low-passed later is larger there."""
 ASTRAY_M: Final = 0.02
 """m. What an unloaded plate shows may also be a place, where those measured are this near."""
 LONGEST_PLATE_M: Final = 1.0
@@ -126,6 +127,11 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
             stacklevel=2,
         )
         return upright
+    if lever <= LONGEST_LEVER_M:  # about no one point: noise, or a filter
+        size = f"{across:.3g} m times the force across the vertical (median)"
+        said = f"{path}: plate {name}: no foot exerts its torque of {size}; it is used as it is"
+        warnings.warn(said, RecordWarning, stacklevel=2)
+        return torque
     why = (
         "It looks like Nmm: divide the torques by 1000"
         if lever > LONGEST_PLATE_M
@@ -134,8 +140,8 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     )
     raise RecordError(
         f"{path}: plate {name}: the torque is {lever:.3g} m times the force under load (median), "
-        f"and {across:.3g} m across the vertical, but a foot can twist on the ground with at most "
-        f"{LONGEST_LEVER_M:g} m times the force, about the vertical alone. {why}."
+        f"but a foot can twist on the ground with at most {LONGEST_LEVER_M:g} m times the force, "
+        f"about the vertical alone. {why}."
     )
 
 

@@ -157,10 +157,7 @@ def _distinct(gaits: Sequence[NormalForm]) -> list[NormalForm]:
             groups[-1].append(gait)
         else:
             groups.append([gait])
-    return [
-        group[0] if len(group) == 1 else combined(group, np.full(len(group), 1.0 / len(group)))
-        for group in groups
-    ]
+    return [combined(group, np.full(len(group), 1.0 / len(group))) for group in groups]
 
 
 def _moved(own: Sequence[NormalForm], speed: float, change: NormalForm) -> NormalForm:

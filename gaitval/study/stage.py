@@ -346,12 +346,9 @@ def _undone(folder: Path) -> Iterator[None]:
 
 def _check_subject(folder: Path, subject: "Subject") -> None:
     """Refuse to write the run of a `subject` over that of another, whose policy would be lost."""
-    path = folder / "subject.toml"
-    if not path.exists():
-        return
     try:
-        there = read_toml(path, ArtefactError).get("identifier")
-    except ArtefactError:  # damaged: nothing that could be used again
+        there = read_toml(folder / "subject.toml", ArtefactError).get("identifier")
+    except ArtefactError:  # missing or damaged: nothing that could be used again
         return
     if there != subject.identifier:
         raise ConfigurationError(

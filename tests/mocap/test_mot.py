@@ -218,10 +218,10 @@ def test_a_centre_of_pressure_that_a_program_leaves_out_is_the_nearest(tmp_path,
     assert not plate.fault
     np.testing.assert_allclose(plate.centre_of_pressure[50:], np.tile(POINT, (150, 1)))
     np.testing.assert_allclose(plate.free_moment[50:, 1], np.where(np.arange(50, 200) == 55, 0, 4))
-    values[50:60, :3] *= 2.0
+    values[50:60, :3] *= 3.0
     write_storage(path, StorageTable(table.columns, table.time, values))
     _, _, (plate,) = read_ground_reaction(path)
-    assert "is loaded: sample 51, 90 N" in plate.fault
+    assert "is loaded: sample 51, 135 N" in plate.fault
 
 
 @pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (0.01, 0.0, 0.0)])
@@ -236,3 +236,17 @@ def test_a_foot_at_the_origin_is_there(tmp_path, recwarn, point):
     assert not plate.fault
     assert not recwarn.list
     np.testing.assert_array_equal(plate.centre_of_pressure[50:], values[50:, 3:6])
+
+
+def test_a_level_torque_about_no_point_is_said_and_kept(tmp_path):
+    """Filtered or noisy; a recording is not refused for it."""
+    path = forces(tmp_path / "a.mot")
+    table = read_storage(path)
+    values = table.values.copy()
+    noise = np.random.default_rng(3).standard_normal((len(values) - 50, 2))
+    values[50:, [6, 8]] += 0.02 * 700.0 * noise
+    write_storage(path, StorageTable(table.columns, table.time, values))
+    with pytest.warns(RecordWarning, match="no foot exerts its torque of 0.0"):
+        _, _, (plate,) = read_ground_reaction(path)
+    assert not plate.fault
+    np.testing.assert_allclose(plate.free_moment[50:], values[50:, 6:9], atol=1e-6)
