@@ -297,11 +297,13 @@ EQUAL: Final = (
         "0349f9e3df",
         (
             *("gaitval/prediction/speed.py", "gaitval/mocap/c3d_contents.py"),
-            "extras/gaitval_markers/*.py",
+            *("gaitval/artefacts.py", "gaitval/study/stage.py"),
+            *("extras/gaitval_markers/*.py", "extras/gaitval_formats/batch_imports.py"),
         ),
-        "predictions of the ten people at seven speeds, each trial held out, are equal bit for bit; "
+        "predictions of the ten people at seven speeds, each trial held out, are equal bit by bit; "
         "no C3D file of 24 of shared/data and public repositories is refused; markers are drafted "
-        "otherwise only where the names agree with the other side: tests/markers",
+        "otherwise only where the names agree with the other side (tests/markers); a run is not "
+        "written over another person's, and a batch keeps the whole words of a refusal",
     ),
 )
 """Oldest first."""
