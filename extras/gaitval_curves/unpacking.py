@@ -1,5 +1,6 @@
 """Unpack ZIP archives, whole or not at all."""
 
+import errno
 import shutil
 import stat
 import tempfile
@@ -56,7 +57,8 @@ def unpack(archive: Path, folder: Path) -> None:
         *(zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError),
         OSError,  # a place before the beginning, or a name that no system takes
     ) as error:
-        if why_unwritable(error) is not None:
+        too_long = isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG
+        if why_unwritable(error) is not None and not too_long:  # a member's name is the archive's
             raise
         raise ArchiveError(
             f"{archive}: cannot be read as a ZIP archive ({error}). Delete it and fetch it again."
