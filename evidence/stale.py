@@ -294,7 +294,7 @@ EQUAL: Final = (
     ),
     Equal(
         "2e1d914e8f",
-        "0349f9e3df",
+        "d67f342451",
         (
             *("gaitval/prediction/speed.py", "gaitval/mocap/c3d_contents.py"),
             *("gaitval/artefacts.py", "gaitval/study/stage.py"),
