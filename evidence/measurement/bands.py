@@ -145,8 +145,10 @@ def covered(arguments: Namespace) -> list[evidence.Row]:
             except GaitvalError as error:
                 print(draw, "refused:", str(error)[:100], flush=True)
                 continue
-            if found.measurement is None:
-                print(draw, "without forces:", found.decisions[-1], flush=True)
+            bands = None if found.measurement is None else found.measurement.bands
+            sides = {f"moment_hip_flexion_{side}" for side in "rl"}
+            if bands is None or not sides <= bands.half.keys():
+                print(draw, "without forces of both sides:", found.decisions[-1], flush=True)
                 continue
             cases.append(inside(found))
             print(draw, json.dumps(cases[-1]), flush=True)
