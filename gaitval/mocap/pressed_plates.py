@@ -71,7 +71,7 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 
 def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
     """Centres of pressure (T, 3) m; the nearest in time where a program wrote none: NaN, or what it
-    writes without a load, 0 or another constant. From `FAINT_N` on they become NaN.
+    writes without a load, 0 or another constant. From `FAINT_N` on they stay as they are.
     """
     size, there = np.linalg.norm(force, axis=1), np.isfinite(point).all(axis=1)
     loaded = size >= UNLOADED_N
@@ -83,15 +83,15 @@ def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
         return point
     order = np.interp(np.arange(len(point)), known, np.arange(len(known)))
     nearest = point[known[np.rint(order).astype(int)]]
-    lost = loaded & (~there | (rest & (np.linalg.norm(point - nearest, axis=1) > ASTRAY_M)))
-    if (lost & (size < FAINT_N)).any():
+    faint = loaded & (size < FAINT_N)
+    lost = faint & (~there | (rest & (np.linalg.norm(point - nearest, axis=1) > ASTRAY_M)))
+    if lost.any():
         warnings.warn(
             f"{path}: plate {name}: {np.count_nonzero(lost)} samples under up to "
             f"{size[lost].max():.0f} N have no centre of pressure; the nearest in time is used",
             RecordWarning,
             stacklevel=2,
         )
-    nearest[size >= FAINT_N] = np.nan
     return np.where(lost[:, None], nearest, point)
 
 
