@@ -17,7 +17,7 @@ from gaitval.cli.app import (
 )
 from gaitval.errors import ConfigurationError
 
-SAME_SPEED: Final = 0.005
+AS_WALKED: Final = 0.005
 """m/s, from a trial's speed within which a speed is that of the trial."""
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def _check_unwalked(person: "Subject", speed: float) -> None:
     """Refuse to predict what was recorded: the walk would then not be compared with it."""
     for name in (person.trial, *(trial.name for trial in person.trials)):
         walked = person.on_trial(name).walking_speed_m_s
-        if abs(walked - speed) < SAME_SPEED:
+        if abs(walked - speed) < AS_WALKED:
             raise ConfigurationError(
                 f"--speed {speed:g}: {person.identifier} was recorded at {walked:g} m/s (trial "
                 f"{name}), so there is nothing to predict. Give --holdout {name} to predict that "

@@ -96,8 +96,10 @@ class Contents:
         return part[tuple(slice(wanted) for wanted in shape)]
 
 
-def check_size(path: Path) -> None:
-    """Refuse a file that is not C3D, or that is shorter than its header says.
+def check_size(path: Path) -> tuple[int, int]:
+    """Refuse a file that is not C3D, or that is shorter than its header says. Returns the analog
+    values of a frame and of each channel in it, by a header that its size shows to be right, else
+    zeros.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ def check_size(path: Path) -> None:
     if parameters[3] == 85:  # a DEC float has its sign in byte 1, the others in byte 3
         scale = -1.0 if head[13] & 0x80 else 1.0
     if last < first:
-        return  # over 65535 frames: the count is in the parameters, see `read_contents`
+        return 0, 0  # over 65535 frames: the count is in the parameters, see `read_contents`
     # A negative scale marks floating-point data; otherwise they are integers of 16 bits.
     word = 4 if scale < 0 else 2
     frames = last - first + 1
@@ -153,6 +155,8 @@ def check_size(path: Path) -> None:
             f"{analogs} analog values ({samples} for each channel), {needed} bytes, but the file "
             f"has {size}. Copy or export it again."
         )
+    # Only the rest of a block may follow the data.
+    return (analogs, samples) if size - needed < _BLOCK else (0, 0)
 
 
 def _damaged(path: Path, why: str) -> RecordError:
@@ -211,22 +215,15 @@ def read_contents(path: Path) -> Contents:
             f"{path}: truncated: the header promises {promised} frames, but there are "
             f"{len(contents.points)}. Copy or export it again."
         )
-    _check_rates(path, contents)
     return contents
 
 
-def _check_rates(path: Path, contents: Contents) -> None:
-    """Refuse a file whose parameters give each frame another number of analog values than its
-    header, where the size of the file shows the header to be right: its frames were read askew.
+def check_rates(path: Path, contents: Contents, analogs: int, samples: int) -> None:
+    """Refuse a file at `path` whose parameters gave each frame of its `contents` another number of
+    values than `check_size` (`analogs`, `samples`): its frames were read askew. Raises RecordError.
     """
-    with file_gate.opened(path, RecordError, largest=file_gate.BINARY) as file:
-        head = struct.unpack("<4HHfHH", file.read(20)[2:])
-        size = file.seek(0, io.SEEK_END)
-    points, analogs, first, last, _, scale, block, samples = head
-    frame = (4 * points + analogs) * (4 if scale < 0 else 2)
-    beyond = size - (block - 1) * _BLOCK - (last - first + 1) * frame
     found = contents.analogs.size // max(len(contents.points), 1)
-    if not analogs or found == analogs or last < first or not 0 <= beyond < _BLOCK:
+    if not analogs or found == analogs:
         return
     raise RecordError(
         f"{path}: POINT:RATE {contents.number('POINT', 'RATE'):g} and ANALOG:RATE "
