@@ -312,6 +312,12 @@ EQUAL: Final = (
         "a centre of pressure of 0 under 100 N and more is what it was before; no recording of a "
         "row has one, and C3D files have moments instead",
     ),
+    Equal(
+        "11901a5877",
+        "70352b87e1",
+        ("gaitval/mocap/c3d.py", "gaitval/mocap/c3d_contents.py"),
+        "the header is read once: the same 24 C3D files are read, and the same rates are refused",
+    ),
 )
 """Oldest first."""
 
