@@ -35,6 +35,8 @@ STATES: Final = ("off", "on", "pre", "post")
 """What a name may end in, after an underscore, that is no part of the person's name."""
 _BELOW_KNEE: Final = r"(?i).*(trans-?tibial|below|\b(tt|bk|ttka)\b|syme|ankle|foot).*"
 """Levels of an amputation that leave the knee."""
+_BOTH: Final = r"bi-?lateral.*|both.*|r(ight)?\W+(and )?l(eft)?|l(eft)?\W+(and )?r(ight)?|r/?l|l/?r"
+"""An amputation on both sides, in lower case."""
 _UNKNOWN: Final = (
     *("", "-", "–", "?", "na", "n/a", "n.a.", "nan", "none", "undetermined", "unknown"),
     *("not known", "not recorded"),
@@ -209,6 +211,12 @@ def _person(
                 state = re.match(r"(on|off) - ", header.strip().lower())
                 affected[state[1] if state else ""] = side
         elif meaning == "amputation":
+            if re.fullmatch(_BOTH, text.lower()):
+                raise RecordError(
+                    f"{where}: {header} is {text!r}, but the body has a prosthesis on one side at "
+                    "most. Leave the cell empty, and read the walk as one of two own legs; or "
+                    "leave the row out."
+                )
             values[meaning] = _side(text)
         elif meaning == "level":
             below = re.fullmatch(_BELOW_KNEE, text) is not None

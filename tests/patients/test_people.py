@@ -130,3 +130,21 @@ def test_sex_and_age_are_read_as_people_write_them(tmp_path, sex, age, expected)
 def test_a_cell_that_is_not_understood_is_named(tmp_path, row, seen):
     with pytest.raises(RecordError, match=rf"p\.csv, line 2: {seen}.* leave the cell empty"):
         people(tmp_path, "p", row)
+
+
+@pytest.mark.parametrize("side", ["Bilateral", "both sides", "Right and left", "R/L", "L + R"])
+def test_an_amputation_on_both_sides_is_not_read_as_none(tmp_path, side):
+    table = tmp_path / "p.csv"
+    table.write_text(f"Subject,Amputation side\nA,{side}\n", encoding="utf-8")
+    with pytest.raises(RecordError, match="one side at most. Leave the cell empty"):
+        read_people(table)
+
+
+@pytest.mark.parametrize(
+    ("side", "expected"),
+    [("Right", "right"), ("L", "left"), ("Lt.", "left"), ("links", "left"), ("none", None)],
+)
+def test_an_amputation_has_a_side_or_is_none(tmp_path, side, expected):
+    table = tmp_path / "p.csv"
+    table.write_text(f"Subject,Amputation side\nA,{side}\n", encoding="utf-8")
+    assert read_people(table)["A"].amputation == expected
