@@ -14,6 +14,7 @@ _PATHS = {"forward": "Forward", "left": "To the left", "up": "Up"}
 
 def centre_of_mass(metrics: Metrics) -> str:
     """Path of the centre of mass in `metrics` without steady travel, simulated and recorded, mm."""
+    known = "record" if metrics.is_recorded_at_all else "prediction"
     recorded = 1e3 * np.array(metrics.record.centre_of_mass)
     walked = metrics.walk.centre_of_mass
     with new_figure(2.3) as figure:
@@ -21,7 +22,7 @@ def centre_of_mass(metrics: Metrics) -> str:
             link(axes, "cycle", "right", column)
             axes.set_xlim(0, 100)
             axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
-            draw_record(axes, recorded[:, column], label="record")
+            draw_record(axes, recorded[:, column], label=known)
             if walked is not None:
                 path = 1e3 * np.array(walked)[:, column]
                 axes.plot(
