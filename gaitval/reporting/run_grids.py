@@ -101,7 +101,9 @@ def figures(
     heights = {"curves": 1.05, "kinematics": 1.27}
     words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
     draws: dict[str, Draw] = {
-        name: partial(grids.grid, each, height=heights.get(name, 1.6), figure_name=name, words=words)
+        name: partial(
+            grids.grid, each, height=heights.get(name, 1.6), figure_name=name, words=words
+        )
         for name, each in rows.items()
     }
     return draws, {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}

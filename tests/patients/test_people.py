@@ -136,7 +136,7 @@ def test_a_cell_that_is_not_understood_is_named(tmp_path, row, seen):
 def test_an_amputation_on_both_sides_is_not_read_as_none(tmp_path, side):
     table = tmp_path / "p.csv"
     table.write_text(f"Subject,Amputation side\nA,{side}\n", encoding="utf-8")
-    with pytest.raises(RecordError, match="one side at most. Leave the cell empty"):
+    with pytest.raises(RecordError, match=r"one side at most\. Leave the cell empty"):
         read_people(table)
 
 
