@@ -27,7 +27,6 @@ from gaitval.prediction.known import told
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.importing import import_files
 from gaitval.session.request import Halves, ImportOptions
-from gaitval.study.predict import run_prediction, run_range
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
@@ -43,6 +42,7 @@ from gaitval.study.stages import (
     simulate_stage,
     train_stage,
 )
+from gaitval_predict.study import run_prediction, run_range
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "held_out"
 

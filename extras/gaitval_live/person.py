@@ -17,8 +17,7 @@ from gaitval.model.body import BodyModel
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import stored_policy
-from gaitval.study.predict import range_stage
-from gaitval.study.predicted_tasks import range_task
+from gaitval.study.predicted_tasks import range_stage, range_task
 from gaitval.study.stage import Observer, Run, open_run, run_stage
 from gaitval.study.stages import scale_stage
 from gaitval.study.stored_policy import general_walker

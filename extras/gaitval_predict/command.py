@@ -69,8 +69,8 @@ def predict(
     from gaitval.datasets.subject_file import builtin_subjects, load_subject
     from gaitval.metrics.results import read_metrics
     from gaitval.prediction.known import told
-    from gaitval.study.predict import run_prediction, run_range
     from gaitval.study.stage import open_run
+    from gaitval_predict.study import run_prediction, run_range
 
     person = load_subject(subject)
     if holdout is not None and holdout.endswith(".toml"):

@@ -1,4 +1,7 @@
-"""What a range of speeds and its predictions walk, from the files of their run folders."""
+"""The references of a range of speeds, and what is walked there, from the files of run folders."""
+
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +12,53 @@ from gaitval.model.urdf import read_urdf
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import corrected_task, walking_task
-from gaitval.study.stage import Run
+from gaitval.study.stage import Run, Stage
+
+SPEEDS: Final = 6
+"""Speeds that the policy of a range learns at."""
+
+WIDEST: Final = 0.4
+"""They reach this share below the slowest and above the fastest given trial."""
+
+
+def range_speeds(told: Sequence[float]) -> list[float]:
+    """The speeds that a policy learns at, m/s, from those of the given trials (`told`), m/s."""
+    ends = (1.0 - WIDEST) * min(told), (1.0 + WIDEST) * max(told)
+    # a geometric series: neighbouring speeds differ by the same percentage
+    return [round(float(speed), 4) for speed in np.geomspace(*ends, SPEEDS)]
+
+
+def range_stage(run: Run) -> Stage:
+    """Given trials of `run` → reference motions at all speeds of the range."""
+    speeds = speeds_of(run)
+
+    def build() -> None:
+        from gaitval.reference.dynamic_fit import consistent_reference
+
+        model = read_urdf(run.folder / "model.urdf")
+        for done, (name, speed) in enumerate(speeds.items()):
+            run.observer.progress({"samples": done, "total": len(speeds)})
+            told = run.told(speed=speed)
+            consistent_reference(told.record, model, run.configuration.contact, told.accuracy).save(
+                run.folder / name
+            )
+
+    return Stage(
+        "range",
+        build,
+        inputs=("subject.toml", "model.urdf"),
+        outputs=tuple(speeds),
+        values={**run.sections("contact", "record"), "speeds": list(speeds.values())},
+    )
+
+
+def speeds_of(run: Run) -> dict[str, float]:
+    """The speeds that the policy learns at, m/s, by the file of the reference."""
+    from gaitval.prediction.speed import trials_told
+
+    holdout = run.configuration.record.holdout or None
+    speeds = range_speeds([t.walking_speed_m_s for t in trials_told(run.subject, holdout)])
+    return {f"range/{index}.npz": speed for index, speed in enumerate(speeds)}
 
 
 def range_task(run: Run, reference: str) -> WalkingTask:

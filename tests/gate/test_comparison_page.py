@@ -12,7 +12,7 @@ from html_page import Page, only_html, pdf_in_ci, without_figures
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.drawing import WIDTH
-from gaitval.reporting.page import number
+from gaitval.reporting.words import number
 from gaitval_gate.compare_command import _flip_line
 from gaitval_gate.comparison_page import SUBJECTS, write_comparison
 from gaitval_gate.versions import StoredWalk, matched

@@ -3,7 +3,7 @@
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.study.predict import range_speeds
+from gaitval.study.predicted_tasks import range_speeds
 from gaitval.study.stage import Observer
 from gaitval_live.log import Writer, check_person, read_log, walk_again
 from gaitval_live.person import folder_of, prepared

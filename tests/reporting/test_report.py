@@ -24,8 +24,8 @@ from gaitval.metrics.walk_results import PushTrace
 from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
-from gaitval.reporting.page import number
 from gaitval.reporting.report import within_text, write_report
+from gaitval.reporting.words import number
 from gaitval.scaling.scaling import scale_subject
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""

@@ -245,7 +245,7 @@ def further_jobs(work: Path) -> dict[str, Job]:
         "cohort": [made / "table.csv", "--workers", "1", *quick, "--out"],
     }
     shorter = {
-        "predict": "import gaitval.study.predict as p; p.SPEEDS = 2",
+        "predict": "import gaitval.study.predicted_tasks as p; p.SPEEDS = 2",
         "screen": "import functools, gaitval_virtual.screening as s; "
         "s.effects_of = functools.partial(s.effects_of, trajectories=1)",
     }

@@ -10,12 +10,6 @@ from quick_settings import QUICK
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
-from gaitval.study.predict import (
-    adopt_stage,
-    predicted_correction_stage,
-    predicted_walk_stage,
-    run_range,
-)
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Observer, Run, open_run, run_stage
 from gaitval.study.stages import (
@@ -29,6 +23,12 @@ from gaitval.study.stages import (
     scale_stage,
     simulate_stage,
     train_stage,
+)
+from gaitval_predict.study import (
+    adopt_stage,
+    predicted_correction_stage,
+    predicted_walk_stage,
+    run_range,
 )
 
 NAN = float("nan")
@@ -174,7 +174,8 @@ def test_the_reference_reads_nothing_that_is_not_told(tmp_path):
 def test_what_is_not_told_is_read_by_nothing_before_the_comparison(
     tmp_path, monkeypatch, settings, poison, job
 ):
-    monkeypatch.setattr("gaitval.study.predict.SPEEDS", 2)  # enough to show it, and a third of it
+    # Enough to show it, and a third of it.
+    monkeypatch.setattr("gaitval.study.predicted_tasks.SPEEDS", 2)
     found = same_as_clean(tmp_path, settings, poison, job)
     assert {"reference.npz", "policy/policy.safetensors", "rollouts/nominal.npz"} <= found.keys()
 

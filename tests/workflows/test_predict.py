@@ -28,7 +28,7 @@ def predict(out: Path, *arguments: str) -> str:
 
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
-    monkeypatch.setattr("gaitval.study.predict.SPEEDS", 2)
+    monkeypatch.setattr("gaitval.study.predicted_tasks.SPEEDS", 2)
     without_figures(monkeypatch)
     monkeypatch.setattr(display, "messages", Console(file=io.StringIO(), width=200))
 

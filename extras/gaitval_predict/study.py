@@ -5,12 +5,8 @@ predicted from the given trials. Every prediction is a run folder inside it that
 it takes a reference and a few walks, but no training.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
-
-import numpy as np
 
 from gaitval.artefacts import copy_files, write_json
 from gaitval.errors import ConfigurationError
@@ -26,6 +22,7 @@ from gaitval.study.inputs import (
     stored_policy,
     walking_task,
 )
+from gaitval.study.predicted_tasks import predicted_task, range_stage, range_task, speeds_of
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.stages import (
@@ -46,63 +43,15 @@ from gaitval.study.stages import (
 )
 from gaitval.study.unread import say_unread
 
-SPEEDS: Final = 6
-"""Speeds that the policy of a range learns at."""
-
-WIDEST: Final = 0.4
-"""They reach this share below the slowest and above the fastest given trial."""
-
-
-def range_speeds(told: Sequence[float]) -> list[float]:
-    """The speeds that a policy learns at, m/s, from those of the given trials (`told`), m/s."""
-    ends = (1.0 - WIDEST) * min(told), (1.0 + WIDEST) * max(told)
-    # a geometric series: neighbouring speeds differ by the same percentage
-    return [round(float(speed), 4) for speed in np.geomspace(*ends, SPEEDS)]
-
-
-def range_stage(run: Run) -> Stage:
-    """Given trials of `run` → reference motions at all speeds of the range."""
-    speeds = _speeds(run)
-
-    def build() -> None:
-        from gaitval.model.urdf import read_urdf
-        from gaitval.reference.dynamic_fit import consistent_reference
-
-        model = read_urdf(run.folder / "model.urdf")
-        for done, (name, speed) in enumerate(speeds.items()):
-            run.observer.progress({"samples": done, "total": len(speeds)})
-            told = run.told(speed=speed)
-            consistent_reference(told.record, model, run.configuration.contact, told.accuracy).save(
-                run.folder / name
-            )
-
-    return Stage(
-        "range",
-        build,
-        inputs=("subject.toml", "model.urdf"),
-        outputs=tuple(speeds),
-        values={**run.sections("contact", "record"), "speeds": list(speeds.values())},
-    )
-
-
-def _speeds(run: Run) -> dict[str, float]:
-    """The speeds that the policy learns at, m/s, by the file of the reference."""
-    from gaitval.prediction.speed import trials_told
-
-    holdout = run.configuration.record.holdout or None
-    speeds = range_speeds([t.walking_speed_m_s for t in trials_told(run.subject, holdout)])
-    return {f"range/{index}.npz": speed for index, speed in enumerate(speeds)}
-
 
 def train_range_stage(run: Run) -> Stage:
     """References of the range of `run` → one policy for all of them, from the general policy."""
-    speeds = _speeds(run)
+    speeds = speeds_of(run)
     folder = run.folder / "trained"
     start = "start" if (run.folder / "start").exists() else None
 
     def train() -> None:
         from gaitval.policy.storage import save_policy
-        from gaitval.study.predicted_tasks import range_task
 
         tasks = [range_task(run, name) for name in speeds]
         samples = run.configuration.training.samples_from("range" if start else "scratch")
@@ -132,7 +81,7 @@ def run_range(run: Run, *, force: bool = False) -> None:
     run_stage(range_stage(run), run.folder, force=force, observer=run.observer)
     # the stage is made again below, because its inputs depend on whether there is a start
     choose_start(run, train_range_stage(run))
-    speeds = _speeds(run)
+    speeds = speeds_of(run)
     learning = need_stage(run, 1, speeds), train_range_stage(run), hand_on_stage(run, 1, speeds)
     for stage in learning:
         run_stage(stage, run.folder, force=force, observer=run.observer)
@@ -194,7 +143,6 @@ def predicted_walk_stage(run: Run) -> Stage:
         from gaitval.metrics.torque_shares import torque_shares
         from gaitval.metrics.walk_results import StoredStarts, StoredWalks
         from gaitval.policy.rollouts import RolloutPool
-        from gaitval.study.predicted_tasks import predicted_task
 
         task, mu = predicted_task(run)
         policy = stored_policy(run, run.folder / "policy")
