@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import MISSING, fields
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -435,5 +436,8 @@ def versions() -> dict[str, str]:
     found = {"gaitval": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
         with suppress(metadata.PackageNotFoundError):  # an extra that is not installed
-            found[name] = metadata.version(name)
+            found[name] = _version(name)
     return found
+
+
+_version = cache(metadata.version)  # every stage asks, and each answer is read from a file

@@ -8,7 +8,7 @@ import numpy as np
 from gaitval.coordinates import SIDES
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
-from gaitval.reporting.page import number
+from gaitval.reporting.words import number
 from gaitval_bodies.combinations import judged_combinations
 from gaitval_bodies.joints import FunctionalLeg, with_joints
 from gaitval_bodies.legs import SEEN, LegDifference

@@ -23,7 +23,8 @@ from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
-from gaitval.reporting.page import number, write_page
+from gaitval.reporting.page import write_page
+from gaitval.reporting.words import number
 from gaitval_gate.csv_text import csv_text
 from gaitval_gate.pair_grids import pair_grids
 from gaitval_gate.regression import Row

@@ -199,7 +199,7 @@ class Solution(NamedTuple):
         lean of the trunk, rad, and where the record's right and left hip centre lies, as
         `ReferenceMotion.hip_centre`, m.
     covariance : (C, C) of `common`, linearised; each curve's deviation counts as a single error of
-        its accuracy, constant over the cycle.
+        its accuracy, constant over the cycle. (0, 0) if it was not asked for.
     cost : sum of squares of all residuals.
     """
 
@@ -546,6 +546,7 @@ def solve_problem(
     *,
     start: tuple[Array, Array] | None = None,
     smallest_gain: float = SMALLEST_GAIN,
+    with_covariance: bool = True,
 ) -> Solution:
     """The change and `common` with the least sum of squares, by damped Gauss-Newton steps.
 
@@ -555,6 +556,7 @@ def solve_problem(
     start : change and `common` to start from, near the solution; else zero, and little weight on
         Newton's laws at first.
     smallest_gain : relative decrease of the sum of squares at which the steps end.
+    with_covariance : whether it is computed, which takes as long as two steps.
     """
     dofs, terms = len(COORDINATES), problem.series[0].shape[1]
     count = len(problem.prior)
@@ -593,6 +595,8 @@ def solve_problem(
             if before - cost < smallest_gain * cost:
                 break
         damping = 1e-4
+    if not with_covariance:
+        return Solution(change, common, np.empty((0, 0)), cost)
     laws = linearised(problem, change, common, EASES[-1])
     matrix, _ = normal_equations(problem, change, common, laws)
     # The last block of the inverse: the motion is integrated out, not held.
@@ -610,6 +614,7 @@ def solve(
     *,
     shift_sd: float = 0.0,
     near: ReferenceMotion | None = None,
+    with_covariance: bool = True,
 ) -> Solution:
     """The fit's unknowns; `fitted` makes a motion of them.
 
@@ -624,14 +629,17 @@ def solve(
         far forward; 0: it is right.
     near : the fit of the same record to a similar body, to begin with. That takes a third of the
         steps, and ends no further from the record (docs/speed.md).
+    with_covariance : as for `solve_problem`.
     """
     problem = fit_problem(reference, record, model, contact, accuracy or Accuracy(), shift_sd)
     if near is None:
-        return solve_problem(problem)
+        return solve_problem(problem, with_covariance=with_covariance)
     common = np.zeros(_COMMON)
     common[_HIPS] = near.hip_centre.ravel()
     start = near.change.copy(), common
-    return solve_problem(problem, start=start, smallest_gain=_NEAR_GAIN)
+    return solve_problem(
+        problem, start=start, smallest_gain=_NEAR_GAIN, with_covariance=with_covariance
+    )
 
 
 def fitted(
@@ -651,7 +659,7 @@ def fitted(
     ----------
     reference, record, model, contact, accuracy, near : as `solve` takes them.
     """
-    solution = solve(reference, record, model, contact, accuracy, near=near)
+    solution = solve(reference, record, model, contact, accuracy, near=near, with_covariance=False)
     change = solution.change.T
     whole, rates, second = _path(reference, record)
     series = _series(reference.phase, record.stride_time)

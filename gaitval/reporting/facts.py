@@ -6,7 +6,7 @@ from typing import Final
 from pydantic import BaseModel
 
 from gaitval.metrics.record_results import RecordResult
-from gaitval.reporting.page import number
+from gaitval.reporting.words import number
 
 UNKNOWN: Final = "not known"
 

@@ -14,7 +14,6 @@ from typing import Any, Final
 
 import jinja2
 import matplotlib
-import numpy as np
 import weasyprint
 from markupsafe import Markup, escape
 from weasyprint.text.fonts import FontConfiguration
@@ -28,7 +27,7 @@ from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
-from gaitval.reporting.words import SOURCE
+from gaitval.reporting.words import SOURCE, number
 
 _FONTS: Final = {
     ("Report", "normal", "normal"): "STIXGeneral.ttf",
@@ -40,15 +39,6 @@ _FONTS: Final = {
 _PAPERS: Final = {"a4": "A4", "letter": "letter"}
 PDF_VARIANT: Final = "pdf/a-2a"
 """For archives, with tags (ISO 19005-2, level A): what a screen reader needs is in it."""
-
-
-def number(value: float | None, digits: int = 2) -> str:
-    """`value` as text with `digits` decimals and a true minus sign; a dash if not measured."""
-    if value is None or not np.isfinite(value):
-        return "–"
-    text = f"{value:.{digits}f}"
-    # a small negative value rounds to "-0.00"
-    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 def _labelled(svg: str, text: str, medium: str) -> Markup:
@@ -232,7 +222,12 @@ def _prepared(
         "language": settings.language,
         "en": "" if settings.language == SOURCE else Markup(' lang="en"'),
     }
-    return _environment(settings.language).get_template(template), values
+    return template_of(template, settings.language), values
+
+
+def template_of(name: str, language: str) -> jinja2.Template:
+    """The template `name` (as for `write_page`) in a `language`."""
+    return _environment(language).get_template(name)
 
 
 def _drawings(draws: Mapping[str, Draw], language: str) -> Callable[[], dict[str, Markup]]:

@@ -57,6 +57,7 @@ from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
 
+TEMPLATE = "report.html.j2"
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
 
@@ -455,4 +456,4 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
     checklist.write_checklist(folder, context["checks"])
     looks = _configuration(folder, settings).report
-    write_page(folder, "report", "report.html.j2", context, looks, scripts=SCRIPTS)
+    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS)

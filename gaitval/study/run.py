@@ -197,7 +197,7 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
-    shown = _loading()
+    shown = _loading(run.configuration.report.language)
     if run.configuration.identification.method == "posterior":
         from gaitval.study.watching import generations_shown
 
@@ -209,11 +209,15 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
 
 
 @contextmanager
-def _loading() -> Iterator[None]:
+def _loading(language: str) -> Iterator[None]:
     """Within the block, load what the report needs, which takes a second, while others work."""
-    target, module = import_module, "gaitval.reporting.report"
-    threading.Thread(target=target, args=(module,), daemon=True).start()
+    threading.Thread(target=_load, args=(language,), daemon=True).start()
     yield
+
+
+def _load(language: str) -> None:
+    report, page = (import_module(f"gaitval.reporting.{name}") for name in ("report", "page"))
+    page.template_of(report.TEMPLATE, language)
 
 
 def _silent(run: Run) -> Run:
