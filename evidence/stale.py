@@ -318,6 +318,13 @@ EQUAL: Final = (
         ("gaitval/mocap/c3d.py", "gaitval/mocap/c3d_contents.py"),
         "the header is read once: the same 24 C3D files are read, and the same rates are refused",
     ),
+    Equal(
+        "96c9e9ca02",
+        "1fadef2d91",
+        ("gaitval/reference/dynamic_fit.py", "gaitval/artefacts.py", "gaitval/study/run.py"),
+        "a covariance that nobody reads is not computed, versions are read once: references, "
+        "policies, walks and metrics.json of a study of S05 were equal before and after",
+    ),
 )
 """Oldest first."""
 
