@@ -139,13 +139,13 @@ def scratch(folder: Path) -> Iterator[Path]:
 
 
 def copy_files(source: Path, target: Path, names: tuple[str, ...]) -> None:
-    """Copy files from one folder to another, each whole or not at all."""
+    """Copy the files `names` of the folder `source` to `target`, each whole or not at all."""
     for name in names:
         copy_file(source / name, target / name)
 
 
 def copy_file(source: Path, target: Path) -> None:
-    """Copy a file, whole or not at all."""
+    """Copy the file `source` to `target`, whole or not at all."""
     # not `shutil.copyfile`, whose error for a full disk names the source
     with (
         file_gate.opened(source, ArtefactError, largest=file_gate.BINARY) as file,

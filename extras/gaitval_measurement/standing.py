@@ -117,7 +117,7 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
 
         found = as_said(found, request)
     if request.static_time is not None:
-        found = _in_window(found, request.static_time)
+        found = found.between(request.static_time, "--static-time")
     plates = found.turned(session.axes.rotation).plates
     turn = _turn(plates, session.walking[0].plates)
     if turn is None:
@@ -127,12 +127,6 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
         plates = only.turned(Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()).plates
     standing: Recording = replace(session.standing, plates=plates, force_rate=found.force_rate)
     return replace(session, standing=standing)
-
-
-def _in_window(recording: Recording, window: tuple[float, float]) -> Recording:
-    """A `recording` whose plates have the samples in a `window` of its clock, s."""
-    kept = (recording.force_time >= window[0]) & (recording.force_time <= window[1])
-    return replace(recording, plates=tuple(plate.during(kept) for plate in recording.plates))
 
 
 def _turn(here: Sequence[Plate], there: Sequence[Plate]) -> float | None:

@@ -92,7 +92,7 @@ def simulated_curves(
 
 
 def foot_progression(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[str, Array]:
-    """`foot_angles`' progression of both feet of `model`, (n, 101) rad over `cycles`."""
+    """`foot_angles`' progression (n, 101) rad of both feet of `model`: `rollout`'s `cycles`."""
     found = {}
     frames = segment_frames(model, rollout.positions)[:, :, :3, :3]
     for side in SIDES:

@@ -68,7 +68,7 @@ def endurance(rollout: Travel, configuration: Configuration, *, engine: Engine) 
 
 
 def compared_cycles(configuration: Configuration) -> int:
-    """Length of a walk that is compared, in gait cycles of the reference.
+    """Length of a walk that is compared in a `configuration`, in gait cycles of the reference.
 
     It has two more cycles than are compared: one for a left cycle that begins and ends later, and
     one in which the zero-lag filter settles.

@@ -13,6 +13,7 @@ that the user gives, and turn a walk.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -40,6 +41,9 @@ SLOWEST_WALK: Final = 0.1
 TURNED: Final = (float(np.cos(np.radians(45.0))), 0.25)
 """Who faces 45° off the usual direction in a quarter of the frames does not walk straight; pelvises
 rotate by 15° at most."""
+
+PART: Final = 1.0
+"""s. A shorter part of a trial has no gait cycle."""
 
 RUNS: Final = (0.3, 0.25)
 """Least correlation of the pelvis' height with the distance between the heels, and least speed
@@ -360,15 +364,33 @@ def _walking_velocity(
 def _check_straight(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Refuse a person who turns, by the line between the ASIS."""
     across = _path(recording, landmarks, ("L.ASIS",)) - _path(recording, landmarks, ("R.ASIS",))
-    across = across[np.isfinite(across).all(axis=1)]
-    across /= np.linalg.norm(across, axis=1)[:, None]
+    seen = np.isfinite(across).all(axis=1)
+    across = across[seen] / np.linalg.norm(across[seen], axis=1)[:, None]
     usual = unit_vector(np.median(across, axis=0)) if len(across) else np.zeros(3)
     if (aside := np.sum(across @ usual < TURNED[0]) / max(len(across), 1)) > TURNED[1]:
         raise RecordError(
-            f"{recording.source}: in {100 * aside:.0f} % of the frames the pelvis faces more than "
-            "45° off its usual direction: the person turns. Cut the trial to a part in one "
-            "direction, and give other parts as trials of their own."
+            f"{recording.source}: the person turns: there is no direction that the pelvis faces "
+            f"within 45° in more than {100 * (1.0 - aside):.0f} % of the frames. "
+            + _parts(recording.time[seen], across)
         )
+
+
+def _parts(time: Array, across: Array) -> str:
+    """Which parts of a trial of somebody who turns may be given: those in which the line (T, 3)
+    from right to left at `time` (T,) s has the direction of its beginning, or the opposite one.
+    """
+    along = across @ unit_vector(np.median(across[time < time[0] + PART], axis=0))
+    way = np.where(np.abs(along) > TURNED[0], np.sign(along), 0.0)
+    ends = [0, *(np.flatnonzero(np.diff(way)) + 1), len(way)]
+    parts = [
+        f"{np.floor(1e3 * time[first]) / 1e3:.3f}:{np.ceil(1e3 * time[end - 1]) / 1e3:.3f}"
+        for first, end in pairwise(ends)
+        if way[first] and time[end - 1] - time[first] >= PART
+    ]
+    if len(parts) < 2:
+        return "Give a part in one direction with --trial-time BEGIN:END, in seconds."
+    files, times = "--trial FILE " * len(parts), " ".join(f"--trial-time {part}" for part in parts)
+    return f"Give its parts in one direction as trials: {files}{times} (s, of the recording)."
 
 
 def _check_walks(

@@ -124,6 +124,27 @@ class Recording(Displayed):
         """Whether two markers have the same trajectory: one is a copy of the other."""
         return np.array_equal(self.marker(one), self.marker(other), equal_nan=True)
 
+    def between(self, window: tuple[float, float], option: str) -> "Recording":
+        """Its part from one time to another, s on its clock, in whole frames of the markers. Raises
+        RecordError, which names the `option` that asked for it, if there is no frame in it.
+        """
+        inside = np.flatnonzero((self.time >= window[0]) & (self.time <= window[1]))
+        if not len(inside):
+            raise RecordError(
+                f"{self.source}: {option} {window[0]:g}:{window[1]:g}: the trial goes from "
+                f"{self.time[0]:g} to {self.time[-1]:g} s. Give a time in it."
+            )
+        first, end = int(inside[0]), int(inside[-1]) + 1
+        samples = round(self.force_rate / self.marker_rate)
+        of_forces = slice(first * samples, end * samples)
+        return replace(
+            self,
+            markers=self.markers[first:end],
+            start=float(self.time[first]),
+            plates=tuple(plate.during(of_forces) for plate in self.plates),
+            events=tuple(each for each in self.events if window[0] <= each.time <= window[1]),
+        )
+
     def turned(self, rotation: Array) -> "Recording":
         """The same trial in the project's axes.
 

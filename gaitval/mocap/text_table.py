@@ -132,7 +132,9 @@ def _is_number(field: str) -> bool:
 
 
 def counted(path: Path, what: str, promised: object, seen: int, of: str) -> None:
-    """Warn of a file at `path` whose header promises another count than there is."""
+    """Warn of `what` at `path`, whose header has `promised` another count `of` something than the
+    `seen` one.
+    """
     warnings.warn(
         f"{path}: {what} is {promised}, but there are {seen} {of}, which are used (but "
         "for a last row that may be incomplete): the file was cut after it was exported",

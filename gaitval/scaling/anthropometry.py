@@ -107,8 +107,8 @@ ADULT_YEARS: Final = 16.0
 
 
 def body_proportions(sex: Sex, age_years: float | None = None) -> Mapping[str, Proportions]:
-    """The segments of a person: de Leva's, or of a child of `age_years` with Jensen's masses, and
-    his centres of mass and radii of gyration where he has the same end points
+    """The segments of a person of a `sex`: de Leva's, or of a child of `age_years` with Jensen's
+    masses, and his centres of mass and radii of gyration where he has the same end points
     (`children.JENSEN_RADII`).
 
     A child's trunk is divided, and the radii about the other axes follow, as de Leva has them.
@@ -122,8 +122,9 @@ def body_proportions(sex: Sex, age_years: float | None = None) -> Mapping[str, P
 
 
 def mass_fractions(sex: Sex, age_years: float | None = None) -> dict[str, float]:
-    """Mass of each segment of `body_proportions` as a fraction of body mass, rescaled so that the
-    whole body's fractions add up to one (as tabulated: 0.9999 for women, 1 for men).
+    """Mass of each segment of `body_proportions` for a `sex` and `age_years` as a fraction of body
+    mass, rescaled so that the whole body's fractions add up to one (as tabulated: 0.9999 for women,
+    1 for men).
     """
     table = body_proportions(sex, age_years)
     total = math.fsum(p.mass * (2 if name in PAIRED else 1) for name, p in table.items())

@@ -24,7 +24,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
 from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance, check_same_person, displaced
-from gaitval.session.request import Request, Tell, silent
+from gaitval.session.request import Request, Tell, part_text, silent
 from gaitval.session.standing import check_stands
 
 NAMED: Final = 20
@@ -65,6 +65,9 @@ def read_session(
     for i, trial in enumerate(request.trials):
         with of_trial(i):
             found = _read(tell, trial, forces=request.forces[i] if request.forces else None)
+            if (part := request.time_of(i)) is not None:
+                source = f"{found.source}, {part_text(part)}"
+                found = replace(found.between(part, "--trial-time"), source=source)
             if request.no_plate or request.plate or request.plate_axis:
                 from gaitval.session.said_plates import as_said
 
@@ -81,10 +84,10 @@ def read_session(
     for number, recording in enumerate(walking):
         with of_trial(number):
             walking[number] = named(recording, marker_set)
-    for trial, recording in zip(request.trials, walking, strict=True):
+    for number, recording in enumerate(walking):
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
-            tell("markers", f"{request.called(trial)}: without {', '.join(lacking)}")
+            tell("markers", f"{request.called(number)}: without {', '.join(lacking)}")
     landmarks = marker_set.landmarks
     if request.axes is None:
         # From the standing trial, in which the person is upright.
@@ -110,9 +113,9 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, tell
     )
-    doubts += [(request.called(request.trials[0]), doubt) for doubt in of_walk]
+    doubts += [(request.called(0), doubt) for doubt in of_walk]
     turned = []
-    for number, trial in enumerate(request.trials):
+    for number in range(len(walking)):
         with of_trial(number):
             recording = walked(number) if first is None or number > 0 else first
             distances = check_same_person(
@@ -126,8 +129,8 @@ def read_session(
                 *displaced_doubts(displaced(distances, marker_set)),
                 *foot_marker_doubts(standing, recording, landmarks),
             ):
-                tell("warnings", f"{request.called(trial)}: {doubt}")
-                doubts.append((request.called(trial), doubt))
+                tell("warnings", f"{request.called(number)}: {doubt}")
+                doubts.append((request.called(number), doubt))
             if not recording.plates and not request.kinematics_only:
                 raise RecordError(
                     f"{recording.source}: no force plates in the trial, so there are no moments "
@@ -187,7 +190,7 @@ def _standing(
             standing, on_toes = off_toes(standing, landmarks, request.height_m, floor)
             doubts += on_toes
         for doubt in doubts:
-            tell("warnings", f"{request.called(request.trials[0])}: {doubt}")
+            tell("warnings", f"{request.called(0)}: {doubt}")
     else:
         standing, report = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
@@ -297,9 +300,7 @@ def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -
     recording = _read(tell, request.static, plates=False)
     if request.static_time is None:
         return recording
-    from gaitval.session.standing_pose import cut_to
-
-    return cut_to(recording, request.static_time)
+    return recording.between(request.static_time, "--static-time")
 
 
 def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[QualityFlag]:
@@ -321,6 +322,13 @@ def _check_files(request: Request) -> None:
             f"--forces is given {len(request.forces)} times and --trial {len(request.trials)} "
             "times. Give one --forces for each --trial, in the same order."
         )
+    if len(request.trial_time) not in (0, 1, len(request.trials)):
+        raise RecordError(
+            f"--trial-time is given {len(request.trial_time)} times and --trial "
+            f"{len(request.trials)} times. Give it once for all trials, or once for each, in the "
+            "same order."
+        )
+    parts = len(request.trial_time) > 1
     if request.hip_centre == "functional" and not request.functional:
         raise RecordError(
             "--hip-centre functional: there is no trial to find it in. Give a range-of-motion "
@@ -333,7 +341,7 @@ def _check_files(request: Request) -> None:
         *(("--forces", path) for path in request.forces),
     ):
         other = roles.get(path.resolve())
-        if other is not None:
+        if other is not None and not (parts and other == option):
             raise RecordError(
                 f"{path}: given twice, with {other} and with {option}. Give each file once, with "
                 "its own option."

@@ -75,6 +75,18 @@ def _window(given: object) -> object:
     return begin, end
 
 
+def _windows(given: object) -> object:
+    """Windows of several trials; one may be given as such."""
+    listed: Any = given
+    one = isinstance(given, str) or (len(listed) == 2 and isinstance(listed[0], int | float))
+    return tuple(_window(each) for each in ((given,) if one else listed))
+
+
+def part_text(window: tuple[float, float] | None) -> str:
+    """The part `window` of a trial, s, for people and as `--trial-time` takes it."""
+    return "" if window is None else "{:g}:{:g} s".format(*window)
+
+
 Files = Annotated[tuple[Path, ...], BeforeValidator(_files), Shown("FILE")]
 JointWidth = Annotated[float | tuple[float, float] | None, BeforeValidator(_width), Shown("M|M,M")]
 
@@ -107,6 +119,11 @@ class ImportOptions(BaseModel):
     forces: Files = ()
     """Ground reaction (MOT, STO, .forces, Kistler text, WBDS grf.txt) of a trial that has none in
     its own file; one for each walking trial."""
+    trial_time: Annotated[
+        tuple[tuple[float, float], ...], BeforeValidator(_windows), Shown("BEGIN:END")
+    ] = ()
+    """Part of a walking trial that counts, s: once for all trials, or once for each, in their
+    order. A file of which several parts count is given as often."""
     static_time: Annotated[
         tuple[float, float] | None, BeforeValidator(_window), Shown("BEGIN:END")
     ] = None
@@ -197,12 +214,19 @@ class Request(ImportOptions):
 
     def without_trial(self, number: int) -> "Request":
         """The same without one of its walking trials, and without its forces."""
-        trials, forces = (
-            tuple(each for i, each in enumerate(files) if i != number)
-            for files in (self.trials, self.forces)
-        )
-        static = trials[0] if self.stands_in_walk else self.static
-        return self.model_copy(update={"trials": trials, "forces": forces, "static": static})
+        lists: dict[str, tuple[Any, ...]] = {
+            "trials": self.trials, "forces": self.forces, "trial_time": self.trial_time
+        }  # fmt: skip
+        kept = {
+            name: given if len(given) < len(self.trials) else given[:number] + given[number + 1 :]
+            for name, given in lists.items()
+        }
+        static = kept["trials"][0] if self.stands_in_walk else self.static
+        return self.model_copy(update=kept | {"static": static})
+
+    def time_of(self, number: int) -> tuple[float, float] | None:
+        """The part of a walking trial, by its number, that counts; None if all of it does."""
+        return self.trial_time[min(number, len(self.trial_time) - 1)] if self.trial_time else None
 
     @property
     def mass_kg(self) -> float:
@@ -244,10 +268,14 @@ class Request(ImportOptions):
             recorded=self.recorded_name,
         )
 
-    def called(self, trial: Path) -> str:
-        """The name of a trial's file, with its folder if another one's is the same."""
-        alike = sum(each.name == trial.name for each in self.trials)
-        return trial.name if alike < 2 else f"{trial.parent.name}/{trial.name}"
+    def called(self, number: int) -> str:
+        """The name of a walking trial's file, with its folder if another one's is the same, and
+        with the part that counts if the file is given for several.
+        """
+        trial = self.trials[number]
+        alike = sum(each.name == trial.name for each in set(self.trials))
+        name = trial.name if alike < 2 else f"{trial.parent.name}/{trial.name}"
+        return name if self.trials.count(trial) < 2 else f"{name} {part_text(self.time_of(number))}"
 
     @property
     def trial(self) -> str:

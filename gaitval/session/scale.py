@@ -229,7 +229,7 @@ def _with_right_labels(
         standing, again = str(request.static), len(doubts) < len(markers)
         walking, doubt = put_right(exchange, session.marker_set, walking, standing, again=again)
         doubts.append(doubt)
-        tell("warnings", f"{request.called(request.trials[number])}: {doubt}")
+        tell("warnings", f"{request.called(number)}: {doubt}")
 
 
 REMARKED_ROTATION: Final = float(np.radians(8.0))

@@ -122,7 +122,7 @@ def work_out(
         except RecordError as error:
             if error.trial is None or len(request.trials) == 1:
                 raise
-            noted("trials", f"{request.called(request.trials[error.trial])} is left out: {error}")
+            noted("trials", f"{request.called(error.trial)} is left out: {error}")
             request = request.without_trial(error.trial)
     walks = _usable_walks(request, processing, known, noted)
     require_cycles(walks)
@@ -196,8 +196,8 @@ def _scaled(
         doubts=(
             *session.doubts,
             *(
-                (request.called(trial), doubt)
-                for trial, doubts in zip(request.trials, body.doubts, strict=True)
+                (request.called(number), doubt)
+                for number, doubts in enumerate(body.doubts)
                 for doubt in doubts
             ),
         ),
@@ -213,8 +213,8 @@ def _usable_walks(
     assert session is not None
     assert body is not None
     walks, failed = list[WalkingTrial](), list[tuple[str, RecordError]]()
-    for trial, recording in zip(request.trials, session.walking, strict=True):
-        name = request.called(trial)
+    for number, recording in enumerate(session.walking):
+        name = request.called(number)
         try:
             walk = work_out_trial(request, processing, session, body, name, recording, noted)
             known.trials.append(walk)

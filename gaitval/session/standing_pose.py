@@ -49,26 +49,6 @@ def of_walk(poses: int) -> QualityFlag:
     )
 
 
-def cut_to(recording: Recording, window: tuple[float, float]) -> Recording:
-    """The part of a standing trial `recording` in a `window` from one time to another, s on its
-    clock. Raises RecordError if no frame is in it.
-    """
-    inside = (recording.time >= window[0]) & (recording.time <= window[1])
-    if not inside.any():
-        raise RecordError(
-            f"{recording.source}: --static-time {window[0]:g}:{window[1]:g}: the trial goes from "
-            f"{recording.time[0]:g} to {recording.time[-1]:g} s. Give a time in it."
-        )
-    return replace(
-        recording,
-        markers=recording.markers[inside],
-        start=float(recording.time[inside][0]),
-        plates=(),
-        force_rate=0.0,
-        events=(),
-    )
-
-
 def on_floor(recording: Recording, height: float) -> Recording:
     """A `recording` in the project's axes as if the floor were at z = 0 and not at `height`, m."""
     return replace(recording, markers=recording.markers - [0.0, 0.0, height])

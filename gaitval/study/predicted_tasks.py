@@ -53,7 +53,7 @@ def range_stage(run: Run) -> Stage:
 
 
 def speeds_of(run: Run) -> dict[str, float]:
-    """The speeds that the policy learns at, m/s, by the file of the reference."""
+    """The speeds that the policy of `run` learns at, m/s, by the file of the reference."""
     from gaitval.prediction.speed import trials_told
 
     holdout = run.configuration.record.holdout or None

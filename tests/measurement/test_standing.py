@@ -8,7 +8,6 @@ import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.session.standing_pose import cut_to
 from gaitval_measurement import standing
 from gaitval_measurement.standing import KINDS, Standing, standing_of, with_plates
 
@@ -110,8 +109,8 @@ def test_the_plates_are_of_the_same_window_as_the_markers(monkeypatch):
     class Late(Request):
         static_time = (0.12, 0.18)
 
-    still = cut_to(recording(), Late.static_time)
+    still = recording().between(Late.static_time, "--static-time")
     session = Session(still, (whole,))
     (found,) = with_plates(Late, session).standing.plates
-    assert len(found.force) == 61
+    assert len(found.force) == 70  # of seven frames
     assert standing_of(Late, session).force["1"][2] == pytest.approx(WEIGHT)

@@ -372,7 +372,7 @@ def test_what_cannot_be_right_is_no_chance_in_another_trial_or_plate(monkeypatch
             for name, doubts in zip("AB", flags, strict=True)
         }
         monkeypatch.setattr(session, "work_out_trial", lambda *given: walks[given[4]])
-        request = SimpleNamespace(trials="AB", called=str)
+        request = SimpleNamespace(trials="AB", called="AB".__getitem__)
         known = session.Progress(session=SimpleNamespace(walking=(1, 2)), body=SimpleNamespace())
         try:
             found = session._usable_walks(request, None, known, lambda *_: None)

@@ -51,6 +51,28 @@ def test_a_message_names_the_option_what_was_seen_and_what_to_give(values, messa
         checked(ImportOptions, GIVEN | values, shown=lambda name: f"--{name}")
 
 
+def test_parts_of_walks_are_the_same_as_text_and_as_numbers():
+    one = checked(ImportOptions, GIVEN | {"trial_time": "0:2.5"})
+    assert one.trial_time == ((0.0, 2.5),)
+    assert checked(ImportOptions, GIVEN | {"trial_time": [0, 2.5]}) == one
+    two = checked(ImportOptions, GIVEN | {"trial_time": ["0:2.5", "3:6"]})
+    assert two.trial_time == ((0.0, 2.5), (3.0, 6.0))
+    assert checked(ImportOptions, GIVEN | {"trial_time": [[0, 2.5], [3, 6]]}) == two
+    with pytest.raises(ConfigurationError, match="trial_time 2:1: two times in s"):
+        checked(ImportOptions, GIVEN | {"trial_time": "2:1"})
+
+
+def test_a_part_is_of_its_trial():
+    every = request_of("a.c3d", "b.c3d", trial_time=((0.0, 2.0),))
+    assert [every.time_of(number) for number in (0, 1)] == [(0.0, 2.0)] * 2
+    assert every.without_trial(0).time_of(0) == (0.0, 2.0)
+    times = ((0.0, 2.0), (3.0, 5.5))
+    own = request_of("a.c3d", "a.c3d", trial_time=times)
+    assert [own.called(number) for number in (0, 1)] == ["a.c3d 0:2 s", "a.c3d 3:5.5 s"]
+    assert own.without_trial(0).time_of(0) == (3.0, 5.5)
+    assert request_of("a.c3d").time_of(0) is None
+
+
 def test_every_option_has_a_help():
     assert not [name for name, each in ImportOptions.model_fields.items() if not each.description]
 
@@ -122,5 +144,5 @@ def test_a_trial_is_called_as_given_or_as_its_file(trials, about, name):
 def test_trials_of_one_file_name_are_told_apart_by_their_folders():
     trials = (Path("walk1/c3dfile.c3d"), Path("walk2/c3dfile.c3d"), Path("walk2/other.c3d"))
     request = Request.model_construct(trials=trials)
-    called = [request.called(each) for each in trials]
+    called = [request.called(number) for number in range(len(trials))]
     assert called == ["walk1/c3dfile.c3d", "walk2/c3dfile.c3d", "other.c3d"]

@@ -21,7 +21,6 @@ from gaitval.session.session import work_out
 from gaitval.session.standing import standing_places
 from gaitval.session.standing_pose import (
     LENGTHS_OF_WALK,
-    cut_to,
     off_toes,
     on_floor,
     standing_in_walk,
@@ -83,11 +82,11 @@ def trial(markers):
 
 def test_a_window_of_the_standing_trial(made_up):
     recording = read_recording(made_up.standing)
-    part = cut_to(recording, (0.2, 0.5))
+    part = recording.between((0.2, 0.5), "--static-time")
     assert part.time[0] == pytest.approx(0.2)
     assert part.time[-1] == pytest.approx(0.5)
     with pytest.raises(RecordError, match=r"--static-time 90:91: the trial goes from 0 to"):
-        cut_to(recording, (90.0, 91.0))
+        recording.between((90.0, 91.0), "--static-time")
 
 
 def test_a_window_without_a_standing_trial_is_refused(made_up, processing):

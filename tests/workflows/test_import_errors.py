@@ -7,6 +7,7 @@ of it may go through: not with a traceback, and not with a result.
 import csv
 import io
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -30,8 +31,9 @@ from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.trc_writing import write_trc
+from gaitval.model.tree import ROOT_DOFS
 from gaitval.session.read import read_session
-from gaitval.session.request import Request
+from gaitval.session.request import ImportOptions, Request
 from gaitval.session.scale import scale_body
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import subject_of
@@ -702,7 +704,31 @@ def test_a_person_who_turns_round(raw: Path, laboratory: Laboratory) -> None:
     there = read_recording(raw / "WBDS01walkO01Cmkr.txt")
     back = there.markers * [-1.0, 1.0, -1.0] + there.markers[-1:].mean(axis=1) * [2.0, 0.0, 2.0]
     both = there.with_markers(there.names, np.concatenate([there.markers, back]))
-    refuse(laboratory.without_plates(both), "walk.trc", "the person turns", "Cut the trial")
+    asked = laboratory.without_plates(both)
+    refuse(asked, "walk.trc", "the person turns", "in one direction as trials")
+
+
+def test_the_parts_that_the_refusal_of_a_turn_proposes_are_two_equal_walks(
+    laboratory: Laboratory,
+) -> None:
+    there = window(laboratory.walking, 0.0, 4.0)
+    away = np.full((100, *there.markers.shape[1:]), np.nan)
+    back = there.markers * [-1.0, 1.0, -1.0]
+    both = there.with_markers(there.names, np.concatenate([there.markers, away, back]))
+    asked = laboratory.without_plates(both)
+    with pytest.raises(RecordError) as refused:
+        session(asked)
+    parts = re.findall(r"--trial-time ([0-9.]+):([0-9.]+)", str(refused.value))
+    assert str(refused.value).count("--trial FILE") == len(parts) == 2
+    given = ImportOptions(
+        trials=asked.trials * 2, sex="M", trial_time=[":".join(part) for part in parts]
+    )
+    changed = {"trials": given.trials, "trial_time": given.trial_time}
+    walks = work_out(asked.model_copy(update=changed), ProcessingSettings()).trials
+    assert [walk.name for walk in walks] == [f"walk.trc {a:g}:{b:g} s" for a, b in given.trial_time]
+    one, other = (walk.positions[:, ROOT_DOFS:] for walk in walks)
+    assert len(one) == len(other)
+    np.testing.assert_allclose(one, other, atol=np.radians(0.2))
 
 
 def test_a_person_who_walks_backwards(laboratory: Laboratory) -> None:
