@@ -3,7 +3,10 @@
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import Final, NoReturn
+
+import numpy as np
 
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import RecordError
@@ -15,6 +18,11 @@ from gaitval.session.trial import WalkingTrial
 
 REASONS_SHOWN: Final = 3
 """Different reasons for cycles that do not count, in a message."""
+
+SAME_PLACE: Final = 0.02
+"""m between the middles of two plates that lie upon each other; two that lie side by side are a
+width apart.
+"""
 
 _WHEN: Final = re.compile(r" at [\d.]+-[\d.]+ s")
 """When a plate did not show a foot, which differs from cycle to cycle."""
@@ -101,10 +109,26 @@ def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:
         "subject's mean moments and forces cannot be computed.\n"
         + _some("the cycles", reasons)
         + _some("the plates", plates)
+        + _upon_each_other(walks)
         + "Give a trial (or several, with --trial repeated) in which a foot lands on a plate of "
         "its own. If this is one, the forces are of another trial, of the other foot or in other "
         "axes than the markers: check their file. Or use --kinematics-only."
     ).with_way_on(*["--divide-plates"] * shared, "--kinematics-only")
+
+
+def _upon_each_other(walks: Sequence[WalkingTrial]) -> str:
+    """What to say of two plates at the same place, as of a belt that was divided between the feet,
+    or of a walk that was simulated; nothing if there are none.
+    """
+    for walk in walks:
+        for one, other in combinations(walk.recording.plates, 2):
+            if np.abs(one.corners.mean(axis=0) - other.corners.mean(axis=0)).max() < SAME_PLACE:
+                return (
+                    f"Plates {one.name} and {other.name} lie upon each other. If each shows one "
+                    f"foot, say which: --plate {one.name}=right --plate {other.name}=left, or the "
+                    "other way round. "
+                )
+    return ""
 
 
 def _some(what: str, lines: Sequence[str], most: int = 4) -> str:

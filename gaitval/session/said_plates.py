@@ -58,7 +58,7 @@ def with_said_plates(
             )
     for name, side in feet:
         plates[name] = replace(plates[name], foot=side)
-    for name, axis in turned:
+    for name, axis in dict.fromkeys(turned):  # said twice it is turned once
         plates[name] = _turned(plates[name], [*LETTERS].index(axis))
     return replace(recording, plates=tuple(plates.values()))
 

@@ -21,7 +21,7 @@ from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session import session
 from gaitval.session.average import drift_doubts, largest_drift
 from gaitval.session.one_side import completed_sides
-from gaitval.session.one_side_warnings import one_side_doubts
+from gaitval.session.one_side_warnings import one_side_doubts, refuse_without_forces
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed
@@ -396,3 +396,19 @@ def test_trials_of_different_speeds_are_named():
     assert "a 0.49 m/s, b 1.26 m/s" in str(flag)
     assert flag.value == pytest.approx(1.26 / 0.49)
     assert not list(session._unlike([walk("a", np.nan)]))
+
+
+@pytest.mark.parametrize(("apart", "said"), [(0.0, True), (0.5, False)])
+def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, said):
+    corners = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
+    plates = [
+        SimpleNamespace(name=name, corners=corners + [0.0, at, 0.0])
+        for name, at in (("1", 0.0), ("2", apart))
+    ]
+    walk = SimpleNamespace(
+        name="walk.c3d", findings=(), cycles={"right": (), "left": ()},
+        recording=SimpleNamespace(plates=plates),
+    )  # fmt: skip
+    with pytest.raises(RecordError) as refused:
+        refuse_without_forces([walk])
+    assert ("--plate 1=right --plate 2=left" in str(refused.value)) == said

@@ -75,3 +75,14 @@ def test_a_plate_that_is_said_to_be_of_both_feet_is_refused():
         with_said_plates(recording, [("1", "left"), ("1", "right")], [])
     found = with_said_plates(recording, [("1", "left"), ("1", "left")], [])
     assert found.plates[0].foot == "left"
+
+
+def test_an_axis_that_is_said_twice_is_turned_once():
+    recording = Recording(
+        "walk.c3d", "laboratory", (), np.empty((6, 0, 3)), 100.0, plates=(step(0.1),)
+    )
+    once, twice = (
+        with_said_plates(recording, (), [("1", "y")] * times).plates[0].force for times in (1, 2)
+    )
+    assert np.array_equal(once, twice)
+    assert not np.array_equal(once, recording.plates[0].force)
