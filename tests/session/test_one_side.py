@@ -402,7 +402,7 @@ def test_trials_of_different_speeds_are_named():
 def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, said):
     corners = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
     plates = [
-        SimpleNamespace(name=name, corners=corners + [0.0, at, 0.0])
+        SimpleNamespace(name=name, corners=corners + np.array([0.0, at, 0.0]))
         for name, at in (("1", 0.0), ("2", apart))
     ]
     walk = SimpleNamespace(
