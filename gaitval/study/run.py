@@ -167,12 +167,12 @@ def run_subject(
         while not done:
             rounds += 1
             _train_and_identify(run, rounds, force=force)
+            renew_workers()
             do(hand_on_stage(run, rounds))
             do(evaluate_stage(run, rounds))
             done, why = algorithm_1_ends(run, rounds)
             run.observer.say(f"Round {rounds} of Algorithm 1: {why}.")
         do(choose_stage(run, rounds))
-        renew_workers()
         do(correct_stage(run))
         renew_workers()
         # the workers do one what the other leaves of their time
