@@ -19,9 +19,10 @@ from gaitval.datasets.identity import identity
 from gaitval.datasets.stored_gait import Gait, StanceFraction
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.errors import SubjectError
 from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
-from gaitval.scaling.anthropometry import mass_fractions
+from gaitval.scaling.anthropometry import ADULT_YEARS, mass_fractions
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
 from gaitval_patients import estimates
@@ -121,9 +122,15 @@ def patient(
 
     Raises
     ------
-    SubjectError : a value is not plausible.
+    SubjectError : a value is not plausible, or a child's stature or mass is not known.
     """
     person, state = person_of(strides.subject, people)
+    lacking = [name for name in ("height", "mass") if getattr(person, name) is None]
+    if lacking and person.age is not None and person.age < ADULT_YEARS:
+        raise SubjectError(
+            f"{strides.subject}: {person.age:g} years old, and no {' and no '.join(lacking)}: what "
+            "is not recorded is estimated from adults. Give it in the table of people."
+        )
     found: dict[str, Estimate] = {}
     mean, sd = _STATURE[person.sex]
     height = _known(person.height, mean, sd, "the mean of adults")

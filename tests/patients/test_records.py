@@ -8,7 +8,7 @@ from made_strides import stride_rows, write_strides
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, SubjectError
 from gaitval.gait.record import PeriodicCurve, periodic_through
 from gaitval.identification.prior import measured_by
 from gaitval.prediction.population import with_others_kinetics
@@ -294,3 +294,23 @@ def test_tables_that_contradict_each_other_are_refused(strides_table, tmp_path):
     with pytest.raises(RecordError, match=r"b\.csv: P2 is in an earlier --people table"):
         found_patients(strides_table, tables[:2])
     assert found_patients(strides_table, tables[::2], only=["P2"])[0].subject.mass_kg == 80.0
+
+
+@pytest.mark.parametrize(
+    ("cells", "lacking"),
+    [
+        ("9,,", "no height and no mass"),
+        ("9,,28", "no height"),
+        ("9,1.32,", "no mass"),
+        ("40,,", None),
+        ("9,1.32,28", None),
+    ],
+)
+def test_a_child_is_not_estimated_from_adults(tmp_path, strides_table, cells, lacking):
+    table = tmp_path / "people.csv"
+    table.write_text(f"Subject,Age,Height,Mass\nP1,{cells}\n", encoding="utf-8")
+    if lacking is None:
+        assert found_patients(strides_table, [table], [], [])
+        return
+    with pytest.raises(SubjectError, match=rf"P1\w*: 9 years old, and {lacking}: "):
+        found_patients(strides_table, [table], [], [])
