@@ -20,6 +20,8 @@ import numpy as np
 import pandas as pd
 
 from gaitval.artefacts import write_text
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.record import HARMONICS_CAP, periodic_through
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.metrics.statistics_results import GaitProfile
 
@@ -133,12 +135,38 @@ def differences(data: Path) -> dict[str, tuple[float, float]]:
     return result
 
 
+def swing_delays(data: Path) -> np.ndarray:
+    """How much later, % of the cycle, the knee of the built-in people is bent furthest on the
+    treadmill than over ground: means of both sides.
+    """
+    healthy, percent = strides(data).xs("control"), np.linspace(0.0, 1.0, 1001)
+    later = []
+    for subject in builtin_subjects():
+        of_side = []
+        for side in "rl":
+            over_ground = healthy.loc[(subject.person, side, "knee_angle")].to_numpy().ravel()
+            curves = (
+                periodic_through(over_ground[:-1], HARMONICS_CAP)(percent),
+                subject.record().angles[f"knee_angle_{side}"](percent),
+            )
+            ground, belt = (100.0 * percent[int(np.argmax(curve))] for curve in curves)
+            of_side.append(belt - ground)
+        later.append(np.mean(of_side))
+    return np.array(later)
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("data", type=Path)
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--swing", action="store_true", help="over ground and on a belt")
     arguments = parser.parse_args()
+    if arguments.swing:
+        later = swing_delays(arguments.data)
+        print(f"later on the treadmill, median: {np.median(later):.1f} % of the cycle; "
+              f"{np.sum(later > 0)} of {len(later)} people later")  # fmt: skip
+        return
     text = controls_file(arguments.data)
     if not arguments.check:
         write_text(FILE, text)

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
@@ -23,6 +24,8 @@ from gaitval.gait.record import (
     fit_periodic,
     periodic_through,
 )
+from gaitval.prediction.population import other_people
+from gaitval.prediction.speed_line import dimensionless_speed
 
 SAMPLES: Final = 200
 _PHASES: Final = np.arange(SAMPLES) / SAMPLES
@@ -52,6 +55,18 @@ def knows_contacts(subject: Subject) -> bool:
 def is_of_the_laboratory(subject: Subject) -> bool:
     """Whether `subject` was recorded where the built-in people were."""
     return any(subject.laboratory == other.laboratory for other in builtin_subjects())
+
+
+def speeds_beyond(subject: Subject) -> tuple[float, float] | None:
+    """The slowest and the fastest walk that estimates are learned from, m/s on the legs of
+    `subject`, whose own walk is slower or faster; None if it is between them.
+    """
+    people = other_people(subject, builtin_subjects())
+    speeds = [gait.speed for person in people for gait in person]
+    if min(speeds) <= dimensionless_speed(subject) <= max(speeds):
+        return None
+    one = float(np.sqrt(GRAVITY * subject.leg_length_m))
+    return one * min(speeds), one * max(speeds)
 
 
 def knows_total(subject: Subject) -> bool:

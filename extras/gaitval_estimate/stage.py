@@ -50,6 +50,7 @@ from gaitval_estimate.seen import (
     is_of_the_laboratory,
     knows_contacts,
     knows_total,
+    speeds_beyond,
     with_total,
 )
 
@@ -174,7 +175,16 @@ def write(run: Run) -> Estimate:
     write_text(run.folder / TABLE, text.getvalue())
     widths = units(run.subject.leg_length_m) * found.half_width
     typical = np.sqrt(np.mean(widths**2, axis=1))
+    beyond = speeds_beyond(run.subject)
+    if beyond is not None:
+        run.observer.say(
+            f"The estimate is learned from walks at {beyond[0]:.2f} to {beyond[1]:.2f} m/s on legs "
+            f"of this length. This one is at {run.subject.walking_speed_m_s:.2f} m/s: its bands are "
+            "of those speeds, and do not say how far it is off."
+        )
     context = {
+        "beyond": beyond,
+        "speed": run.subject.walking_speed_m_s,
         "name": run.subject.identifier,
         "looked_at_angles": found.looked_at_angles,
         "contacts": knows_contacts(run.subject),

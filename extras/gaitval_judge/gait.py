@@ -79,6 +79,7 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
         findings += _wrong_feet(recording, loads, forces)
     cycles: dict[Side, tuple[GaitCycle, ...]] = dict.fromkeys(SIDES, ())
     speeds: list[float] = []
+    belt = 0.0
     stance = dict.fromkeys(SIDES, float("nan"))
     try:
         if forces is None:
@@ -102,15 +103,34 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
                 f"No complete gait cycle of the {side} side: its curves are not compared."
             )
     poses = place(skeleton.model, motion.values)
-    height = float((centre_of_mass(skeleton.model, poses) @ skeleton.model.up).mean())
+    mass_centre = centre_of_mass(skeleton.model, poses)
+    height = float((mass_centre @ skeleton.model.up).mean())
+    if not np.isfinite(speeds).any():
+        # No foot is flat twice in the trial. Over a cycle the body goes as far as its feet.
+        level = mass_centre @ project_axes(skeleton.model.up)[:2].T
+        speeds = [
+            belt + _covered(motion.time, level, one)
+            for side in SIDES
+            for one in cycles[side]
+            if one.kinematics_valid
+        ]
     return Gait(
         forces=forces,
         cycles=cycles,
-        speed=float(np.mean(speeds)) if speeds else float("nan"),
+        speed=float(np.nanmean(speeds)) if speeds else float("nan"),
         stance_fraction=stance,
         height=height,
         findings=tuple(findings),
     )
+
+
+def _covered(time: Array, path: Array, cycle: GaitCycle) -> float:
+    """Speed, m/s, from the beginning to the end of a `cycle`, of a level `path` (T, 2), m."""
+    begin, end = (
+        np.array([np.interp(at, time, path[:, axis]) for axis in (0, 1)])
+        for at in (cycle.start, cycle.end)
+    )
+    return float(np.linalg.norm(end - begin)) / cycle.duration
 
 
 def project_axes(up: Array) -> Array:

@@ -22,7 +22,7 @@ from gaitval_judge import markers as of_markers
 from gaitval_judge.body import body_measures, stature_of_legs
 from gaitval_judge.gait import Gait, find_gait, mean_curve, valid, weight_ratio
 from gaitval_judge.loads import read_loads
-from gaitval_judge.moments import BANDED, Band, bands, speed_group
+from gaitval_judge.moments import BANDED, SIZED, Band, bands, speed_group
 from gaitval_judge.opensim.model import OsimModel
 from gaitval_judge.opensim.model_file import read_model
 from gaitval_judge.opensim.placing import Motion, at_times, motion_of
@@ -443,6 +443,8 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
         found.band[name] = band
         distance = band.distance(mean)
         found.measures.append(measured("moment_band_distance", name, distance))
+        if name[:-2] in SIZED:
+            found.measures.append(measured("moment_size_factor", name, band.factor(mean)))
         if distance > 1.0 and band.distance(-mean) < 0.5 * distance:
             found.findings.append(
                 f"Sign: the moment of {found.skeleton.coordinates[name]} is {distance:.1f} SD from "

@@ -23,6 +23,10 @@ GROUPS: Final = (
 2008; recalled, not read in the source)."""
 
 BANDED: Final = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+SIZED: Final = ("ankle_angle",)
+"""Curves whose size all healthy people share. Those of hip and knee do not: the middle fits best
+0.5 to 1.3 and -1.2 to 1.5 times into those of the ten built-in adults."""
+SMALLEST: Final = 0.01
 PERCENT: Final = np.arange(0, 101, 2)
 
 
@@ -42,6 +46,13 @@ class Band:
         """RMS distance of a curve (101,) from the middle, over the RMS half width: SD."""
         half = (self.high - self.low) / 2
         return float(np.sqrt(((curve - self.middle) ** 2).mean() / (half**2).mean()))
+
+    def factor(self, curve: Array) -> float:
+        """How many times a curve (101,) is larger or smaller than the middle, by the multiple of it
+        that fits best; at most `SMALLEST`'s inverse, which is also that of the opposite sign.
+        """
+        share = max(float((curve * self.middle).sum() / (self.middle**2).sum()), SMALLEST)
+        return max(share, 1.0 / share)
 
 
 @cache

@@ -38,6 +38,14 @@ def trial_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_-]", "", text) or "recorded"
 
 
+def same_name(one: str, other: str) -> bool:
+    """Whether two names are of one person or laboratory, however they are written: capitals and
+    blanks do not count.
+    """
+    first, second = ("".join(name.split()).casefold() for name in (one, other))
+    return first == second
+
+
 class Identity(NamedTuple):
     """Who it is; `guessed` says what of it nobody gave, and where it was taken from."""
 
@@ -75,9 +83,12 @@ def identity(
         person, origin = next(each for each in candidates if each)
         assumed.append(f'person "{person}", {origin}')
     if laboratory is None:
-        laboratory = WBDS if wbds_person(person) else OWN
+        laboratory = WBDS if wbds_person("".join(person.split())) else OWN
         origin = "the dataset of that person" if laboratory == WBDS else "since none was given"
         assumed.append(f'laboratory "{laboratory}", {origin}')
+    known = wbds_person("".join(person.split()))
+    if known and same_name(laboratory, WBDS):  # else their own gait would be other people's
+        person, laboratory = known, WBDS
     return Identity(person, laboratory, "; ".join(assumed) or None)
 
 

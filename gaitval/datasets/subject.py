@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from gaitval import wings
 from gaitval.artefacts import write_text
 from gaitval.coordinates import Side
-from gaitval.datasets.identity import Aid
+from gaitval.datasets.identity import Aid, same_name
 from gaitval.datasets.plausible import implausible
 from gaitval.datasets.stored_gait import Gait, StanceFraction, keys_problems
 from gaitval.datasets.subject_toml import toml_of
@@ -245,7 +245,7 @@ class Subject(Displayed, StoredPart):
 
     def is_person_of(self, other: "Subject") -> bool:
         """Whether both are of the same person: the same laboratory, and the same person in it."""
-        return (self.laboratory, self.person) == (other.laboratory, other.person)
+        return same_name(self.laboratory, other.laboratory) and same_name(self.person, other.person)
 
     def with_trial(self, other: "Subject") -> "Subject":
         """The person with the own trial of another file (`other`) added to `trials`. Raises

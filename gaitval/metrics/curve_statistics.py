@@ -5,8 +5,8 @@ largest |t| of the whole cycle is compared with what it would be if the labels o
 nothing: signs of differences are flipped (one sample, pairs) or curves change groups (two samples),
 and each time the largest |t| of the cycle is kept. The threshold is what it exceeds in a share
 alpha of the permutations, so the probability of calling even one point of the cycle different by
-chance is alpha at most, however the points depend on each other and however the values are
-distributed.
+chance is alpha at most, however the points depend on each other. Of two samples that holds however
+the values are distributed; of one, and of pairs, if positive and negative differences are alike.
 
 The threshold of random field theory is given beside it. It needs no permutations, but assumes
 smooth, normally distributed curves. The two agree where that holds; on very smooth curves it is a

@@ -63,7 +63,8 @@ def spread_of(verdict: Verdict, values: Sequence[float | None]) -> Spread | None
         close = verdict.passed and kept < len(values)
         return Spread(repeats=len(values), kept=kept, low=None, high=None, close=close)
     low, high = interval
-    if min(found) >= 0.0:  # sizes of errors have no other side
+    if min(found) >= 0.0 and not verdict.measure.endswith("_skill"):
+        # sizes of errors have no other side; a skill below zero is worse than its opponent
         low = max(low, 0.0)
     worst = low if verdict.limit == "at_least" else high
     beyond = kept < len(values) or not verdict.holds(worst)

@@ -71,6 +71,7 @@ inverse dynamics with the measured ground reaction."""
 
 JUDGED_UNITS = {
     "moment_band_distance": "SD",
+    "moment_size_factor": "1",
     "side_correlation": "1",
     "angle_beyond_range": "deg",
     "coupler_error": "deg",

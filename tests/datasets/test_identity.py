@@ -93,3 +93,19 @@ def test_a_trial_of_someone_else_is_refused_by_name_also_if_the_bodies_are_alike
     with pytest.raises(SubjectError, match="WBDS14 of WBDS and WBDS15 of WBDS"):
         alone.with_trial(alike)
     assert alone.with_trial(alike.model_copy(update={"guessed": "person"})).trials
+
+
+@pytest.mark.parametrize("person", ["wbds14", "WBDS 14", " WBDS14 ", "WBDS14"])
+@pytest.mark.parametrize("laboratory", [None, "Wbds", " WBDS"])
+def test_a_person_of_wbds_is_that_person_however_it_is_written(person, laboratory):
+    found = identity(person, laboratory, sources=["walk.c3d"], name="mine")
+    assert (found.person, found.laboratory) == ("WBDS14", "WBDS")
+
+
+def test_capitals_and_blanks_make_no_other_person():
+    one, same, other = (
+        PERSON.model_copy(update={"laboratory": laboratory, "person": person})
+        for laboratory, person in (("Lyon", "P 01"), ("lyon ", "p01"), ("Lyon", "P02"))
+    )
+    assert one.is_person_of(same)
+    assert len(other_people(one, [same, other])) == 1

@@ -11,7 +11,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import Curve, Force, GaitRecord
 from gaitval.prediction.population import with_others_kinetics
-from gaitval_estimate.seen import DIRECTIONS, at_own_contacts, with_total
+from gaitval_estimate.seen import DIRECTIONS, at_own_contacts, speeds_beyond, with_total
 
 PHASE = np.arange(400) / 400
 
@@ -138,3 +138,15 @@ def test_it_is_kept_in_the_file(known: Subject, tmp_path) -> None:
     moved(known, TOTAL).save(tmp_path / "known.toml")
     again = load_subject(str(tmp_path / "known.toml"))
     assert again.gait.total_force == TOTAL
+
+
+@pytest.mark.parametrize(("speed", "beyond"), [(0.3, True), (1.1, False), (1.9, True)])
+def test_a_walk_beyond_the_speeds_that_are_learned_from_is_known(speed, beyond):
+    person = load_subject("S05").model_copy(update={"walking_speed_m_s": speed})
+    found = speeds_beyond(person)
+    assert (found is not None) == beyond
+    if found:
+        others = [s for s in builtin_subjects() if s.person != person.person]
+        legs = np.sqrt(person.leg_length_m / np.array([s.leg_length_m for s in others]))
+        own = legs * [s.walking_speed_m_s for s in others]
+        assert found[0] <= own.min() < own.max() <= found[1]

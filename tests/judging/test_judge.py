@@ -17,6 +17,7 @@ from gaitval.errors import GaitvalError, RecordError
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
+from gaitval_judge import gait
 from gaitval_judge.judge import SHOWN_ONLY, Judgement, Request, judge
 from gaitval_judge.markers import logged_errors
 from gaitval_judge.moments import bands, speed_group
@@ -418,3 +419,36 @@ def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):
     assert not (tmp_path / "none").exists()
     code, output = run(everything.model, "--mass", 170, "--height", 70, "--out", tmp_path / "x")
     assert code == 2
+
+
+def test_half_of_the_moments_is_noticed_at_the_ankle(everything, tmp_path):
+    """Their shape is right, and the band of the shape holds them."""
+
+    def halved(column, values):
+        return 0.5 * values if column.endswith("_moment") else values
+
+    found = judge(replace(everything, id=with_columns(everything.id, tmp_path / "id.sto", halved)))
+    assert {("moment-size", "ankle_angle_r"), ("moment-size", "ankle_angle_l")} <= failed(found)
+    whole = judge(everything)
+    for side in "rl":
+        factor = value(whole, "moment_size_factor", f"ankle_angle_{side}")
+        assert 1.0 <= factor < 1.5
+        assert ("moment-size", f"ankle_angle_{side}") not in failed(whole)
+
+
+@pytest.mark.parametrize("known", ["all but one", "none"])
+def test_the_speed_is_known_without_that_of_every_stride(everything, monkeypatch, known):
+    """A foot that is not flat again at the end of the motion has gone no measured way."""
+    speed = judge(everything).gait.speed
+    measure = gait.spatiotemporal
+
+    def lacking(*given, **named):
+        found = measure(*given, **named)
+        lost = np.arange(len(found.speed)) == len(found.speed) - 1
+        return replace(found, speed=np.where(lost | (known == "none"), np.nan, found.speed))
+
+    monkeypatch.setattr(gait, "spatiotemporal", lacking)
+    found = judge(everything)
+    assert found.gait.speed == pytest.approx(speed, abs=0.03)
+    assert not [one for one in found.not_judged if "walking speed" in one]
+    assert found.band

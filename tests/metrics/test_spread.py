@@ -123,3 +123,15 @@ def test_the_size_of_an_error_cannot_be_below_zero(values, low):
     )
     small = spread_of(verdict_of("angle_rmse", "knee_angle_r", 0.3), (0.2, 0.3, 0.4))
     assert 0.0 <= small.low < 0.2
+
+
+def test_a_skill_that_may_be_below_zero_is_close():
+    """The prediction interval of the reviewer's five walks; errors end at zero, skills do not."""
+    values = [0.02, 0.31, 0.05, 0.22, 0.11]
+    low, high = prediction_interval(values)
+    assert low < 0.0
+    skill = spread_of(verdict_of("angle_skill", "hip_flexion_r", 0.05, "context"), values)
+    assert (skill.low, skill.high) == (pytest.approx(low), pytest.approx(high))
+    assert skill.close
+    error = spread_of(verdict_of("moment_rmse", "hip_flexion_r", 0.05), values)
+    assert error.low == 0.0
