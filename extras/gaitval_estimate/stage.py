@@ -179,8 +179,8 @@ def write(run: Run) -> Estimate:
     if beyond is not None:
         run.observer.say(
             f"The estimate is learned from walks at {beyond[0]:.2f} to {beyond[1]:.2f} m/s on legs "
-            f"of this length. This one is at {run.subject.walking_speed_m_s:.2f} m/s: its bands are "
-            "of those speeds, and do not say how far it is off."
+            f"of this length. This one is at {run.subject.walking_speed_m_s:.2f} m/s: its bands "
+            "are of those speeds, and do not say how far it is off."
         )
     context = {
         "beyond": beyond,
