@@ -58,6 +58,8 @@ _FORCE_UNITS: Final = (
 _WEAKEST: Final = 0.35
 """Nm/kg. Where neither ankle's largest moment reaches this, the body's weight 36 mm before the
 joint, the unit is wrong: slow walkers, children and patients have 0.6 on one side at least."""
+SAME_PERCENT: Final = 0.01
+"""Of the cycle, %, within which a row is of the percent that its place says."""
 _NONE: Final = 0.05
 """Nm/kg. An ankle of less has no foot on the ground, or its column is empty."""
 
@@ -172,6 +174,8 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
         plain = name.strip().removesuffix("_mean")
         beside = plain.endswith(("_sd", "_band90", "_uncorrected"))
         if not plain.startswith(("angle_", "moment_", "force_")) or beside:
+            if plain.lower() == "percent":
+                _check_percent(path, pd.to_numeric(table[name], errors="coerce").to_numpy())
             others.append(name.strip())
             continue
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
@@ -186,6 +190,18 @@ def _table(path: Path) -> tuple[dict[str, Array], list[str]]:
             "--template` writes a file with all of them."
         )
     return found, others
+
+
+def _check_percent(path: Path, percent: Array) -> None:
+    """Refuse rows whose own column says that they are not 0 to 100 % of the cycle, in order."""
+    wrong = np.flatnonzero(~(np.abs(percent - np.arange(len(percent))) < SAME_PERCENT))
+    if len(percent) == SAMPLES and len(wrong):
+        row = int(wrong[0])
+        raise RecordError(
+            f"{path}: column percent: {percent[row]:g} in row {row + 2}, where {row} is needed. "
+            "Rows are 0, 1, … 100 % of the gait cycle, from heel strike to heel strike. Sort or "
+            "resample the curves, or leave the column out if it is something else."
+        )
 
 
 def _parquet(path: Path) -> pd.DataFrame:
@@ -273,6 +289,14 @@ def _angle_problems(angles: Mapping[str, Array], unit: AngleUnit) -> list[str]:
         ankle, name = angles[f"ankle_angle_{side}"], f"column angle_knee_angle_{side}"
         if not np.isfinite([knee, hip, ankle]).all():
             continue
+        for joint, curve, neutral in (("knee", knee, 180.0), ("ankle", ankle, 90.0)):
+            if np.median(np.abs(curve)) > 0.5 * neutral and unit == "deg":
+                problems.append(
+                    f"column angle_{joint}_angle_{side}: {np.median(curve):.0f}° (median). It is "
+                    f"measured from {neutral:.0f}° in standing, but here standing is 0: give the "
+                    "difference, positive in flexion of the knee and dorsiflexion of the ankle."
+                )
+                return problems
         span = float(np.ptp(knee))
         if span < 2.0 or span > 180.0:
             problems.append(

@@ -10,6 +10,7 @@ from gaitval.datasets.identity import identity
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.scaling.tape import measure_by_tape
 from gaitval_curves.curve_files import AngleUnit, read_mean_curves
 from gaitval_curves.gait_values import gait_values
 
@@ -71,7 +72,7 @@ def new_subject(files: Sequence[Path], out: Path, person: PersonDetails, **trial
         "mass_kg": person.mass,
         "height_m": person.height,
         "leg_length_m": person.leg_length,
-        "tape": _tape(person.tape),
+        "tape": _tape(person.tape, person.height or 0.0),
         **_of_trial(files, **trial),
     }
     write_text(out, make_subject(values, str(out)).to_toml())
@@ -145,8 +146,8 @@ def _check_target(out: Path) -> None:
         )
 
 
-def _tape(texts: Sequence[str]) -> dict[str, float]:
-    found = {}
+def _tape(texts: Sequence[str], height_m: float) -> dict[str, float]:
+    found: dict[str, float] = {}
     for text in texts:
         name, separator, value = text.partition("=")
         try:
@@ -157,4 +158,5 @@ def _tape(texts: Sequence[str]) -> dict[str, float]:
             raise ConfigurationError(
                 f"--tape {text}: not of the form LENGTH=METRES with one of {', '.join(TAPE)}."
             )
+    measure_by_tape(height_m=height_m, **found)  # refuses what cannot be, before it is written
     return found

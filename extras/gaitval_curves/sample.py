@@ -46,4 +46,5 @@ def import_line(folder: Path, about: dict[str, Any]) -> str:
     """
     files = f"--static {folder / 'standing.c3d'} --trial {folder / 'walking.c3d'}"
     person = f"--mass {about['mass_kg']:g} --height {about['height_m']:g} --sex {about['sex']}"
-    return f"gaitval import {files} {person} --belt {about['belt_m_s']:.4f} --out reports/sample"
+    out = Path("reports") / folder.name
+    return f"gaitval import {files} {person} --belt {about['belt_m_s']:.4f} --out {out}"

@@ -378,6 +378,16 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="write the walk as .npz")
     parser.add_argument("--view", action="store_true", help="show it in MuJoCo's viewer")
     arguments = parser.parse_args()
+    if not 0.0 < arguments.cycles < 1e6:
+        parser.error(f"--cycles {arguments.cycles:g}: give a number of gait cycles above 0")
+    if not 0.0 <= arguments.start_phase <= 1.0:
+        parser.error(f"--start-phase {arguments.start_phase:g}: give a share of the cycle, 0 to 1")
+    if arguments.out:
+        try:  # before the walk, which would be lost
+            arguments.out.parent.mkdir(parents=True, exist_ok=True)
+            arguments.out.touch()
+        except OSError as error:
+            parser.error(f"--out {arguments.out}: cannot be written ({error.strerror})")
     walker = Walker(Path(__file__).resolve().parent)
     if arguments.view:
         view(walker, arguments.start_phase)

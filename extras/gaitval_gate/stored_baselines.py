@@ -10,8 +10,6 @@ from gaitval.errors import ArtefactError
 
 METRICS: Final = "metrics.json"
 _PACKAGE: Final = Path(gaitval.__file__).parent
-_USUAL: Final = re.compile(r"(?:\./)?reports/(S\d\d)/baseline(?:/metrics\.json)?/?")
-"""Where `gaitval baseline` stores those of the built-in subjects, and a checkout has them."""
 
 
 def installed_baselines() -> dict[str, Path]:
@@ -40,7 +38,8 @@ def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
     ----------
     wanted : the folder, the `metrics.json` in it, a run folder that has one, or a built-in subject
         (`S05`, `5`, `WBDS14`): then the one below `root` that `gaitval baseline` wrote, else the
-        one that comes with gaitval. `reports/S05/baseline` means the same as `S05`.
+        one that comes with gaitval. A path is that path alone: where a project's own baseline is
+        missing, nothing else takes its place.
     root : folder that paths are relative to; the current one if None.
 
     Raises
@@ -71,10 +70,7 @@ def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
 
 
 def _builtin(wanted: str) -> str | None:
-    """The built-in subject that this names, or whose baseline is usually here; None for others."""
-    # a path as on Windows means the same
-    if usual := _USUAL.fullmatch(wanted.replace("\\", "/")):
-        return usual[1] if usual[1] in BUILTIN else None
+    """The built-in subject that this names; None for others."""
     if number := re.fullmatch(r"[Ss]?0*([1-9]\d*)", wanted):
         identifier = f"S{int(number[1]):02d}"
         return identifier if identifier in BUILTIN else None

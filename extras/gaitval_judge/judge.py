@@ -146,7 +146,13 @@ def judge(request: Request) -> Judgement:
     found = Judgement(request, skeleton(model))
     _model(found)
     if request.ik is None:
-        found.not_judged.append("Motion: give the results of inverse kinematics with --ik.")
+        unused = [
+            f"--{name.replace('_', '-')} {given}"
+            for name in ("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads")
+            if (given := getattr(request, name)) is not None
+        ]
+        said = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
+        found.not_judged.append(f"Motion: give the results of inverse kinematics with --ik.{said}")
         return found
     found.motion = motion_of(model, read_storage(request.ik), str(request.ik))
     _coordinates(found)

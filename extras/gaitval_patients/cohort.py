@@ -4,7 +4,7 @@ import csv
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -128,15 +128,30 @@ def walked(
     )
 
 
+MOST_NAMES: Final = 12
+"""Groups and people of a table that a message lists."""
+FASTEST: Final = 3.0
+"""m/s; nobody walks faster."""
+
+
 def _speed(text: str, names: set[str]) -> tuple[str, float]:
     who, _, value = text.partition("=")
+    if who not in names:
+        some = ", ".join(sorted(names)[:MOST_NAMES])
+        more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+        raise ConfigurationError(
+            f"--speed {text}: {who or 'nobody'} is no group or person of the table. Give "
+            f"WHO=M/S, with one of {some}{more}."
+        )
     try:
         speed = float(value)
     except ValueError:
-        speed = 0.0
-    if who not in names or not 0.0 < speed < 3.0:
         raise ConfigurationError(
-            f"--speed {text}: give WHO=M/S, with a group or a person of the table and a speed in "
-            "m/s."
+            f"--speed {text}: {value or 'nothing'} is no speed. Give WHO=M/S, such as {who}=1.1."
+        ) from None
+    if not 0.0 < speed < FASTEST:
+        raise ConfigurationError(
+            f"--speed {text}: {speed:g} m/s is no walking speed (above 0, below {FASTEST:g}). Give "
+            "it in m/s."
         )
     return who, speed

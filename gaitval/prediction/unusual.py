@@ -123,7 +123,7 @@ def _place(group: str, name: str, x: str) -> str:
 
 
 def _check(group: str) -> str:
-    where = "axes x forward, y left, z up" if group == "forces" else "docs/glossary.md"
+    where = "axes x forward, y left, z up" if group == "forces" else "docs/how-to/own-subject.md"
     return f"Check its sign ({where}); if it is right, this person walks unlike the others."
 
 

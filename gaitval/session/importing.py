@@ -13,7 +13,7 @@ from gaitval.session.person import check_there, person_of_session
 from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
-from gaitval.session.write import check_folder, write_import, write_subject
+from gaitval.session.write import SUBJECT, check_folder, write_import, write_subject
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,8 @@ def import_files(
     request = request_of(options, out, progress.noting(tell))
     # A typing error leaves no folder behind.
     check_there([request.static, *(path for name in FILES for path in getattr(request, name))])
+    if request.correct:
+        wings.load(wings.PARTS, "correctable")(request.correct)
     with held(out):
         return _import(out, request, configuration, tell, progress)
 
@@ -65,12 +67,13 @@ def _import(
         symmetric = configuration.scaling.symmetric
         found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
     except GaitvalError as error:
-        from gaitval.session.refusal import write_refusal
+        from gaitval.session.refusal import EARLIER, write_refusal
 
+        had = (out / SUBJECT).exists()
         page = write_refusal(out, request, progress, error, configuration.report)
-        raise type(error)(f"{error}\nWhat was found before this: {page}").with_way_on(
-            *error.goes_on
-        ) from None
+        said = f"{error}\nWhat was found before this: {page}"
+        said += f"\nThe subject of the import before is kept: {out / EARLIER}" if had else ""
+        raise type(error)(said).with_way_on(*error.goes_on) from None
     files = tuple(write_import(out, found, configuration))
     try:
         if request.halves is None:

@@ -28,6 +28,8 @@ from gaitval.session.write import (
     writing,
 )
 
+EARLIER: Final = f"{SUBJECT}.before"
+"""The subject of an earlier import into the folder of one that was refused."""
 _STEPS: Final = (
     "reading the files, axes and names of the markers",
     "scaling the body",
@@ -45,15 +47,17 @@ def write_refusal(
 ) -> Path:
     """Write what was found before an error into `folder`; returns the page.
 
-    Like a finished import, it removes what an earlier import left as subject. The page shows
-    `request`, `progress` and `error`; `settings` are paper and language, A4 and English by default.
+    The subject of an earlier import is not that of these files: it is kept as `EARLIER`, where no
+    command takes it for this one's. The page shows `request`, `progress` and `error`; `settings`
+    are paper and language, A4 and English by default.
     Raises ArtefactError if the folder cannot be written to.
     """
     target = Path(folder) / FOLDER
     with writing(folder):
         target.mkdir(parents=True, exist_ok=True)
-        for earlier in (Path(folder) / SUBJECT, target / RECORD):
-            earlier.unlink(missing_ok=True)
+        if (Path(folder) / SUBJECT).exists():
+            (Path(folder) / SUBJECT).replace(Path(folder) / EARLIER)
+        (target / RECORD).unlink(missing_ok=True)
         written = _finished(target, progress)
         reached = sum(
             (progress.session is not None, progress.body is not None, bool(progress.trials))

@@ -128,7 +128,7 @@ class ImportOptions(BaseModel):
         tuple[float, float] | None, BeforeValidator(_window), Shown("BEGIN:END")
     ] = None
     """Part of the standing trial that counts, s."""
-    floor: Annotated[float | None, Shown("M")] = None
+    floor: Annotated[float | None, Field(ge=-5.0, le=5.0), Shown("M")] = None
     """Height of what the person stands on in the standing trial, m above the origin; by the corners
     of the plates if left out, else 0."""
     belt: Annotated[float | None, Field(ge=0.0, le=5.0), Shown("M/S")] = None

@@ -258,7 +258,7 @@ def _tell_motion(tell: Tell, name: str, anchoring: AnchoredFeet) -> None:
         tell(
             "kinematics",
             f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
-            "upright, arms hanging)",
+            "upright, arms hanging), until --consistent moves them, if it is asked for",
         )
     if anchoring.resting.any():
         tell(

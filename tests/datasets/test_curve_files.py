@@ -8,7 +8,7 @@ import pytest
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.errors import ConfigurationError, RecordError, SubjectError
+from gaitval.errors import ConfigurationError, RecordError, ScalingError, SubjectError
 from gaitval_curves.curve_files import read_mean_curves
 from gaitval_curves.curve_subject import PersonDetails, add_trial, new_subject
 from gaitval_curves.curve_template import curve_template
@@ -149,6 +149,11 @@ def swapped(one, other):
         (change("angle_pelvis_list_l", np.negative), "impossible for one pelvis"),
         (change("angle_hip_adduction_r", lambda a: a.where(a.index != 40)), "a number in row 42"),
         (change("angle_hip_rotation_r", lambda a: a + 30.0 * (a.index == 50)), "jumps by .* betw"),
+        (lambda c: c.assign(percent=np.roll(c.percent, 8)), "percent: 93 in row 2, where 0 is "),
+        (lambda c: c.assign(percent=c.percent / 100), "percent: 0.01 in row 3, where 1 is needed"),
+        (lambda c: c.assign(percent=c.percent.where(c.index != 4)), "percent: nan in row 6"),
+        (change("angle_ankle_angle_r", lambda a: a + 90.0), "ankle_angle_r: .* from 90° in stand"),
+        (change("angle_knee_angle_l", lambda a: 180.0 - a), "knee_angle_l: .* from 180° in stand"),
     ],
 )  # fmt: skip
 def test_a_wrong_sign_unit_side_or_gap_is_named(good, tmp_path, damage, message):
@@ -198,6 +203,13 @@ def test_a_further_trial_is_added_once_and_not_twice(good, tmp_path):
     with pytest.raises(SubjectError, match="the same curves as trial slow"):
         add_trial([slow], first, **told | {"name": "again"})
     assert load_subject(first) == found
+
+
+def test_lengths_by_tape_in_centimetres_write_no_subject(good, tmp_path):
+    person = PERSON._replace(tape=("thigh=35",))
+    with pytest.raises(ScalingError, match="looks like centimetres"):
+        new_subject([written(tmp_path, good)], tmp_path / "own.toml", person, **TRIAL)
+    assert not (tmp_path / "own.toml").exists()
 
 
 def test_a_new_subject_needs_to_know_the_person(good, tmp_path):

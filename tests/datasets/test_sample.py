@@ -15,3 +15,4 @@ def test_the_line_names_both_files_of_the_folder_and_who_was_recorded():
     assert Path(given["--trial"]) == Path("some/where/walking.c3d")
     assert (given["--mass"], given["--height"], given["--sex"]) == ("61.25", "1.7", "F")
     assert given["--belt"] == "1.2000"
+    assert Path(given["--out"]) == Path("reports/where")  # another folder is another person

@@ -152,3 +152,25 @@ def test_a_hundred_cycles_are_those_of_the_report(walked: Walked) -> None:
     errors, cycles = angles_in_mujoco(walked, 100)
     assert cycles == 100
     assert max(errors.values()) < 0.5, errors  # deg, RMS of each mean curve
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--cycles", "0"), "--cycles 0: give a number of gait cycles above 0"),
+        (("--cycles", "nan"), "--cycles nan"),
+        (("--start-phase", "37"), "--start-phase 37: give a share of the cycle, 0 to 1"),
+        (("--out", "/proc/none/walk.npz"), "--out /proc/none/walk.npz: cannot be written"),
+    ],
+)
+def test_what_the_script_cannot_do_is_said_before_the_walk(mujoco_folder, words, said):
+    done = run(mujoco_folder, *words)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_folder_of_the_walk_is_made(mujoco_folder, tmp_path):
+    out = tmp_path / "new" / "walk.npz"
+    assert run(mujoco_folder, "--cycles", "0.1", "--out", str(out)).returncode == 0
+    assert len(np.load(out)["time"]) > 0

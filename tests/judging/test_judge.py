@@ -305,6 +305,8 @@ def test_a_model_alone_is_judged_as_far_as_it_goes(everything):
     assert failed(found) == set()
     assert any("--ik" in one for one in found.not_judged)
     assert {m.measure for m in found.measures} >= {"inertia_triangle", "mass_share_factor"}
+    (said,) = judge(Request(model=everything.model, id=everything.id)).not_judged
+    assert said.endswith(f"Without it these files are not read: --id {everything.id}.")
 
 
 def test_without_forces_the_residuals_have_no_share(everything):

@@ -8,7 +8,7 @@ from made_strides import stride_rows, write_strides
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
-from gaitval.errors import RecordError, SubjectError
+from gaitval.errors import ConfigurationError, RecordError, SubjectError
 from gaitval.gait.record import PeriodicCurve, periodic_through
 from gaitval.identification.prior import measured_by
 from gaitval.prediction.population import with_others_kinetics
@@ -314,3 +314,16 @@ def test_a_child_is_not_estimated_from_adults(tmp_path, strides_table, cells, la
         return
     with pytest.raises(SubjectError, match=rf"P1\w*: 9 years old, and {lacking}: "):
         found_patients(strides_table, [table], [], [])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("amputee=0.8", "amputee is no group or person of the table. Give WHO=M/S, with one of"),
+        ("P2=quick", "quick is no speed. Give WHO=M/S, such as P2=1.1"),
+        ("P2=80", r"80 m/s is no walking speed \(above 0, below 3\)"),
+    ],
+)
+def test_a_speed_that_cannot_be_used_says_which_part_of_it(strides_table, people_table, text, said):
+    with pytest.raises(ConfigurationError, match=said):
+        found_patients(strides_table, [people_table], [text], [])

@@ -14,7 +14,7 @@ from gaitval.cli import display
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import RecordError
+from gaitval.errors import ConfigurationError, RecordError
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.importing import import_files
@@ -171,6 +171,19 @@ def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(
     for words in ("no force plates in the trial", "ended here", "marker set", "--kinematics-only"):
         assert words in page
     assert (tmp_path / "out" / "recording" / "refused.pdf").exists()
+
+
+def test_a_refusal_keeps_the_subject_of_the_import_before(session, tmp_path):
+    out = tmp_path / "out"
+    imported(session, out, forces=[], kinematics_only=True)
+    own = (out / "subject.toml").read_text(encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="gian: this fault cannot be corrected"):
+        imported(session, out, correct=["gian"])
+    assert (out / "subject.toml").read_text(encoding="utf-8") == own  # before anything is done
+    with pytest.raises(RecordError, match=r"import before is kept: \S+subject\.toml\.before"):
+        imported(session, out, forces=[])
+    assert not (out / "subject.toml").exists()
+    assert (out / "subject.toml.before").read_text(encoding="utf-8") == own
 
 
 def test_a_refusal_after_the_body_keeps_it(session, tmp_path):

@@ -129,7 +129,6 @@ def test_a_missing_baseline_is_said_once_and_those_of_gaitval_are_found(project:
         '    gaitval_check("nowhere", quantities=["knee_angle"])\n'
         "def test_find(gaitval_check):\n"
         '    assert gaitval_check("S05", quantities=["knee_angle"])\n'
-        '    assert gaitval_check("reports/S05/baseline", quantities=["knee_angle"])\n'
     )
     done = run(project)
     assert done.returncode == 1
