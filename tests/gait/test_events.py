@@ -402,9 +402,12 @@ def test_an_event_of_force_takes_the_place_of_that_of_markers_of_the_same_foot_a
     found = find_events(recording, only_right, PROCESSING, landmarks=LANDMARKS)
     shown = force_events(only_right, PROCESSING)
     assert {event.side for event in shown} == {"right"}
+    # Those of the left foot, beside its plate, follow what the right one's plate shows.
+    moved = _as_plates_show(markers, shown)
     assert [event for event in found if event.side == "left"] == [
-        event for event in markers if event.side == "left"
+        event for event in moved if event.side == "left"
     ]
+    assert moved != markers
     assert set(shown) <= set(found)
     for event in found:
         beside = [each for each in shown if each.side == event.side and each.kind == event.kind]
