@@ -325,6 +325,16 @@ EQUAL: Final = (
         "a covariance that nobody reads is not computed, versions are read once: references, "
         "policies, walks and metrics.json of a study of S05 were equal before and after",
     ),
+    Equal(
+        "07b0160d67",
+        "3f244f6c3a",
+        (
+            *("gaitval/datasets/subject.py", "gaitval/datasets/identity.py"),
+            *("gaitval/prediction/unusual.py", "extras/gaitval_estimate/*.py"),
+        ),
+        "other words beside the numbers: reference, walk, estimate and metrics.json of S07 from "
+        "angles alone were equal before and after, byte for byte",
+    ),
 )
 """Oldest first."""
 
