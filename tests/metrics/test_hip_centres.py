@@ -6,6 +6,7 @@ import pytest
 from gaitval.constants import GRAVITY
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.hip_centres import hip_centres
+from gaitval.reference.motion import about_record
 
 ROUND = np.linspace(0.0, 1.0, 101)
 
@@ -38,3 +39,18 @@ def test_a_walk_about_the_model_s_own_hips_has_nothing_to_say():
 
 def test_a_walk_without_a_cycle_has_nothing_to_say():
     assert hip_centres(np.full((2, 2), 0.01), Curves({}, {}, {}), curves(0.0)) is None
+
+
+def test_moments_about_the_record_s_centres_go_back_to_those_about_the_model_s():
+    """Both joints' axes, on both sides: what was moved there is moved back."""
+    places, own = np.array([[0.02, -0.015], [-0.01, 0.03]]), curves(0.01)
+    walked = Curves({}, dict(own.moments), own.forces)
+    for place, side in zip(places, "rl", strict=True):
+        for name in ("hip_flexion", "hip_adduction"):
+            force = own.forces[f"vertical_{side}"] * GRAVITY
+            moved = about_record(own.moments[f"{name}_{side}"], name, place, force)
+            assert np.abs(moved - own.moments[f"{name}_{side}"]).max() > 0.05
+            walked.moments[f"{name}_{side}"] = moved
+    found = hip_centres(places, walked, own)
+    for one in (found.right, found.left):
+        assert list(one.rmse_about_model.values()) == pytest.approx([0.0, 0.0], abs=1e-12)

@@ -11,6 +11,7 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_
 from gaitval.errors import ConfigurationError, RecordError, SubjectError
 from gaitval.gait.record import PeriodicCurve, periodic_through
 from gaitval.identification.prior import measured_by
+from gaitval.metrics.norms import norms
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.anthropometry import mass_fractions
 from gaitval.scaling.scaling import scale_subject
@@ -327,3 +328,12 @@ def test_a_child_is_not_estimated_from_adults(tmp_path, strides_table, cells, la
 def test_a_speed_that_cannot_be_used_says_which_part_of_it(strides_table, people_table, text, said):
     with pytest.raises(ConfigurationError, match=said):
         found_patients(strides_table, [people_table], [text], [])
+
+
+@pytest.mark.parametrize("beyond", [-3.0, 3.0])
+def test_a_curve_on_either_side_of_the_norm_is_beyond_it(patients, beyond):
+    norm = norms(patients[0].subject)["angles/hip_flexion"]
+    curves = patients[0].strides.angles | {"hip_flexion_r": norm.mean + beyond * norm.sd}
+    moved = replace(patients[0], strides=replace(patients[0].strides, angles=curves))
+    (row,) = [row for row in angle_rows(moved) if row.name == "hip_flexion"]
+    assert row.beyond["right"] == 100.0

@@ -71,3 +71,13 @@ def test_a_clear_scale_is_corrected_without_the_shifts_and_the_other_way_round()
 def test_two_small_shifts_apart_are_clear_by_their_difference():
     assert plate_corrections([evidence(0.018, -0.018)])[0] is not None
     assert plate_corrections([evidence(0.018, 0.018)])[0] is None
+
+
+@pytest.mark.parametrize(("correlation", "clear"), [(0.9, True), (-0.9, False)])
+def test_a_difference_of_the_shifts_is_as_sure_as_their_errors_are_alike(correlation, clear):
+    """What is wrong with both plates alike says nothing against their difference."""
+    sd = 0.01
+    covariance = sd**2 * np.array([[1.0, correlation], [correlation, 1.0]])
+    apart = 0.9 * CLEAR * sd * np.array([0.5, -0.5])
+    found = plate_corrections([PlateEvidence(1.0, apart, covariance)])
+    assert (found[0] is not None) == clear
