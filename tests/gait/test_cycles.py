@@ -243,6 +243,24 @@ def test_parameters_are_those_of_the_walk_on_belt_and_ground(
         assert summary[name][1] == pytest.approx(0.0, abs=2e-3 * value), name
 
 
+def test_two_unlike_double_supports_are_both_counted() -> None:
+    """A limp: the other foot leaves 80 ms after this one's strike, and lands 150 ms before this
+    one leaves.
+    """
+    recording, events = walk(8.0), true_events(8.0)
+    cycles = [
+        replace(
+            cycle,
+            opposite_toe_off=cycle.start + 0.08,
+            opposite_strike=cycle.toe_off - 0.15,
+        )
+        for cycle in cut_cycles(events, "right")
+    ]
+    found = spatiotemporal(recording, events, cycles, "right", landmarks=LANDMARKS, belt=0.0)
+    assert found.double_support_fraction == pytest.approx(0.23 / STRIDE)
+    assert found.step_time == pytest.approx([c.end - c.opposite_strike for c in cycles])
+
+
 @pytest.mark.parametrize("belt", [0.0, SPEED])
 @pytest.mark.parametrize("degrees", [-20.0, 12.0])
 def test_a_pelvis_that_is_turned_changes_no_step(belt: float, degrees: float) -> None:
