@@ -6,13 +6,14 @@ named by the hash of all files with compiled functions or with constants that th
 """
 
 import hashlib
-import os
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import event
+
+from gaitval.cache_home import cache_home
 
 SOURCES = (
     "compiled.py",
@@ -49,8 +50,7 @@ def _cache_folder() -> Path:
     digest = hashlib.sha256()
     for name in SOURCES:
         digest.update((Path(__file__).parent / name).read_bytes())
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "gaitval" / f"numba-{digest.hexdigest()[:16]}"
+    return cache_home() / "gaitval" / f"numba-{digest.hexdigest()[:16]}"
 
 
 class _WhenCompiling(event.Listener):

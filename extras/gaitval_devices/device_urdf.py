@@ -12,7 +12,7 @@ import xacro
 
 from gaitval.artefacts import scratch, write_text
 from gaitval.model.body import BodyModel
-from gaitval.model.urdf import template_folder, write_urdf
+from gaitval.model.urdf import beside, template_folder, write_urdf
 from gaitval_devices.composite import part_place, stumps_only
 from gaitval_devices.device import Device
 
@@ -37,7 +37,7 @@ def write_device_urdf(model: BodyModel, devices: Sequence[Device], path: Path) -
                         for a, b in axes
                     }
                 )
-    with scratch(Path(path).resolve().parent) as folder:
+    with scratch(beside(path)) as folder:
         person, table = folder / "person.urdf", folder / "parts.json"
         write_urdf(stumps_only(model, devices), person)
         table.write_text(json.dumps(parts), encoding="utf-8")

@@ -9,6 +9,7 @@ side: pelvis and trunk positive as they lean forward, thigh and shank as their l
 foot toes up. The centre of pressure is left out, because the standard does not say from where.
 """
 
+import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -19,6 +20,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import replacing
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side, opposite
+from gaitval.datasets.subject_file import BUILTIN
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import interpolated
 from gaitval.metrics.comparison import low_pass_of
@@ -90,9 +92,12 @@ def locohub_frame(walked: Walked) -> "pd.DataFrame":
 
 
 def _name(identifier: str) -> str:
-    """LocoHub's DATASET_POPULATIONnn: dataset GV, able-bodied, a number of the identifier."""
-    digits = "".join(each for each in identifier if each.isdigit())
-    return f"GV_AB{int(digits or 0):02d}"
+    """LocoHub's DATASET_POPULATIONnn: dataset GV, able-bodied, the number of a built-in subject, or
+    six digits of the identifier's hash, so that two people have two names.
+    """
+    if identifier in BUILTIN:
+        return f"GV_AB{identifier[1:]}"
+    return f"GV_AB{int(hashlib.sha256(identifier.encode()).hexdigest(), 16) % 900_000 + 100_000}"
 
 
 def _speed(walked: Walked, start: int, end: int) -> float:

@@ -32,7 +32,9 @@ MOST_BYTES: Final = 2_000
 MOST_CONNECTIONS: Final = 24
 """At the same time; a browser opens six."""
 PATIENCE: Final = 20.0
-"""s for which a connection may say nothing."""
+"""s for which a connection may say nothing that has said the secret."""
+GREETING: Final = 2.0
+"""s for which one may that has not: idle ones of others shall not keep the page out."""
 QUIET: Final = 1.0
 """s without anything new after which the page is told that the walk is still there."""
 POLICY: Final = (
@@ -108,7 +110,7 @@ class _Handler(BaseHTTPRequestHandler):
     """One connection of a browser."""
 
     protocol_version = "HTTP/1.1"
-    timeout = PATIENCE
+    timeout = GREETING
     server_version, sys_version = "gaitval", ""
     server: LiveServer
 
@@ -132,7 +134,10 @@ class _Handler(BaseHTTPRequestHandler):
         from_here = origins == [own] or (not origins and not acts)
         site = headers.get("Sec-Fetch-Site", "same-origin")
         allowed = site == "same-origin" or (site == "none" and not acts)
-        return name if secret and here and from_here and allowed else None
+        if not (secret and here and from_here and allowed):
+            return None
+        self.connection.settimeout(PATIENCE)
+        return name
 
     def do_GET(self) -> None:
         """The page, its parts, what it shows, and the walk."""

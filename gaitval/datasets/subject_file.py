@@ -52,6 +52,19 @@ def builtin_subjects() -> tuple[Subject, ...]:
     return tuple(_read_builtin(identifier) for identifier in BUILTIN)
 
 
+def builtin_name(name: str) -> str | None:
+    """The built-in subject that a `name` means ("S05" for "5", "S05" and "WBDS14"); None for
+    others.
+    """
+    if match := re.fullmatch(r"[Ss]?0*([1-9]\d*)", name):
+        identifier = f"S{int(match[1]):02d}"
+        return identifier if identifier in BUILTIN else None
+    if match := re.fullmatch(r"WBDS0*([1-9]\d*)", name.upper()):
+        known = f"WBDS{int(match[1]):02d}"
+        return next((key for key, (person, _) in BUILTIN.items() if person == known), None)
+    return None
+
+
 def load_subject(name_or_path: str | int | Path) -> Subject:
     """Load a built-in subject or a subject file: `name_or_path` is 5, "5", "S05", the dataset's
     name "WBDS14", or a path to a .toml file. Raises SubjectError if there is no such subject, or
@@ -60,14 +73,9 @@ def load_subject(name_or_path: str | int | Path) -> Subject:
     name = str(name_or_path).strip()
     if name.lower().endswith(".toml") or "/" in name:
         return _read_file(Path(name))
-    if match := re.fullmatch(r"[Ss]?0*([1-9]\d*)", name):
-        identifier = f"S{int(match[1]):02d}"
-        if identifier in BUILTIN:
-            return _read_builtin(identifier)
-    if match := re.fullmatch(r"WBDS0*([1-9]\d*)", name.upper()):
-        for identifier, (person, _) in BUILTIN.items():
-            if person == f"WBDS{int(match[1]):02d}":
-                return _read_builtin(identifier)
+    if (identifier := builtin_name(name)) is not None:
+        # what the caller changes in its tables stays the caller's
+        return _read_builtin(identifier).model_copy(deep=True)
     valid = ", ".join(f"{key} ({person})" for key, (person, _) in BUILTIN.items())
     raise SubjectError(
         f"{name!r}: no such subject. The built-in ones are {valid}; or give the path of a .toml "

@@ -1,7 +1,12 @@
 """The main job, and its report, from Python."""
 
-from collections.abc import Sequence
+import random
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+
+import numpy as np
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
@@ -78,9 +83,24 @@ def run_study(
     person = subject if isinstance(subject, Subject) else load_subject(subject)
     folder = Path("reports") / person.identifier if out is None else Path(out)
     configuration = load_configuration(config, settings=settings)
-    with open_run(person, configuration, folder, observer or Observer()) as run:
+    with open_run(person, configuration, folder, observer or Observer()) as run, own_random():
         run_subject(run, scratch=scratch, force=force)
     return read_metrics(folder)
+
+
+@contextmanager
+def own_random() -> Iterator[None]:
+    """Within the block, random numbers may be seeded; after it the caller's go on as before."""
+    torch = sys.modules.get("torch")  # one that is loaded within was nobody's before
+    # stable-baselines3 seeds numpy's old generator
+    states = random.getstate(), np.random.get_state(), torch and torch.get_rng_state()  # noqa: NPY002
+    try:
+        yield
+    finally:
+        random.setstate(states[0])
+        np.random.set_state(states[1])  # noqa: NPY002
+        if torch is not None:
+            torch.set_rng_state(states[2])
 
 
 def write_report(

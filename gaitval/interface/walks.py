@@ -9,7 +9,7 @@ import numpy as np
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_name, load_subject
 from gaitval.errors import ConfigurationError, PolicyError, RecordError
 from gaitval.frames import NamedCurve
 from gaitval.gait.cycle_curves import recorded_curves
@@ -58,8 +58,11 @@ def load_policy(subject_or_folder: str | int | Path) -> StoredPolicy:
     >>> policy.subject.identifier, policy.identified.shape
     ('S05', (14,))
     """
-    if Path(str(subject_or_folder)).is_dir():
-        return StoredPolicy.load(Path(str(subject_or_folder)))
+    there = Path(str(subject_or_folder))
+    # a folder that is called as a subject is ./5, or a Path
+    is_path = isinstance(subject_or_folder, Path) or builtin_name(str(subject_or_folder)) is None
+    if is_path and there.is_dir():
+        return StoredPolicy.load(there)
     subject = load_subject(subject_or_folder).model_copy(update={"devices": ()})
     identifier = subject.identifier
     folder = stored_baseline(Path("reports") / identifier, identifier)

@@ -8,6 +8,7 @@ so a model is written and read bit for bit.
 import hashlib
 import json
 import re
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from itertools import pairwise
@@ -64,15 +65,22 @@ def write_urdf(model: BodyModel, path: Path) -> None:
             f"the model's name {model.name!r} cannot be used in a URDF: use letters, digits, "
             "spaces, dots, hyphens and underscores."
         )
-    with scratch(Path(path).resolve().parent) as folder:  # xacro looks from its template's
+    with scratch(beside(path)) as folder:  # xacro looks from its template's
         body = folder / "body.json"
         body.write_text(json.dumps(_template_values(model)), encoding="utf-8")
-        said = str(body).replace("'", "\\'")  # the template has it in a text between quotes
-        values = {"name": model.name, "body": said}
+        values = {"name": model.name, "body": str(body)}
         document = xacro.process_file(str(template_folder() / TEMPLATE), mappings=values)
     # The document also contains xacro's banner, which names a folder of this machine.
     text = document.documentElement.toprettyxml(indent="  ")
     write_text(Path(path), '<?xml version="1.0" encoding="utf-8"?>\n' + text)
+
+
+def beside(path: Path) -> Path:
+    """A folder for what a template reads to write `path`: its own, or the system's temporary one
+    where the own one's name has something that xacro or a text between quotes would evaluate.
+    """
+    folder = Path(path).resolve().parent
+    return Path(tempfile.gettempdir()) if set("$'\"\\\n\r") & set(str(folder)) else folder
 
 
 def read_urdf(path: Path) -> BodyModel:

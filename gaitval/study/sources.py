@@ -9,7 +9,6 @@ runs nothing again.
 
 import ast
 import hashlib
-import os
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
@@ -21,6 +20,7 @@ from typing import Final, NamedTuple
 
 from gaitval import wings
 from gaitval.artefacts import read_json, write_json
+from gaitval.cache_home import cache_home
 from gaitval.errors import ArtefactError
 
 PACKAGE: Final = Path(__file__).parents[1]
@@ -122,8 +122,7 @@ def _kept_at(packages: Packages) -> Path:
     content = hashlib.sha256()
     for name in sorted(files):
         content.update(f"{name}:{_hash(files[name].read_bytes())}\n".encode())
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "gaitval" / f"code-{content.hexdigest()[:16]}.json"
+    return cache_home() / "gaitval" / f"code-{content.hexdigest()[:16]}.json"
 
 
 def _read_code(start: _Place, packages: Packages) -> dict[str, str]:

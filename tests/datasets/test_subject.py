@@ -323,3 +323,12 @@ def test_a_trial_is_not_there_a_second_time_under_another_name():
     own = person.as_trial().model_copy(update={"name": "again"})
     with pytest.raises(ValidationError, match="again has the same curves as T05"):
         Subject.model_validate(person.model_dump() | {"trials": [own]})
+
+
+def test_what_is_changed_in_a_subject_stays_there():
+    """A loop over "what if this marker were off" must not change the built-in person."""
+    one = load_subject("S05")
+    before = load_subject("S05").to_toml()
+    one.markers["R.Knee"] = (9.0, 9.0, 9.0)
+    one.gait.angles.clear()
+    assert load_subject("S05").to_toml() == before

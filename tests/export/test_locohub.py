@@ -1,5 +1,7 @@
 """LocoHub's Parquet: names, signs, 150 points, and the same curves again."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,7 @@ import pytest
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import interpolated
-from gaitval_export.locohub import POINTS, locohub_frame, read_locohub, write_locohub
+from gaitval_export.locohub import POINTS, _name, locohub_frame, read_locohub, write_locohub
 from gaitval_export.walked import Walked
 
 SIDED = (
@@ -113,3 +115,12 @@ def test_what_is_not_locohubs_is_refused(frame, tmp_path, change, message) -> No
     path.write_text("no Parquet")
     with pytest.raises(RecordError, match="cannot be read as Parquet"):
         read_locohub(path)
+
+
+def test_two_people_have_two_names():
+    names = [
+        _name(each) for each in ("S05", "P05", "P05-pre", "S1_2", "S12", "patient_a", "patient_b")
+    ]
+    assert names[0] == "GV_AB05"
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"GV_AB\d+", name) for name in names)

@@ -1,9 +1,12 @@
 """The main job and its report from Python."""
 
+import random
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+import torch
 from html_page import only_html
 from quick_settings import QUICK
 
@@ -11,6 +14,7 @@ import gaitval as gv
 from gaitval.artefacts import write_json
 from gaitval.errors import ArtefactError
 from gaitval.frames import COLUMNS
+from gaitval.interface.studies import own_random
 from gaitval.metrics.results import read_metrics
 from gaitval.study.stored_policy import StoredPolicy
 
@@ -48,3 +52,17 @@ def test_the_main_job_runs_from_python(tmp_path: Path, monkeypatch: pytest.Monke
     written = page.stat().st_mtime_ns
     assert gv.write_report(tmp_path / "S05")[0] == page
     assert page.stat().st_mtime_ns == written, "the report was up to date"
+
+
+def test_the_caller_s_random_numbers_go_on():
+    for seed in (1, 2):
+        random.seed(seed)
+        np.random.seed(seed)  # noqa: NPY002
+        torch.manual_seed(seed)
+        expected = random.Random(seed).random(), np.random.RandomState(seed).random()
+        with own_random():
+            random.seed(0)
+            np.random.seed(0)  # noqa: NPY002
+            torch.manual_seed(0)
+        assert (random.random(), np.random.random()) == expected  # noqa: NPY002
+        assert torch.rand(1) == torch.rand(1, generator=torch.Generator().manual_seed(seed))

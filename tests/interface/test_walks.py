@@ -116,3 +116,13 @@ def test_the_policy_of_a_file_is_of_its_own_content(tmp_path):
     path.write_text(load_subject("S05").model_copy(update={"mass_kg": 80.0}).to_toml())
     with pytest.raises(PolicyError, match=r"heavy\.toml: .* S05, .*other values\. Run `gaitval"):
         gv.load_policy(path)
+
+
+def test_a_folder_that_is_called_as_a_subject_is_not_taken_for_it(tmp_path, monkeypatch):
+    (tmp_path / "5").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert gv.load_policy(5).subject.identifier == "S05"
+    assert gv.load_policy("5").subject.identifier == "S05"
+    for folder in (Path("5"), "./5"):
+        with pytest.raises(PolicyError):
+            gv.load_policy(folder)

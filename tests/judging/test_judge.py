@@ -454,3 +454,12 @@ def test_the_speed_is_known_without_that_of_every_stride(everything, monkeypatch
     assert found.gait.speed == pytest.approx(speed, abs=0.03)
     assert not [one for one in found.not_judged if "walking speed" in one]
     assert found.band
+
+
+def test_a_negative_mass_is_refused_as_opensim_does(everything, tmp_path):
+    def negative(match):
+        return "<mass>-5</mass>"
+
+    model = edited(everything.model, tmp_path / "model.osim", r"<mass>[^<]*</mass>", negative)
+    with pytest.raises(GaitvalError, match=r"a mass of -5 kg\. OpenSim refuses it too"):
+        judge(replace(everything, model=model))

@@ -14,7 +14,7 @@ from gaitval.model.parameters import PARAMETERS
 from gaitval_live.log import read_log, walk_again
 from gaitval_live.page import served
 from gaitval_live.pictures import NUMBERS
-from gaitval_live.server import FILES, MOST_BYTES, MOST_CONNECTIONS
+from gaitval_live.server import FILES, GREETING, MOST_BYTES, MOST_CONNECTIONS
 from gaitval_live.walk import LiveWalk
 
 PUSH = json.dumps({"do": "push", "forward": 90.0, "left": 0.0})
@@ -233,3 +233,13 @@ def test_nobody_looks_so_nobody_walks(person):
         time.sleep(0.3)
         # The page is missed with the first moment that it does not take.
         assert walk.step - stood < 100
+
+
+def test_who_says_nothing_does_not_keep_the_page_out(server):
+    idle = [socket.create_connection(server.server_address[:2]) for _ in range(MOST_CONNECTIONS)]
+    try:
+        time.sleep(GREETING + 0.5)
+        assert status(server) == 200
+    finally:
+        for each in idle:
+            each.close()

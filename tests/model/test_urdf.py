@@ -62,6 +62,15 @@ def test_a_model_survives_writing_and_reading_bit_for_bit(identifier, tmp_path):
     assert_equal(read_urdf(tmp_path / "model.urdf"), model)
 
 
+@pytest.mark.parametrize("name", ["$(find x)", "${1+1}", "a\nb", 'a"b', "a\\b", "a#ü b"])
+def test_a_folder_s_name_is_never_evaluated(model, tmp_path, name):
+    folder = tmp_path / name
+    folder.mkdir()
+    write_urdf(model, folder / "model.urdf")
+    assert model_hash(read_urdf(folder / "model.urdf")) == model_hash(model)
+    assert [path.name for path in folder.iterdir()] == ["model.urdf"]
+
+
 def test_a_folder_may_have_an_apostrophe(model, tmp_path):
     folder = tmp_path / "the dean's"
     folder.mkdir()

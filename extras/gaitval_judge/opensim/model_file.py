@@ -145,9 +145,12 @@ def _bodies(parts: _Parts, model: Element) -> dict[str, Body]:
             raise ModelError(f"{where}: a body needs a name of its own.")
         if element.tag != "Body":
             raise ModelError(f"{where}: not a <Body>; other kinds are not understood.")
+        mass = number(element, "mass", where, default=0.0)
+        if mass < 0.0:
+            raise ModelError(f"{where}: a mass of {mass:g} kg. OpenSim refuses it too: correct it.")
         bodies[name] = Body(
             name,
-            number(element, "mass", where, default=0.0),
+            mass,
             numbers(element, "mass_center", where, count=3, default=NOWHERE),
             _inertia(element, where),
         )
