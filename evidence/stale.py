@@ -335,6 +335,17 @@ EQUAL: Final = (
         "other words beside the numbers: reference, walk, estimate and metrics.json of S07 from "
         "angles alone were equal before and after, byte for byte",
     ),
+    Equal(
+        "b5891b700b",
+        "93419fdae9",
+        (
+            *("gaitval/model/urdf.py", "gaitval/compiled.py", "gaitval/study/sources.py"),
+            *("gaitval/datasets/subject_file.py", "gaitval/interface/*.py"),
+            "extras/gaitval_devices/device_urdf.py",
+        ),
+        "files are kept elsewhere where a folder's name is evaluated or there is no home folder: "
+        "model, reference, policy, walk and metrics.json of a study of S05 were equal",
+    ),
 )
 """Oldest first."""
 
