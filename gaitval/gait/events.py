@@ -11,8 +11,7 @@ toe-offs, and the walk of Rajagopal et al. 2016 over ground, 3 and 3):
 | Zeni et al. 2008 (Gait & Posture 27:710)     | −54, −19         | **+14, −18**       |
 """
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -369,8 +368,10 @@ def find_events(
     RecordError : as `marker_events`.
     """
     from_force = set(force_events(forces, processing)) if forces is not None else set()
-    seen = _as_plates_show(marker_events(recording, landmarks=landmarks), from_force)
-    events = sorted(from_force.union(seen), key=lambda event: event.time)
+    events = sorted(
+        from_force.union(marker_events(recording, landmarks=landmarks)),
+        key=lambda event: event.time,
+    )
     kept = []
     for side in SIDES:
         mine = [event for event in events if event.side == side]
@@ -387,26 +388,6 @@ def find_events(
                 kept.append(event)
         kept += _filling([event for event in kept if event.side == side], recording.events)
     return tuple(sorted(kept, key=lambda event: event.time))
-
-
-def _as_plates_show(seen: Sequence[Event], shown: Collection[Event]) -> list[Event]:
-    """Events of markers (`seen`), moved by what those of their kind are late that plates show too:
-    of n of them by n / (n + 1) of the median. A cycle from a plate to a step beside it would else
-    be too long or too short by that. In 183 events of 11 laboratories, each without its own plate,
-    it took 11.1 to 9.8 ms (heel strikes) and 13.4 to 9.4 ms (toe-offs), RMS.
-    """
-    moved = list(seen)
-    for kind in ("heel_strike", "toe_off"):
-        late = [
-            event.time - other.time
-            for event in seen
-            for other in shown
-            if (event.side, event.kind, kind) == (other.side, other.kind, event.kind)
-            and abs(event.time - other.time) < SAME_EVENT_SECONDS
-        ]
-        by = float(np.median(late)) * len(late) / (len(late) + 1) if late else 0.0
-        moved = [replace(e, time=e.time - by) if e.kind == kind else e for e in moved]
-    return moved
 
 
 def _filling(found: Sequence[Event], stored: Sequence[Event]) -> list[Event]:

@@ -24,7 +24,6 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.events import (
     _agreed,
-    _as_plates_show,
     _filling,
     _mean_of_near,
     _vertex,
@@ -402,12 +401,9 @@ def test_an_event_of_force_takes_the_place_of_that_of_markers_of_the_same_foot_a
     found = find_events(recording, only_right, PROCESSING, landmarks=LANDMARKS)
     shown = force_events(only_right, PROCESSING)
     assert {event.side for event in shown} == {"right"}
-    # Those of the left foot, beside its plate, follow what the right one's plate shows.
-    moved = _as_plates_show(markers, shown)
     assert [event for event in found if event.side == "left"] == [
-        event for event in moved if event.side == "left"
+        event for event in markers if event.side == "left"
     ]
-    assert moved != markers
     assert set(shown) <= set(found)
     for event in found:
         beside = [each for each in shown if each.side == event.side and each.kind == event.kind]
@@ -460,21 +456,3 @@ def test_one_step_gives_its_events() -> None:
             found = of(events, side, kind)
             for time in inside:
                 assert np.abs(found - time).min() < 0.06, (side, kind, time)
-
-
-def test_events_beside_the_plates_are_moved_by_what_those_on_them_are_late():
-    """Two right toe-offs are on plates, 30 and 40 ms before the markers show them."""
-    shown = [Event(1.0, "right", "toe_off"), Event(2.0, "right", "toe_off")]
-    seen = [
-        Event(0.6, "left", "heel_strike"),
-        Event(1.03, "right", "toe_off"),
-        Event(1.50, "left", "toe_off"),
-        Event(2.04, "right", "toe_off"),
-        Event(3.0, "right", "toe_off"),
-    ]
-    moved = _as_plates_show(seen, shown)
-    by = 0.035 * 2 / 3
-    expected = [0.6, 1.03 - by, 1.50 - by, 2.04 - by, 3.0 - by]
-    assert [event.time for event in moved] == pytest.approx(expected)
-    assert [(event.side, event.kind) for event in moved] == [(e.side, e.kind) for e in seen]
-    assert _as_plates_show(seen, []) == seen
