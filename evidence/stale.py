@@ -331,9 +331,12 @@ EQUAL: Final = (
         (
             *("gaitval/datasets/subject.py", "gaitval/datasets/identity.py"),
             *("gaitval/prediction/unusual.py", "extras/gaitval_estimate/*.py"),
+            *("gaitval/session/*.py", "gaitval/mocap/axes.py", "gaitval/mocap/recording.py"),
+            "gaitval/gait/events.py",
         ),
         "other words beside the numbers: reference, walk, estimate and metrics.json of S07 from "
-        "angles alone were equal before and after, byte for byte",
+        "angles alone were equal before and after, byte for byte; so were both walks of halves of "
+        "an imported session (reports/held_out/halves), with events as they had been again",
     ),
     Equal(
         "b5891b700b",
@@ -345,6 +348,12 @@ EQUAL: Final = (
         ),
         "files are kept elsewhere where a folder's name is evaluated or there is no home folder: "
         "model, reference, policy, walk and metrics.json of a study of S05 were equal",
+    ),
+    Equal(
+        "93419fdae9",
+        "3edeba2512",
+        ("gaitval/gait/events.py",),
+        "events are as they had been, statement for statement",
     ),
 )
 """Oldest first."""
