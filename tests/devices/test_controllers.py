@@ -57,6 +57,9 @@ def test_a_bump_has_its_peak_its_ends_and_no_steps():
     # The steepest slope of the cubic is 1.5 times the mean one, 40 Nm in 0.1.
     assert np.abs(np.diff(torque)).max() <= 1.5 * 40.0 / 0.1 * 0.0005 * 1.001
     assert spline.largest == 40.0
+    # Half of the peak in the middle of the long rise and of the short fall.
+    for phase in (0.35, 0.55):
+        assert spline.torque(measured(phase=phase)) == pytest.approx(-20.0)
 
 
 def test_a_bump_may_run_over_the_end_of_the_cycle():

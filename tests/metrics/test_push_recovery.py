@@ -23,8 +23,10 @@ from gaitval.metrics.push_recovery import (
     Push,
     PushTrial,
     evenly_spaced,
+    is_required,
     largest_survived,
     push_recovery,
+    required_directions,
     survive_together,
 )
 from gaitval.metrics.validation import push_measures
@@ -325,3 +327,12 @@ def test_a_push_that_is_not_the_usual_one_is_named(tried):
     assert recovery.model_copy(update={"force": 300.0}).targets()[0] == "phase 0"
     (measure, *_) = push_measures(recovery.model_copy(update={"force": 196.4}))
     assert measure.target == "phase 0, 196 N"
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 8])
+def test_every_direction_that_must_be_survived_is_required(count):
+    """The two sideways ones too, whose cosines are rounded to a little below zero."""
+    directions = required_directions(PushSettings(required_directions=count))
+    assert len(directions) == count
+    assert all(is_required(Push(0.0, each, 1.0)) for each in directions)
+    assert not is_required(Push(0.0, math.radians(91.0), 1.0))

@@ -49,6 +49,13 @@ def test_the_change_within_people_is_not_spoiled_by_the_differences_between_them
     assert change_with_speed([[at(0.2)], [at(0.3)]]) is None
 
 
+def test_a_long_step_of_speed_says_more_of_the_change_than_a_short_one():
+    """Least squares through the origin: one person is 0.05 off after 0.1, one right after 0.3."""
+    people = [[at(0.2), at(0.3, 0.05)], [at(0.2), at(0.5)]]
+    slope = (0.1 * 0.15 + 0.3 * 0.3) / (0.1**2 + 0.3**2)
+    np.testing.assert_allclose(change_with_speed(people).forces, slope)
+
+
 def test_people_with_several_trials_are_the_built_in_ones_that_have_them():
     counts = {each.identifier: len(gaits_of(each)) for each in SUBJECTS}
     assert {name for name, count in counts.items() if count > 1} == {"S01", "S04", "S05"}

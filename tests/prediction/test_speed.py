@@ -15,7 +15,7 @@ from gaitval.metrics.comparison import rms
 from gaitval.prediction.known import told
 from gaitval.prediction.normal_form import normal_form, symmetric
 from gaitval.prediction.population import expected, other_people
-from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, at_speed, trials_told
+from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, _moved, at_speed, trials_told
 
 SUBJECTS = builtin_subjects()
 HELD_OUT = [("S05", "T03"), ("S05", "T06"), ("S01", "T03"), ("S04", "T02")]
@@ -171,3 +171,22 @@ def test_two_trials_at_one_speed_are_as_their_mean():
     for name in SAGITTAL:
         mean = 0.5 * (own.angles[name](PHASE) + again.angles[name](PHASE))
         np.testing.assert_allclose(here.angles[name](PHASE), mean, atol=2e-3)
+
+
+@pytest.mark.parametrize("span", [0.05, 0.3])
+def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(span):
+    """Of what this person's change says and what others' does, the first by span² over span² and
+    a tenth's square; the others' is trusted to 0.8.
+    """
+    base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
+    slow = replace(base, speed=0.4, stride_time=2.0, forces=0.0 * base.forces)
+    fast = replace(slow, speed=0.4 + span, stride_time=1.6, forces=slow.forces + 1.0)
+    others = replace(slow, speed=1.0, forces=slow.forces + 5.0)
+    away = 0.2
+    found = _moved([slow, fast], fast.speed + away, others)
+    share = span**2 / (span**2 + 0.1**2)
+    rise = share * away / span + (1.0 - share) * 0.8 * 5.0 * away
+    np.testing.assert_allclose(found.forces, 1.0 + rise)
+    own = np.log(1.6 / 2.0) / np.log(fast.speed / 0.4)
+    exponent = share * own + (1.0 - share) * STRIDE_TIME_EXPONENT
+    assert found.stride_time == pytest.approx(1.6 * ((fast.speed + away) / fast.speed) ** exponent)

@@ -55,6 +55,12 @@ def test_the_regressions_at_ten_years_are_those_of_the_paper():
     assert child["thigh"].mass == pytest.approx(0.10274)
     assert child["thigh"].centre_of_mass == pytest.approx(0.4643)
     assert child["shank"].transverse == pytest.approx((0.5083**2 - 0.4226**2) ** 0.5)
+    # What Jensen does not give keeps the adult's shape.
+    adult = DE_LEVA["F"]["shank"]
+    assert child["shank"].sagittal / child["shank"].transverse == pytest.approx(
+        adult.sagittal / adult.transverse
+    )
+    assert adult.sagittal != adult.transverse
     assert body_proportions("F", 3.0) == body_proportions("F", 4.0)
     for age in (None, 16.0, 40.0):
         assert body_proportions("M", age) is DE_LEVA["M"]
