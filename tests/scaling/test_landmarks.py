@@ -302,6 +302,14 @@ def test_a_body_of_fitted_lengths_has_the_joints_of_the_fitted_model():
         np.testing.assert_allclose(
             seen.joint_position, wanted.joint_position, atol=1e-12, err_msg=seen.name
         )
+    # The origin of the pelvis is between its hips, so its mass moves the other way; its own length
+    # follows the stature above the hips.
+    np.testing.assert_allclose(
+        body.model["pelvis"].centre_of_mass, expected["pelvis"].centre_of_mass, atol=1e-3
+    )
+    assert with_fitted_lengths(measured, {"hip_up": 0.012}, "fit").hip_height == pytest.approx(
+        measured.hip_height + 0.012
+    )
     assert body.table[0].source.startswith("joint fit")
     assert body.table[0].length_m == pytest.approx(fitted["thigh"])
     with pytest.raises(ScalingError, match="cannot be fitted: shoe"):
