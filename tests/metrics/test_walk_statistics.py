@@ -13,7 +13,7 @@ from gaitval.metrics.healthy_bands import adult_bands, bands_beside, healthy_ban
 from gaitval.metrics.origin import everything
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.statistics_results import WalkStatistics
-from gaitval.metrics.walk_statistics import walk_statistics
+from gaitval.metrics.walk_statistics import _tested, walk_statistics
 
 RECORD = synthetic_record()
 RECORDED = everything("recorded")
@@ -159,3 +159,14 @@ def test_forces_are_tested_where_either_of_walk_and_record_stands():
     assert off >= set(range(52, 60))
     assert off <= set(range(49, 63))
     assert _statistics(curves)["curves"]["forces"]["vertical_r"]["regions"] == []
+
+
+def test_forces_are_tested_where_walk_or_record_stands():
+    """The record is in per cent, the walk in body weights: 1.5 % of it in swing is no stance."""
+    percent = np.arange(101)
+    walked = np.tile(np.where(percent < 60, 1.0, 0.0), (CYCLES, 1))
+    recorded = np.where(percent < 62, 100.0, 1.5)
+    curves = Curves({}, {}, {"vertical_r": walked})
+    where = _tested("forces", "forward_r", curves, {"forces": {"vertical_r": recorded}})
+    np.testing.assert_array_equal(where, percent < 62)
+    assert _tested("angles", "knee_angle_r", curves, {}).all()
