@@ -83,13 +83,18 @@ def identity(
         person, origin = next(each for each in candidates if each)
         assumed.append(f'person "{person}", {origin}')
     if laboratory is None:
-        laboratory = WBDS if wbds_person("".join(person.split())) else OWN
+        laboratory = WBDS if _known(person) else OWN
         origin = "the dataset of that person" if laboratory == WBDS else "since none was given"
         assumed.append(f'laboratory "{laboratory}", {origin}')
-    known = wbds_person("".join(person.split()))
-    if known and same_name(laboratory, WBDS):  # else their own gait would be other people's
+    known = _known(person)
+    if known and same_name(str(laboratory), WBDS):  # else their own gait would be other people's
         person, laboratory = known, WBDS
     return Identity(person, laboratory, "; ".join(assumed) or None)
+
+
+def _known(person: object) -> str:
+    """The person of WBDS, however it is written; a file may have anything here, not only text."""
+    return wbds_person("".join(str(person).split()))
 
 
 def with_identity(values: Mapping[str, Any]) -> dict[str, Any]:

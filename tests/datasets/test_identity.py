@@ -3,8 +3,8 @@
 import pandas as pd
 import pytest
 
-from gaitval.datasets.identity import identity
-from gaitval.datasets.subject import Subject
+from gaitval.datasets.identity import identity, with_identity
+from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
 from gaitval.prediction.population import other_people
@@ -109,3 +109,11 @@ def test_capitals_and_blanks_make_no_other_person():
     )
     assert one.is_person_of(same)
     assert len(other_people(one, [same, other])) == 1
+
+
+@pytest.mark.parametrize("person", [{"name": "WBDS14"}, 14, ["WBDS14"]])
+@pytest.mark.parametrize("laboratory", ["WBDS", 3, None])
+def test_a_person_that_is_no_text_is_refused_in_words(person, laboratory):
+    values = PERSON.model_dump() | {"person": person, "laboratory": laboratory}
+    with pytest.raises(SubjectError, match="person"):
+        make_subject(with_identity(values), "own.toml")
