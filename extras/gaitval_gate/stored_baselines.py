@@ -1,11 +1,10 @@
 """Find a stored baseline by what a user names: a folder, a file in it, or a subject."""
 
-import re
 from pathlib import Path
 from typing import Final
 
 import gaitval
-from gaitval.datasets.subject_file import BUILTIN
+from gaitval.datasets.subject_file import BUILTIN, builtin_name
 from gaitval.errors import ArtefactError
 
 METRICS: Final = "metrics.json"
@@ -57,7 +56,7 @@ def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
             return folder
     if path.is_dir():
         looked.append(path / "baseline")
-    identifier = _builtin(str(wanted))
+    identifier = builtin_name(str(wanted))
     if identifier is not None:
         own = base / "reports" / identifier / "baseline"
         if (own / METRICS).is_file():
@@ -67,17 +66,6 @@ def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
             return installed[identifier]
         looked += [own, _PACKAGE / "baselines" / identifier]
     raise ArtefactError(_none(wanted, list(dict.fromkeys(looked))))
-
-
-def _builtin(wanted: str) -> str | None:
-    """The built-in subject that this names; None for others."""
-    if number := re.fullmatch(r"[Ss]?0*([1-9]\d*)", wanted):
-        identifier = f"S{int(number[1]):02d}"
-        return identifier if identifier in BUILTIN else None
-    if person := re.fullmatch(r"WBDS0*([1-9]\d*)", wanted.upper()):
-        name = f"WBDS{int(person[1]):02d}"
-        return next((key for key, (each, _) in BUILTIN.items() if each == name), None)
-    return None
 
 
 def _none(wanted: str | Path, looked: list[Path]) -> str:

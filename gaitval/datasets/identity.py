@@ -82,11 +82,11 @@ def identity(
     if person is None:
         person, origin = next(each for each in candidates if each)
         assumed.append(f'person "{person}", {origin}')
+    known = _known(person)
     if laboratory is None:
-        laboratory = WBDS if _known(person) else OWN
+        laboratory = WBDS if known else OWN
         origin = "the dataset of that person" if laboratory == WBDS else "since none was given"
         assumed.append(f'laboratory "{laboratory}", {origin}')
-    known = _known(person)
     if known and same_name(str(laboratory), WBDS):  # else their own gait would be other people's
         person, laboratory = known, WBDS
     return Identity(person, laboratory, "; ".join(assumed) or None)
