@@ -159,10 +159,6 @@ def examined(
     if 0.0 not in tried:
         return None
     among = causes(tried[0.0].names)
-    # How the pressure of one foot alone rolls is its toeing in or out as well as a turned plate.
-    groups = zip(tried[0.0].kind, tried[0.0].group, strict=True)
-    if len({group.split()[0] for kind, group in groups if kind in PRESSURE}) < len(SIDES):
-        among = tuple(cause for cause in among if not cause.name.startswith("rotation"))
     lag = delay_of(tried, height_m)
     linear = balance(tried[0.0], height_m)
     later = data_of(trials, mass_kg, later=lag.value + USUAL_DELAY, stood=stood)
@@ -228,6 +224,14 @@ def delay_of(tried: Mapping[float, Data], height_m: float) -> Lag:
     deviation = float(np.sqrt(((beside - value) ** 2 * faulty).sum() / faulty.sum()))
     odds = np.log(faulty.sum() / usual.faulty) - np.log(max(sound.sum(), 1e-300) / usual.sound)
     return Lag(value, float(np.hypot(deviation, OWN_DELAY)), float(odds))
+
+
+def one_foot(data: Data) -> bool:
+    """Whether one foot alone was on plates. How its pressure rolls is then the direction of its
+    markers as well as that of the plate.
+    """
+    groups = zip(data.kind, data.group, strict=True)
+    return len({group.split()[0] for kind, group in groups if kind in PRESSURE}) < len(SIDES)
 
 
 def _keys(data: Data) -> list[tuple[str, str, float]]:
@@ -638,8 +642,10 @@ CORRECTED: Final = 2.0
 def together(seen: Examined, kinds: Collection[str]) -> dict[str, float]:
     """Faults of these `kinds` as one set, which explains the session once, in the units of
     `expected.USUAL`: those that were found, and of a kind of which none was, those of each plate
-    that are larger than twice their standard deviation.
+    that are larger than twice their standard deviation. What `one_foot` shows turns no plate.
     """
+    if one_foot(seen.data):
+        kinds = [kind for kind in kinds if kind != "rotation"]
     found = [part for each in seen.found if each.cause is not DELAY for part in each.cause.parts]
     known = {kind_of(part) for part in found}
     parts = [

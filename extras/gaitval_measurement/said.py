@@ -8,7 +8,15 @@ import numpy as np
 
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.session.trial import WalkingTrial
-from gaitval_measurement.estimate import Cause, Examined, Found, alone, kind_of, likeness
+from gaitval_measurement.estimate import (
+    Cause,
+    Examined,
+    Found,
+    alone,
+    kind_of,
+    likeness,
+    one_foot,
+)
 from gaitval_measurement.expected import USUAL
 
 CHECK: Final = "measurement"
@@ -27,6 +35,11 @@ class Words(NamedTuple):
 
 
 CORNERS: Final = "measure the plate's corners with markers again, or correct it with --correct "
+ONE_FOOT: Final = (
+    "; or the markers of the foot on it are, which one foot alone cannot tell: look at these "
+    "markers, measure the plate's corners again, or give a trial with both feet on plates"
+)
+"""What to do about a turned plate that only one foot stepped on."""
 WORDS: Final[Mapping[str, Words]] = {
     "delay": Words(
         1000.0,
@@ -172,7 +185,8 @@ def rows(seen: Examined) -> tuple[FaultRow, ...]:
 
 def warnings(seen: Examined) -> tuple[QualityFlag, ...]:
     """A warning for each fault that was found and matters."""
-    return tuple(_warning(f) for f in seen.found if f.matters)
+    single = one_foot(seen.data)
+    return tuple(_warning(f, single=single) for f in seen.found if f.matters)
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
@@ -198,7 +212,7 @@ def named(found: Found) -> tuple[Cause, ...]:
     return found.cause, *second
 
 
-def _warning(found: Found) -> QualityFlag:
+def _warning(found: Found, *, single: bool) -> QualityFlag:
     kind = kind_of(found.cause.name)
     words = WORDS[kind]
     size = float(np.linalg.norm(found.values))
@@ -209,7 +223,7 @@ def _warning(found: Found) -> QualityFlag:
             f"; or {_bare(cause)}, which the data cannot separate from it "
             f"({100 * found.share:.0f} to {100 * share:.0f})"
         )
-    text += f": {words.remedy}"
+    text += ONE_FOOT if single and kind == "rotation" else f": {words.remedy}"
     factor = words.factor if words.unit else 1.0
     return QualityFlag(
         f"{CHECK}: {kind}",

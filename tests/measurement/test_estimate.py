@@ -10,6 +10,7 @@ from gaitval_measurement.estimate import (
     DELAY,
     Balance,
     Cause,
+    Examined,
     Found,
     Lag,
     _apart,
@@ -22,9 +23,11 @@ from gaitval_measurement.estimate import (
     faults_of,
     scales,
     standing_up,
+    together,
     weigh,
 )
 from gaitval_measurement.expected import USUAL
+from gaitval_measurement.said import warnings
 
 GAINS = tuple(Cause(f"gain {plate}", (f"gain {plate}",)) for plate in "12")
 MASS = Cause("mass", ("mass",))
@@ -185,3 +188,31 @@ def test_a_session_in_which_no_plate_was_stepped_on():
     )  # fmt: skip
     found = balance(data, 1.7)
     assert not found.effects[:, found.order["place x all"]].any()
+
+
+@pytest.mark.parametrize(("feet", "turned"), [(("right 1", "left 1"), True), (("right 1",), False)])
+def test_a_plate_under_one_foot_alone_is_not_turned_back(feet, turned):
+    """Its markers may be what is turned: the warning says so, and `--correct` leaves the plate."""
+    usual, count = USUAL["rotation"], len(feet)
+    data = Data(
+        names=("rotation 1",), kind=("pressure across",) * count, group=feet,
+        phase=np.full(count, 0.5), value=np.full(count, 0.02), noise=np.full(count, 0.001),
+        effect=np.full((count, 1), 0.2), middles={},
+    )  # fmt: skip
+    precision = np.array([[9e3]])  # less than 1 over the square of what is usual
+    seen = Examined(
+        (_found(Cause("rotation 1", ("rotation 1",)), 0.1),), data,
+        Balance(
+            data.value, (np.eye(count), True), 1.0, {"rotation 1": 0}, data.effect, precision,
+            0.1 * precision[0], np.array([usual.faulty]), np.array([usual.sound]),
+        ),
+        0.0, Lag(0.0, 0.003, 0.0), {},
+    )  # fmt: skip
+    found = together(seen, ("rotation", "gain"))
+    assert [*found] == (["rotation 1"] if turned else [])
+    assert sum(found.values()) == pytest.approx(0.1 if turned else 0.0, rel=0.05)
+    (flag,) = warnings(seen)
+    assert ("--correct rotation" in str(flag), "one foot alone" in str(flag)) == (
+        turned,
+        not turned,
+    )
