@@ -35,7 +35,7 @@ LATE: Final = 2.0
 """Power of the time in double support with which the foot behind rolls; 1 / it in front. These
 three and the height were chosen on four people of `gaitval virtual --c3d`."""
 HEIGHT: Final = 1.3
-"""Of the place in which the forces meet, over that of the pelvis's markers."""
+"""Of the place in which the forces meet, over that of the pelvis's markers, above the plate."""
 LEAST: Final = 0.5
 """Of the median force: less is not all of a walking person."""
 
@@ -77,7 +77,7 @@ def divided(
     heels = [interpolated(each.heel, frames)[:, :2] for each in markers]
     fronts = [interpolated(each.front, frames)[:, :2] for each in markers]
     length = float(np.nanmedian([(f - h) @ forward for f, h in zip(fronts, heels, strict=True)]))
-    height = HEIGHT * float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2])) - level
+    height = HEIGHT * (float(np.nanmedian(pelvis_markers(recording, landmarks)[:, 2])) - level)
     up = wrench[:, 2]
     least = LEAST * float(np.median(up[up > processing.force_threshold_n]))
     turned = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1)

@@ -4,17 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic_recording import BELTS, LANDMARKS, SPEED, walk
 
 from evidence.measurement.one_plate import as_one, errors
 from gaitval.artefacts import read_json
-from gaitval.configuration import load_configuration
+from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
+from gaitval.gait.filters import low_pass
 from gaitval.session import trial
 from gaitval.session.importing import import_files
 from gaitval.session.request import ImportOptions
 from gaitval_curves.sample import copy_sample
-from gaitval_measurement.divided import _parts, _share
+from gaitval_measurement.divided import HEEL, LATE, TOES, _parts, _share, divided
 
 
 def test_the_parts_add_up_and_their_forces_meet_with_the_sums():
@@ -43,6 +45,91 @@ def test_the_load_goes_over_once():
     assert (found[0], found[-1]) == (0.0, 1.0)
     assert found[1] == pytest.approx(0.15)  # between 0.2 and 0.1
     assert np.isfinite(_share(np.array([0.0, 0.1]), np.zeros(2), 0.02)).all()
+
+
+def both_belts(up: float = 0.0):
+    """A walk on a split belt: the recording, where each foot stands, where both, and the wrench of
+    each belt (T, 2, 6), all raised by `up`, m.
+    """
+    recording = walk(belt=SPEED, plates=BELTS)
+    higher = np.array([0.0, 0.0, up])
+    each = np.stack(
+        [
+            np.hstack([plate.force, plate.moment + np.cross(higher, plate.force)])
+            for plate in recording.plates
+        ],
+        axis=1,
+    )
+    stance = each[:, :, 2] > 20.0
+    raised = recording.with_markers(recording.names, recording.markers + higher)
+    return raised, stance, stance.all(axis=1), each
+
+
+def test_the_height_of_a_plate_is_no_matter():
+    levels = (0.0, 0.4)
+    (plain, high) = (
+        divided(recording, LANDMARKS, stance, both, each.sum(axis=1), up, ProcessingSettings())
+        for up in levels
+        for recording, stance, both, each in [both_belts(up)]
+    )
+    assert len(plain) == len(high) > 4
+    for (here, low), (there, up) in zip(plain, high, strict=True):
+        assert here == there
+        np.testing.assert_allclose(up[..., :3], low[..., :3], atol=1e-6)
+        lever = np.cross([0.0, 0.0, levels[1]], low[..., :3])
+        np.testing.assert_allclose(up[..., 3:] - lever, low[..., 3:], atol=1e-6)
+
+
+def test_feet_that_roll_as_supposed_get_what_is_theirs():
+    """Behind to the toes late, in front from the heel early, as the module says."""
+    recording, stance, both, each = both_belts()
+    processing = ProcessingSettings()
+    whole = each.sum(axis=1)
+    given = divided(recording, LANDMARKS, stance, both, whole, 0.0, processing)
+    length = 0.175  # m, from the heel's marker to the middle of the metatarsals'
+    smooth = low_pass(
+        whole, rate=recording.force_rate, cutoff_hz=processing.force_cutoff_hz,
+        order=processing.filter_order,
+    )  # fmt: skip
+    for during, _ in given:
+        behind = int(stance[during.start, 1])
+        frames = np.arange(during.start, during.stop) / recording.force_rate
+        at = {
+            (side, place): np.stack(
+                [
+                    np.interp(frames, recording.time, recording.marker(name)[:, axis])
+                    for axis in (0, 1)
+                ],
+                axis=1,
+            )
+            for side in (0, 1)
+            for place, name in (
+                ("heel", f"{'RL'[side]}.Heel"), ("one", f"{'RL'[side]}.MT1"),
+                ("five", f"{'RL'[side]}.MT5"),
+            )
+        }  # fmt: skip
+        toe = 0.5 * (at[behind, "one"] + at[behind, "five"])
+        heel = at[1 - behind, "heel"]
+        pressure = np.stack([-smooth[during, 4], smooth[during, 3]], axis=1) / smooth[during, 2:3]
+        time = np.linspace(0.0, 1.0, len(frames))
+        # along x: from where each stands alone to the toes, and from the heel on
+        rear = toe[:, 0] + (1.0 - time**LATE) * (pressure[0] - toe[0])[0]
+        rear += time**LATE * TOES * length
+        early = time ** (1.0 / LATE)
+        front = heel[:, 0] + early * (pressure[-1] - heel[-1])[0] + (1.0 - early) * HEEL * length
+        share = np.linspace(0.0, 1.0, len(frames))
+        # a pressure that goes over evenly between these two
+        made = whole.copy()
+        made[during] = smooth[during]
+        wanted = (1.0 - share) * rear + share * front
+        made[during, 4] = -wanted * made[during, 2]
+        (part,) = [
+            p for d, p in divided(recording, LANDMARKS, stance, both, made, 0.0, processing)
+            if d == during
+        ]  # fmt: skip
+        middle = slice(8, -8)
+        found = (part[:, 1 - behind, 2] / part[:, :, 2].sum(axis=1))[middle]
+        np.testing.assert_allclose(found, share[middle], atol=0.05)
 
 
 @pytest.mark.slow  # three imports
