@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import PeriodicCurve
-from gaitval_estimate.body import pelvic_width, step_width
+from gaitval_estimate.body import _DOUBLE_SUPPORT, _lengths, pelvic_width, step_width
 from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
 from gaitval_estimate.deviations import trial_of as trial_from
 from gaitval_estimate.estimate import LEVERS, estimate
@@ -50,6 +50,66 @@ def test_adduction_brings_the_feet_together_by_the_sine_of_its_angle():
     assert 1.7 * sum(legs) < moved < 2.6 * sum(legs)
     opened = step_width(subject, standing(subject, hip_adduction=-0.1))
     assert opened - wide == pytest.approx(wide - turned, rel=1e-6)
+
+
+S, C = np.sin, np.cos
+TURNS = {
+    "a side that is up swings its leg out": (
+        {"pelvis_list": 0.1}, lambda hips, leg, shank: hips * C(0.1) + leg * S(0.1)
+    ),
+    "what the hip adducts back": (
+        {"pelvis_list": 0.1, "hip_adduction": 0.1}, lambda hips, leg, shank: hips * C(0.1)
+    ),
+    "a leg that is ahead turns in with a side that is forward": (
+        {"pelvis_rotation": 0.2, "hip_flexion": 0.3},
+        lambda hips, leg, shank: hips * C(0.2) - leg * S(0.3) * S(0.2),
+    ),
+    "but not below a pelvis that is tilted as much": (
+        {"pelvis_rotation": 0.2, "hip_flexion": 0.3, "pelvis_tilt": 0.3},
+        lambda hips, leg, shank: hips * C(0.2),
+    ),
+    "a hip that turns in puts the shank of a bent knee out": (
+        {"knee_angle": 0.5, "hip_rotation": 0.2},
+        lambda hips, leg, shank: hips + shank * S(0.5) * S(0.2),
+    ),
+    "a knee that is adducted puts the ankle in": (
+        {"knee_adduction": 0.1}, lambda hips, leg, shank: hips - shank * S(0.1)
+    ),
+    "a turn about the shank's own axis moves no ankle": (
+        {"knee_rotation": 0.3}, lambda hips, leg, shank: hips
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_every_turn_moves_the_ankles_as_trigonometry_says(turn):
+    subject = load_subject("5")
+    angles, expected = TURNS[turn]
+    record = standing(subject)
+    turned = {f"{name}_{side}": constant(each) for name, each in angles.items() for side in "rl"}
+    wide = step_width(subject, replace(record, angles=dict(record.angles) | turned))
+    lengths = _lengths(subject)
+    shank = lengths.right.shank + lengths.left.shank
+    leg = shank + lengths.right.thigh + lengths.left.thigh
+    hips = 2.0 * lengths.hip_half_width
+    assert wide * subject.leg_length_m == pytest.approx(expected(hips, leg, shank), rel=1e-9)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_both_feet_are_looked_at_when_either_is_in_front(side):
+    """Of the left cycle that begins at 60 % of the right one, each side at its own phase."""
+    subject = load_subject("5")
+    record = replace(standing(subject), left_phase=0.6)
+    wave = PeriodicCurve(0.0, (0.1,), (0.05,))
+    angles = dict(record.angles) | {f"hip_adduction_{side[0]}": wave}
+    wide = step_width(subject, replace(record, angles=angles)) * subject.leg_length_m
+    lengths = _lengths(subject)
+    limbs = lengths.right if side == "right" else lengths.left
+    # A phase of the other cycle is 0.6 later of the right foot, or 0.6 earlier of the left one.
+    other = _DOUBLE_SUPPORT + (0.6 if side == "right" else -0.6)
+    moved = np.mean([np.sin(wave(_DOUBLE_SUPPORT)), np.sin(wave(other))])
+    expected = 2.0 * lengths.hip_half_width - (limbs.thigh + limbs.shank) * moved
+    assert wide == pytest.approx(expected, rel=1e-9)
 
 
 def test_toes_that_turn_out_widen_the_steps():

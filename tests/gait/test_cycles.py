@@ -285,6 +285,14 @@ def test_a_pelvis_that_is_turned_changes_no_step(belt: float, degrees: float) ->
             np.testing.assert_allclose(same[name], value, atol=1e-9, err_msg=name)
 
 
+def test_a_floor_that_moves_aside_changes_no_direction() -> None:
+    """Seen from the floor the person goes on along x, whatever the strides are in time."""
+    recording, events = walk(8.0), true_events(8.0)
+    recording.markers[:, :, 1] += 0.3 * recording.time[:, None]
+    forward = travel(recording, events, landmarks=LANDMARKS)
+    np.testing.assert_allclose(forward, [1.0, 0.0, 0.0], atol=1e-6)
+
+
 def test_without_a_whole_stride_the_person_goes_where_they_face() -> None:
     forward = travel(walk(), [], landmarks=LANDMARKS)
     np.testing.assert_allclose(forward, facing(walk(), LANDMARKS))

@@ -26,6 +26,7 @@ from gaitval.gait.events import (
     _agreed,
     _filling,
     _mean_of_near,
+    _other_methods,
     _vertex,
     find_events,
     foot_contacts,
@@ -371,6 +372,20 @@ def test_a_landing_is_where_most_methods_agree() -> None:
     assert agreed([9.0, 40.0], [42.0, 100.0], [5.0]) == 41.0
     assert agreed([10.0], [10.0], []) == 10.0, "a swing begins with its toe-off"
     assert agreed([30.0, 42.0], [41.0], [40.0, 90.0]) == 41.0
+
+
+def test_a_foot_is_farthest_beside_its_own_slow_path_on_a_long_way_too() -> None:
+    """Strides of 1.1 s on a way of 1.2 m/s: the extremes are those of the strides alone."""
+    time, stride = np.arange(0.0, 9.9, 0.01), 1.1
+    angle = 2.0 * np.pi * time / stride
+    wave, height = 0.4 * np.sin(angle), 0.05 * (1.0 + np.cos(angle))
+    way = 1.2 * time + wave
+    found = _other_methods(np.array([height, height, way, way, wave]), 100.0, 50)
+    ahead = 100.0 * stride * (0.25 + np.arange(9))
+    for kind, which, at in (("heel_strike", 1, ahead), ("toe_off", 0, ahead + 50.0 * stride)):
+        peaks = found[kind][which]
+        for each in at[2:-2]:
+            assert np.abs(peaks - each).min() < 2.5, kind
 
 
 def test_contacts_begin_and_end_at_samples() -> None:

@@ -121,12 +121,14 @@ def test_over_ground_each_plate_shows_one_step_and_the_rest_is_not_valid() -> No
 def test_two_plates_under_one_foot_are_added() -> None:
     whole, _ = assigned(walk(belt=SPEED, plates=BELTS))
     halves = (
-        Rectangle(x=(-1.0, 0.3), y=(-0.5, 0.0)),
-        Rectangle(x=(0.3, 1.0), y=(-0.5, 0.0)),
+        Rectangle(x=(-1.0, -0.1), y=(-0.5, 0.0)),
+        Rectangle(x=(-0.1, 1.0), y=(-0.5, 0.0)),
         BELTS[1],
     )
-    split, findings = assigned(walk(belt=SPEED, plates=halves))
+    recording = walk(belt=SPEED, plates=halves)
+    split, findings = assigned(recording)
     assert findings == ()
+    assert all(plate.force[:, 2].max() > 0.9 * WEIGHT for plate in recording.plates)
     np.testing.assert_allclose(split.force, whole.force, atol=25.0)
     loaded = whole.force[:, 0, 2] > 0.9 * WEIGHT
     np.testing.assert_allclose(
@@ -428,6 +430,47 @@ def test_a_walk_on_a_raised_floor_has_its_centre_of_pressure_there(height: float
     )  # fmt: skip
 
 
+def test_the_centre_of_pressure_is_on_the_level_of_most_plates() -> None:
+    """Of two plates at one height and a third below them, where every force has its own lever."""
+    plates = (
+        Rectangle(x=(-1.0, -0.1), y=(-0.5, 0.0)),
+        Rectangle(x=(-0.1, 1.0), y=(-0.5, 0.0)),
+        BELTS[1],
+    )
+    recording = walk(belt=SPEED, plates=plates)
+    down = np.array([0.0, 0.0, -0.03])
+    left = recording.plates[2]
+    assert left.moment is not None
+    lower = with_offset(
+        recording, 2, corners=left.corners + down, moment=left.moment,
+        centre_of_pressure=left.centre_of_pressure + down,
+    )  # fmt: skip
+    here, _ = assigned(recording)
+    there, _ = assigned(lower)
+    on = there.force[:, :, 2] > 0.0
+    np.testing.assert_array_equal(there.centre_of_pressure[on][:, 2], 0.0)
+    np.testing.assert_allclose(there.centre_of_pressure[on], here.centre_of_pressure[on], atol=1e-9)
+
+
+def test_a_load_that_is_below_the_threshold_between_two_contacts_counts_once() -> None:
+    """The foot does not leave the plate, which shows 15 N for 90 ms: 15 N, not twice as much."""
+    recording = walk(belt=SPEED, plates=BELTS)
+    plate = recording.plates[0]
+    assert plate.moment is not None
+    middle = strikes("right", 6.0)[1] + 0.5 * STANCE * STRIDE
+    samples = np.arange(len(plate.force)) / recording.force_rate
+    light = np.where(np.abs(samples - middle) < 0.045, 15.0 / WEIGHT, 1.0)[:, None]
+    hop = with_offset(
+        recording, 0, force=light * plate.force, moment=light * plate.moment,
+        free_moment=light * plate.free_moment,
+    )  # fmt: skip
+    forces, _ = assigned(hop, cutoff_hz=100.0)
+    gap = np.abs(times(forces) - middle) < 0.03
+    assert not forces.force[gap, 0].any()
+    at_edges = np.abs(np.abs(times(forces) - middle) - 0.06) < 0.005
+    np.testing.assert_allclose(forces.force[at_edges, 0, 2], WEIGHT, rtol=0.05)
+
+
 def test_what_is_below_the_threshold_at_both_ends_of_a_contact_belongs_to_it() -> None:
     """Else the filter would see a step there. The whole impulse of a stance is kept, with that of
     the rise and the fall below 20 N, and each foot has its own."""
@@ -444,6 +487,28 @@ def test_what_is_below_the_threshold_at_both_ends_of_a_contact_belongs_to_it() -
             assert on.sum() > 3
             # A step of 20 N at the threshold, were it there, would ring by a fifth of it.
             np.testing.assert_allclose(found[on], shown[on], atol=2.5)
+
+
+def test_a_light_touch_before_and_after_a_contact_belongs_to_it() -> None:
+    """15 N from 40 ms before a foot lands until 40 ms after it left: the filter sees them."""
+    recording = walk(belt=SPEED, plates=BELTS)
+    plate, time = recording.plates[0], times(assigned(recording)[0])
+    assert plate.moment is not None
+    on = plate.force[:, 2] > 0.0
+    near = np.array([on[max(i - 20, 0) : i + 21].any() for i in range(len(on))]) & ~on
+    light = np.where(near[:, None], [0.0, 0.0, 15.0], 0.0)
+    point = centre_of_pressure("right", time, SPEED)
+    touching = with_offset(
+        recording, 0, force=plate.force + light, moment=plate.moment + np.cross(point, light)
+    )
+    forces, _ = assigned(touching)
+    true = low_pass(
+        touching.plates[0].force, rate=500.0, cutoff_hz=PROCESSING.force_cutoff_hz,
+        order=PROCESSING.filter_order,
+    )  # fmt: skip
+    shown = forces.force[:, 0, 2] > 0.0
+    assert near.sum() > 100
+    np.testing.assert_allclose(forces.force[shown, 0], true[shown], atol=1.5)
 
 
 def linear(rate: float = 100.0, count: int = 50) -> FootForces:
@@ -475,6 +540,22 @@ def test_between_samples_forces_are_on_the_line() -> None:
     assert beyond.valid.all()
     alone = resample_forces(forces, np.array([2.2]))
     assert (alone.rate, alone.force[0, 0, 2]) == (100.0, pytest.approx(520.0))
+
+
+def test_what_is_above_half_the_new_rate_is_no_slow_wave() -> None:
+    """95 Hz, of which samples at 100 Hz would make 5 Hz; 10 Hz stays."""
+    forces = linear(rate=1000.0, count=1000)
+    time = np.arange(1000) / 1000.0
+    wanted = 2.0 + np.arange(0.0, 0.99, 0.01)
+    middle = slice(20, -20)
+    for hertz, kept in ((95.0, 0.0), (10.0, 1.0)):
+        wave = np.zeros_like(forces.force)
+        wave[:, 0, 0] = 50.0 * np.sin(2.0 * np.pi * hertz * time)
+        there = resample_forces(replace(forces, force=forces.force + wave), wanted)
+        plain = resample_forces(forces, wanted)
+        found = (there.force - plain.force)[middle, 0, 0]
+        true = kept * 50.0 * np.sin(2.0 * np.pi * hertz * (wanted - 2.0))[middle]
+        np.testing.assert_allclose(found, true, atol=6.0)
 
 
 def test_a_time_next_to_a_sample_that_is_not_valid_is_not_valid() -> None:

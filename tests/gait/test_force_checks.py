@@ -211,6 +211,8 @@ def test_figures_of_a_stance_of_constant_parts(side):
     assert figures.lean == pytest.approx(0.1)
     assert figures.twist == pytest.approx(0.008)
     assert figures.late_twist == pytest.approx(0.008)
+    high = stance_figures(stance, forces, np.tile([0.0, 0.0, 2.0], (len(forces.force), 1)))
+    assert high.lean == pytest.approx(0.1 / 2.0)
     assert not doubts_of(plate, forces)
 
 

@@ -165,6 +165,22 @@ def test_the_fore_aft_force_of_one_plate(ratio, limit, certain, column, plate):
         assert each.value == pytest.approx(ratio)
 
 
+def test_what_other_plates_show_at_the_same_time_is_not_asked_of_a_plate():
+    """Both feet carry throughout, the left one less and less: it is not blamed for the right's."""
+    loads = walked()
+    whole = needs(loads)
+    share = np.linspace(0.2, 0.8, len(whole))[:, None]
+    force = np.stack([(1.0 - share) * whole, share * whole], axis=1)
+    stances = [Stance(side, plate, 0, 4000) for side, plate in (("right", "A"), ("left", "B"))]
+    both = FootForces(RATE, 10.0, force, loads.centre_of_pressure, 0.0 * force, loads.valid)
+    assert not found(whole, both, stances)
+    needed = whole.copy()
+    needed[:, 0] -= 2.0 * force[:, 0, 0]
+    doubts = {each.plate: each for each in found(needed, both, stances) if each.plate}
+    assert doubts["A"].value == pytest.approx(-1.0)
+    assert doubts["A"].certain
+
+
 def test_a_plate_that_carried_too_little_or_that_has_nothing_to_do_with_the_motion():
     loads = walked()
     needed = needs(loads)

@@ -19,6 +19,7 @@ from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval_judge import gait
 from gaitval_judge.judge import SHOWN_ONLY, Judgement, Request, judge
+from gaitval_judge.loads import read_loads
 from gaitval_judge.markers import logged_errors
 from gaitval_judge.moments import bands, speed_group
 from gaitval_judge.write import result_of, write_judgement
@@ -440,6 +441,39 @@ def test_half_of_the_moments_is_noticed_at_the_ankle(everything, tmp_path):
         factor = value(whole, "moment_size_factor", f"ankle_angle_{side}")
         assert 1.0 <= factor < 1.5
         assert ("moment-size", f"ankle_angle_{side}") not in failed(whole)
+
+
+def test_stand_ins_are_at_the_frames_of_the_motion(sound):
+    recording = gait._stand_ins(sound.skeleton, sound.motion, None)
+    np.testing.assert_allclose(recording.time, sound.motion.time, atol=1e-9)
+    faster = gait._stand_ins(sound.skeleton, sound.motion, 1000.0)
+    assert faster.marker_rate == pytest.approx(100.0)
+
+
+def test_forces_of_a_longer_time_are_cut_to_that_of_the_motion(sound, judged_files):
+    loads = read_loads(None, judged_files / "loads.xml", sound.skeleton)
+    beside = np.full((100, 3), 1.0)
+
+    def longer(values):
+        return np.concatenate([beside, values, beside])
+
+    plates = tuple(
+        replace(
+            plate,
+            force=longer(plate.force),
+            centre_of_pressure=longer(plate.centre_of_pressure),
+            free_moment=longer(plate.free_moment),
+        )
+        for plate in loads.plates
+    )
+    more = replace(loads, start=loads.start - 100.0 / loads.rate, plates=plates)
+    stand_ins = gait._stand_ins(sound.skeleton, sound.motion, loads.rate)
+    own, cut = (
+        gait._with_loads(stand_ins, each, sound.skeleton.model.up) for each in (loads, more)
+    )
+    for plate, same in zip(own.plates, cut.plates, strict=True):
+        np.testing.assert_array_equal(same.force, plate.force)
+        np.testing.assert_array_equal(same.free_moment, plate.free_moment)
 
 
 @pytest.mark.parametrize("known", ["all but one", "none"])

@@ -9,7 +9,7 @@ from synthetic_walk import MASS, MODEL, STANCE, perfect_walk, sharp_filter, synt
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.foot_contact import foot_contacts, outline
+from gaitval.metrics.foot_contact import EARLY, foot_contacts, outline
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.tree import segment_frames
@@ -104,6 +104,20 @@ def test_bounces_are_counted_in_early_stance_only():
     assert contact["right"].bounces.tolist() == [2.0, 0.0, 0.0]
     assert contact["left"].bounces.tolist() == [0.0, 0.0, 0.0]
     assert contact["right"].contact().bounces_per_stance == pytest.approx(2 / 3)
+
+
+def test_a_loss_of_contact_counts_where_it_begins():
+    """One that begins in early stance and ends after it is a bounce."""
+    walk = _standing()
+    ground = walk.ground_reaction.copy()
+    cycles = find_cycles(walk, sharp_filter()).first(3)
+    starts, ends = cycles.starts["right"], cycles.ends["right"]
+    for cycle, shift in ((0, -4), (1, 4)):
+        length = STANCE["right"] * (ends[cycle] - starts[cycle])
+        begin = int(starts[cycle]) + round(EARLY * length) + shift
+        ground[begin : begin + 8, 0] = 0.0
+    contact = _contacts(replace(walk, ground_reaction=ground))[0]
+    assert contact["right"].bounces.tolist() == [1.0, 0.0, 0.0]
 
 
 def test_a_transient_is_seen_unfiltered():

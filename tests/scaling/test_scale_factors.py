@@ -164,3 +164,21 @@ def test_no_whole_frame_is_refused():
     standing["L.Heel"] = np.array([[np.nan] * 3, standing["L.Heel"][0]])
     with pytest.raises(ScalingError, match="no frame of the standing trial shows all"):
         scale_by_pairs(standing, height_m=subject.height_m, sex=subject.sex)
+
+
+def test_heights_above_the_sole_are_those_of_the_mean_body_whatever_the_ankle_s():
+    """Pairs measure a foot along the floor: a higher ankle is further above the same heel."""
+    subject = load_subject("S05")
+    bodies = []
+    for higher in (0.0, 0.02):
+        standing = {
+            name: np.tile(at, (2, 1)) + np.array([0.0, 0.0, higher * ("Ankle" in name)])
+            for name, at in subject.markers.items()
+        }
+        bodies.append(scale_by_pairs(standing, height_m=subject.height_m, sex=subject.sex)[0].right)
+    low, high = bodies
+    assert high.ankle_height - low.ankle_height == pytest.approx(0.02, abs=1e-9)
+    for name in ("heel", "metatarsals"):
+        sole = [getattr(each, name)[..., 2] + each.ankle_height for each in bodies]
+        np.testing.assert_allclose(sole[1], sole[0], atol=1e-12)
+        assert (sole[0] > 0.0).all()
