@@ -430,20 +430,21 @@ def test_a_walk_on_a_raised_floor_has_its_centre_of_pressure_there(height: float
     )  # fmt: skip
 
 
-def test_the_centre_of_pressure_is_on_the_level_of_most_plates() -> None:
-    """Of two plates at one height and a third below them, where every force has its own lever."""
+@pytest.mark.parametrize("off", [-0.03, 0.03])
+def test_the_centre_of_pressure_is_on_the_level_of_most_plates(off: float) -> None:
+    """Of two plates at one height and a third below or above them."""
     plates = (
         Rectangle(x=(-1.0, -0.1), y=(-0.5, 0.0)),
         Rectangle(x=(-0.1, 1.0), y=(-0.5, 0.0)),
         BELTS[1],
     )
     recording = walk(belt=SPEED, plates=plates)
-    down = np.array([0.0, 0.0, -0.03])
+    moved = np.array([0.0, 0.0, off])
     left = recording.plates[2]
     assert left.moment is not None
     lower = with_offset(
-        recording, 2, corners=left.corners + down, moment=left.moment,
-        centre_of_pressure=left.centre_of_pressure + down,
+        recording, 2, corners=left.corners + moved, moment=left.moment,
+        centre_of_pressure=left.centre_of_pressure + moved,
     )  # fmt: skip
     here, _ = assigned(recording)
     there, _ = assigned(lower)
@@ -467,8 +468,10 @@ def test_a_load_that_is_below_the_threshold_between_two_contacts_counts_once() -
     forces, _ = assigned(hop, cutoff_hz=100.0)
     gap = np.abs(times(forces) - middle) < 0.03
     assert not forces.force[gap, 0].any()
-    at_edges = np.abs(np.abs(times(forces) - middle) - 0.06) < 0.005
-    np.testing.assert_allclose(forces.force[at_edges, 0, 2], WEIGHT, rtol=0.05)
+    edges = (np.abs(times(forces) - middle) < 0.06) & ~gap & (forces.force[:, 0, 2] > 0.0)
+    true = low_pass(hop.plates[0].force, rate=500.0, cutoff_hz=100.0)
+    assert edges.sum() > 8
+    np.testing.assert_allclose(forces.force[edges, 0], true[edges], atol=0.5)
 
 
 def test_what_is_below_the_threshold_at_both_ends_of_a_contact_belongs_to_it() -> None:
