@@ -31,6 +31,7 @@ from gaitval.coordinates import COORDINATES
 from gaitval.inverse.consistent_motion import ConsistentMotion
 from gaitval.inverse.inverse_dynamics import (
     checked_wrenches,
+    ground_level,
     inverse_dynamics,
     residuals,
 )
@@ -394,7 +395,8 @@ def reduce_residuals(
     if known.shape != time.shape:
         raise ValueError(f"known must have shape {time.shape}, but its shape is {known.shape}")
     recorded = inverse_dynamics(model, time, positions, force, point, free_moment)
-    before = residuals(recorded, known)
+    ground = ground_level(point)
+    before = residuals(recorded, known, ground_height=ground)
 
     # With blocks of 186 × 186, more threads wait for each other longer than they compute.
     with threadpool_limits(1, user_api="blas"):
@@ -420,7 +422,7 @@ def reduce_residuals(
         positions=changed,
         dynamics=dynamics,
         before=before,
-        after=residuals(dynamics, known),
+        after=residuals(dynamics, known, ground_height=ground),
         coordinate_change=dict(
             zip(COORDINATES, np.sqrt((difference**2).mean(axis=0)).tolist(), strict=True)
         ),

@@ -18,6 +18,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle, average, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events, marker_events
 from gaitval.gait.foot_forces import assign_forces
+from gaitval.inverse.inverse_dynamics import ground_level
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval_judge.loads import Loads
@@ -105,6 +106,8 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
     poses = place(skeleton.model, motion.values)
     mass_centre = centre_of_mass(skeleton.model, poses)
     height = float((mass_centre @ skeleton.model.up).mean())
+    if forces is not None:
+        height -= ground_level(forces.centre_of_pressure)
     if not np.isfinite(speeds).any():
         # No foot is flat twice in the trial. Over a cycle the body goes as far as its feet.
         level = mass_centre @ project_axes(skeleton.model.up)[:2].T

@@ -319,6 +319,12 @@ def inverse_dynamics(
     )
 
 
+def ground_level(point: Array) -> float:
+    """Median height, m, of where the ground acts, `point` (..., 3); 0 if it never does."""
+    heights = point[..., 2][np.isfinite(point[..., 2])]
+    return float(np.median(heights)) if len(heights) else 0.0
+
+
 def residuals(
     result: InverseDynamics, frames: Flags | None = None, *, ground_height: float = 0.0
 ) -> Residuals:

@@ -10,7 +10,7 @@ from gaitval.artefacts import file_hash, versions
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.motion_checks import both_known
-from gaitval.inverse.inverse_dynamics import Residuals, residuals
+from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
 from gaitval.metrics.tolerances import Verdict, evaluate, measured
@@ -61,7 +61,8 @@ def trial_residuals(walk: WalkingTrial) -> list[tuple[str, Residuals]]:
     known = both_known(walk.loads)
     if not known.any():
         return []
-    found = [("", residuals(walk.dynamics, known))]
+    level = ground_level(walk.loads.centre_of_pressure)
+    found = [("", residuals(walk.dynamics, known, ground_height=level))]
     if walk.consistent is not None:
         found.append((CONSISTENT, walk.consistent.after))
     return found

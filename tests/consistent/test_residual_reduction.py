@@ -193,6 +193,25 @@ def test_the_direction_of_the_walk_and_the_frame_rate_do_not_matter(walk):
         assert other.after.force_rms == pytest.approx(straight.after.force_rms, rel=0.2)
 
 
+def test_a_walk_on_a_raised_floor_has_the_same_residuals():
+    """The height of the centre of mass, which moments are compared with, is above the ground."""
+    walk = known_walk(seconds=1.0)
+    model, found = heavier(walk.model, "torso", 1.1), []
+    for up in (0.0, 0.5):
+        positions = walk.positions.copy()
+        positions[:, 5] += up
+        force, point, twist = walk.wrenches
+        point = point + np.array([0.0, 0.0, up])
+        found.append(
+            reduce_residuals(model, walk.time, positions, force, point, twist, markers_on(LEGS))
+        )
+    low, high = found
+    for name in ("before", "after"):
+        shares = [getattr(each, name).moment_share for each in found]
+        assert shares[1] == pytest.approx(shares[0], rel=1e-4), name
+    assert high.dynamics.centre_of_mass[0, 2] - low.dynamics.centre_of_mass[0, 2] > 0.4
+
+
 def test_a_looser_residual_changes_less(walk, guessed, found):
     model, positions = guessed
     loose = reduce_residuals(

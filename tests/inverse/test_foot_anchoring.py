@@ -8,7 +8,7 @@ from marked_walk import RATE, moving_walk, spread_markers
 
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import RecordError
-from gaitval.inverse.foot_anchoring import anchored
+from gaitval.inverse.foot_anchoring import _floor_velocity, anchored
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 
@@ -95,6 +95,18 @@ def test_a_belt_is_found_and_its_motion_is_no_sliding(walk):
     np.testing.assert_allclose(
         given.kinematics.positions[:, 6:], overground.kinematics.positions[:, 6:], atol=1e-6
     )
+
+
+def test_a_belt_may_run_aside_but_never_up():
+    """Feet that hardly sink or rise, 5 cm/s, move with the floor along it."""
+    level = np.tile([-1.2, 0.15, 0.05], (50, 3, 1))
+    np.testing.assert_array_equal(_floor_velocity((level, level)), [-1.2, 0.15, 0.0])
+    aside = np.tile([0.0, 0.15, 0.09], (50, 3, 1))
+    np.testing.assert_array_equal(_floor_velocity((aside, aside)), [0.0, 0.15, 0.0])
+    still = np.tile([0.07, 0.06, 0.09], (50, 3, 1))  # 9 cm/s along the floor
+    np.testing.assert_array_equal(_floor_velocity((still, still)), 0.0)
+    turning = level + np.array([[0.2], [-0.2], [0.0]]) * [1.0, 0.0, 0.0]
+    np.testing.assert_array_equal(_floor_velocity((turning, turning)), 0.0)
 
 
 def test_feet_that_never_rest_leave_the_motion_as_it_was(walk):

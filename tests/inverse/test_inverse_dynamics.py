@@ -14,7 +14,7 @@ from gaitval.coordinates import ACTUATED, COORDINATES, mirrored
 from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.gait.record import MOMENT_NAMES
-from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
+from gaitval.inverse.inverse_dynamics import ground_level, inverse_dynamics, residuals
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.motion_rates import Kinematics, differentiate
 from gaitval.model.body import SEGMENTS
@@ -278,6 +278,13 @@ def test_forces_of_the_wrong_feet_are_refused(walk):
     shifted = walk.positions + np.where(np.arange(31) == 4, 0.5, 0.0)
     with pytest.raises(RecordError, match=r"different axes"):
         inverse_dynamics(walk.model, walk.time, shifted, *turned)
+
+
+def test_the_level_of_the_ground_is_where_feet_press():
+    point = np.full((4, 2, 3), np.nan)
+    assert ground_level(point) == 0.0
+    point[:3, 0], point[3, 1] = [1.0, 2.0, 0.25], [0.0, 0.0, 0.25]
+    assert ground_level(point) == 0.25
 
 
 def test_measures_of_residuals(walk):

@@ -24,6 +24,7 @@ from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_doubts, refuse_without_forces
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
+from gaitval.session.summary import trial_residuals
 from gaitval.session.trial import smoothed
 from gaitval.session.write import write_subject
 
@@ -412,3 +413,18 @@ def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, said):
     with pytest.raises(RecordError) as refused:
         refuse_without_forces([walk])
     assert ("--plate 1=right --plate 2=left" in str(refused.value)) == said
+
+
+def test_residual_moments_are_compared_with_the_height_above_the_plates(found):
+    """A laboratory whose floor is half a metre above the origin of its axes."""
+    (walk, *_) = found.trials
+    up = np.array([0.0, 0.0, 0.5])
+    dynamics, loads = walk.dynamics, walk.loads
+    raised = replace(
+        walk,
+        dynamics=replace(dynamics, centre_of_mass=dynamics.centre_of_mass + up),
+        loads=replace(loads, centre_of_pressure=loads.centre_of_pressure + up),
+        consistent=None,
+    )
+    ((_, here), *_), ((_, there),) = trial_residuals(walk), trial_residuals(raised)
+    assert there.moment_share == pytest.approx(here.moment_share, rel=1e-9)
