@@ -44,7 +44,7 @@ def compare(
         typer.Option(
             "--strict",
             help="Exit code 1 if a measure got worse by more than its margin, or if a subject of "
-            "--before has no walk now.",
+            "--before has no walk now, or a device of it no result.",
         ),
     ] = False,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
@@ -96,14 +96,19 @@ def _compare_results(
     from gaitval_gate.moved import print_moved
     from gaitval_gate.regression import lost
 
-    moved = device_results.compare(out, worn, earlier)
+    found = device_results.compare(out, worn, earlier)
     display.plain(f"{len(worn)} results of devices. Report: {out / 'devices.html'}, .pdf, .csv")
-    print_moved(moved)
-    if not strict or not lost(moved):
+    print_moved(found.rows)
+    for names, why in ((found.gone, "no result now"), (found.added, "no result before")):
+        if names:
+            display.plain(f"{why} of {', '.join(names)}")
+    worse = len(lost(found.rows))
+    if not strict or not (worse or found.gone):
         return []
+    missing = f"; no result now of {', '.join(found.gone)}" if found.gone else ""
     return [
-        f"{len(lost(moved))} figures of devices moved by more than their margin (table above). If "
-        "the change is intended, compare with results of the new version."
+        f"{worse} figures of devices moved by more than their margin{missing}. If the change is "
+        "intended, compare with results of the new version."
     ]
 
 

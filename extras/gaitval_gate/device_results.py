@@ -3,9 +3,10 @@
 What they are, another wing knows: it is asked for as the part `device_results`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from gaitval import wings
 from gaitval.errors import ArtefactError
@@ -57,26 +58,71 @@ def check(folder: Path) -> list[Row]:
     return rows(stored, now)
 
 
-def compare(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> list[Row]:
-    """Write results side by side into `out`; the rows of what moved since those `before`, matched
-    by the names of their folders. Raises ArtefactError.
+class Compared(NamedTuple):
+    """Results beside those before.
+
+    Attributes
+    ----------
+    rows : what is in both versions.
+    gone, added : results that only the version before, or only that of now, has.
+    """
+
+    rows: list[Row]
+    gone: list[str]
+    added: list[str]
+
+
+def compare(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Compared:
+    """Write results side by side into `out`; what moved since those `before`, matched by person and
+    name of the folder. Raises ArtefactError.
     """
     known = part()
-    results = {_name(folder): known.stored(folder) for folder in folders}
-    known.write_side_by_side(out, "devices", results)
-    then = {_name(folder): folder for folder in before}
-    if before and not set(then) & set(results):
+    now, then = _by_name(folders), _by_name(before)
+    known.write_side_by_side(out, "devices", {name: known.stored(now[name]) for name in now})
+    if not then:
+        return Compared([], [], [])
+    here, there = _by_key(now, "RUN"), _by_key(then, "--before")
+    both = [key for key in here if key in there]
+    if not both:
         raise ArtefactError(
-            f"{', '.join(map(str, before))}: none of the results {', '.join(results)} is there, so "
-            "nothing can be compared. Give folders of the same names with --before."
+            f"{', '.join(map(str, before))}: none of the results {_listed(here)} is there, so "
+            "nothing can be compared. Give folders of the same people and names with --before."
         )
-    return [
-        row
-        for name, now in results.items()
-        if name in then
-        for row in rows(known.stored(then[name]), now)
-    ]
+    found = []
+    for key in both:
+        of = f"{here[key]}: " if len(both) > 1 else ""
+        moved = rows(known.stored(then[there[key]]), known.stored(now[here[key]]))
+        found += [replace(row, target=f"{of}{row.target}") for row in moved]
+    return Compared(
+        found,
+        [name for key, name in there.items() if key not in here],
+        [name for key, name in here.items() if key not in there],
+    )
 
 
-def _name(folder: Path) -> str:
-    return folder.resolve().name
+def _by_name(folders: Sequence[Path]) -> dict[str, Path]:
+    """Folders, each once, by as much of the end of their paths as tells them apart."""
+    places = list(dict.fromkeys(folder.resolve() for folder in folders))
+    for length in range(1, max((len(place.parts) for place in places), default=0) + 1):
+        names = ["/".join(place.parts[-length:]) for place in places]
+        if len(set(names)) == len(names):
+            return dict(zip(names, places, strict=True))
+    return {}
+
+
+def _by_key(folders: Mapping[str, Path], which: str) -> dict[tuple[str, str], str]:
+    """The names of results by person and folder. Raises ArtefactError if two are of one."""
+    found: dict[tuple[str, str], str] = {}
+    for name, folder in folders.items():
+        key = part().person_of(folder), folder.name
+        if key in found:
+            raise ArtefactError(
+                f"{found[key]}, {name}: both are {key[1]} of {key[0]}, so it is not clear which of "
+                f"them to compare. Give one of them with {which}."
+            )
+        found[key] = name
+    return found
+
+
+def _listed(results: Mapping[tuple[str, str], str]) -> str:
+    return ", ".join(f"{name} (of {person})" for (person, _), name in results.items())

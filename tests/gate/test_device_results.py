@@ -20,10 +20,10 @@ FELL = Figure("stance", "left, learned", "% of the cycle", None)
 def stored(tmp_path):
     """Writes a result of figures into a folder."""
 
-    def write(place, *figures):
+    def write(place, *figures, person="S05"):
         folder = tmp_path / place
         folder.mkdir(parents=True)
-        about = {"version": 1, "person": "S05", "walker": "5", "cycles": 20.0}
+        about = {"version": results.VERSION, "person": person, "walker": "5", "cycles": 20.0}
         write_json(folder / "device.json", about | {"figures": [e._asdict() for e in figures]})
         return folder
 
@@ -73,11 +73,12 @@ def test_compare_shows_results_and_what_moved(stored, tmp_path, monkeypatch):
     now = [stored("now/S05-hip_exo", HIP, SPEED), stored("now/S05-backpack", SPEED)]
     before = stored("before/S05-hip_exo", HIP._replace(value=-0.9), SPEED)
     out = tmp_path / "out"
-    rows = device_results.compare(out, now, [before])
-    assert [(row.measure, row.change) for row in rows] == [
+    found = device_results.compare(out, now, [before])
+    assert [(row.measure, row.change) for row in found.rows] == [
         (HIP.quantity, "lost"),
         ("speed", "kept"),
     ]
+    assert found.added == ["S05-backpack"]
     page = (out / "devices.html").read_text(encoding="utf-8")
     assert "S05-hip_exo" in page
     assert "S05-backpack" in page
@@ -91,3 +92,46 @@ def test_results_of_other_names_are_refused(stored, tmp_path, monkeypatch):
     now, before = stored("now/S05-hip_exo", HIP), stored("before/S05-afo", HIP)
     with pytest.raises(ArtefactError, match="none of the results"):
         device_results.compare(tmp_path / "out", [now], [before])
+
+
+def test_results_of_one_name_stay_apart(stored, tmp_path, monkeypatch):
+    """The main job calls the folder of each person's device alike: reports/S05/hip_exo."""
+    only_html(monkeypatch)
+    fast = SPEED._replace(value=1.5)
+    now = [stored("now/S05/hip_exo", SPEED), stored("now/S06/hip_exo", fast, person="S06")]
+    before = [stored("old/S06/hip_exo", fast, person="S06"), stored("old/S05/hip_exo", SPEED)]
+    out = tmp_path / "out"
+    found = device_results.compare(out, now, before)
+    header, row = (out / "devices.csv").read_text(encoding="utf-8").splitlines()
+    assert header.split(",")[3:] == ["S05/hip_exo", "S06/hip_exo"]
+    assert row.endswith("1.2,1.5")
+    assert [(each.target, each.change) for each in found.rows] == [
+        ("S05/hip_exo: left, without", "kept"),
+        ("S06/hip_exo: left, without", "kept"),
+    ]
+
+
+def test_a_device_of_another_person_is_not_compared(stored, tmp_path, monkeypatch):
+    only_html(monkeypatch)
+    now, before = stored("S05/hip_exo", SPEED), stored("S06/hip_exo", SPEED, person="S06")
+    with pytest.raises(ArtefactError, match="none of the results hip_exo .of S05. is there"):
+        device_results.compare(tmp_path / "out", [now], [before])
+
+
+def test_two_results_of_one_person_and_name_are_refused(stored, tmp_path, monkeypatch):
+    only_html(monkeypatch)
+    now = [stored("a/hip_exo", SPEED), stored("b/hip_exo", SPEED)]
+    with pytest.raises(ArtefactError, match="not clear which"):
+        device_results.compare(tmp_path / "out", now, [stored("old/hip_exo", SPEED)])
+
+
+def test_a_result_that_is_gone_fails_a_strict_comparison(stored, tmp_path, monkeypatch):
+    only_html(monkeypatch)
+    now = stored("now/S05-afo", SPEED)
+    before = [stored("old/S05-afo", SPEED), stored("old/S05-backpack", SPEED)]
+    words = ["compare", str(now), "--out", str(tmp_path / "out")]
+    words += [word for folder in before for word in ("--before", str(folder))]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert "no result now of S05-backpack" in done.output
+    assert CliRunner().invoke(app, [*words, "--strict"]).exit_code == 1
