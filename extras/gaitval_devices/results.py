@@ -13,9 +13,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-import numpy as np
-
-from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
@@ -28,7 +25,7 @@ OF_SUBJECT: Final = ("check", "code", "folder_of", "live_walker", "stage", "tabl
 """What this part also has, of `of_subject`, whose pages are written with what is here."""
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
-VERSION: Final = 1
+VERSION: Final = 2
 TITLES: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 MARGINS: Final = {
     "cycles": 0.5,
@@ -82,20 +79,16 @@ def figures_of(outcome: "Outcome", side: Side) -> dict[str, float]:
     }
     for joint in JOINTS:
         name = TITLES[joint]
-        found[f"{name}: largest moment of the muscles (Nm/kg)"] = _largest(curves.own[joint, side])
-        found[f"{name}: largest torque of the device (Nm/kg)"] = _largest(
-            curves.device[joint, side]
-        )
+        for what, curve, unit in (
+            ("moment of the muscles", curves.own[joint, side], "Nm/kg"),
+            ("torque of the device", curves.device[joint, side], "Nm/kg"),
+            ("power of the device", curves.device_power[joint, side], "W/kg"),
+        ):
+            # Both ends: of two about as far from 0, which is farther hangs on rounding.
+            found[f"{name}: highest {what} ({unit})"] = float(curve.max())
+            found[f"{name}: lowest {what} ({unit})"] = float(curve.min())
         found[f"{name}: positive work of the muscles (J/kg a stride)"] = curves.work[joint, side]
-        found[f"{name}: largest power of the device (W/kg)"] = _largest(
-            curves.device_power[joint, side]
-        )
     return found
-
-
-def _largest(curve: Array) -> float:
-    """The value of a curve that is farthest from 0, with its sign."""
-    return float(curve[np.abs(curve).argmax()])
 
 
 def figures(outcomes: "Sequence[Outcome]") -> list[Figure]:

@@ -28,7 +28,7 @@ def found(who):
 def test_a_person_is_shown_by_every_assumption(found):
     assert [each.assumption for each in found] == list(ASSUMPTIONS[:3])
     plain, kept, moments = (figures_of(each, "right") for each in found)
-    name = "ankle: largest moment of the muscles (Nm/kg)"
+    name = "ankle: lowest moment of the muscles (Nm/kg)"
     assert plain[name] < kept[name] < 0.0
     assert plain[name] < moments[name] < 0.0
     # the same motion; of its few cycles one may begin a step of the physics later
@@ -60,7 +60,7 @@ def test_the_report_has_all(who, found, tmp_path):
     assert "Nobody knows which" in page
     assert (tmp_path / "device.pdf").stat().st_size > 10_000
     table = (tmp_path / "device.csv").read_text(encoding="utf-8")
-    assert "moments kept,left,ankle: largest torque of the device (Nm/kg)," in table
+    assert "moments kept,left,ankle: lowest torque of the device (Nm/kg)," in table
 
 
 @pytest.mark.slow
