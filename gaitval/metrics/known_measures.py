@@ -9,7 +9,6 @@ from gaitval.metrics.side_measures import SIDE_MEASURES
 from gaitval.prediction.known import QUANTITIES, Quantity, quantities_told
 
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
-STATUSES: Final[tuple[Status, ...]] = get_args(Status)
 
 ReadBy = Literal["reference", "feed-forward", "reward", "identification", "correction"]
 """What a run uses a known quantity for. Scaling uses standing markers or lengths, and no gait."""

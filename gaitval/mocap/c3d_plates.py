@@ -148,7 +148,7 @@ def _plate(
     unit = 1.0 if calibration is None else metres
     force, moment = _wrench(where, kind, channels, origin / unit, corners / unit, calibration)
     moment = moment * unit
-    first, last = _zero_samples(contents, index, per_frame, len(force))
+    first, last = _zero_samples(contents, per_frame, len(force))
     if last > first and abs(force[first:last, 2].mean()) < LARGEST_ZERO_N:
         force = force - force[first:last].mean(axis=0)
         moment = moment - moment[first:last].mean(axis=0)
@@ -254,7 +254,7 @@ def _channel_units(
     return np.array(factors)
 
 
-def _zero_samples(contents: Contents, index: int, per_frame: int, count: int) -> tuple[int, int]:
+def _zero_samples(contents: Contents, per_frame: int, count: int) -> tuple[int, int]:
     """Range of samples that FORCE_PLATFORM:ZERO declares unloaded; empty where it does not."""
     zero = [int(n) for n in contents.get("FORCE_PLATFORM", "ZERO")[:2]]
     if len(zero) < 2 or not 1 <= zero[0] <= zero[1]:

@@ -1,14 +1,11 @@
 """Figures that cite the file they were read from, and the place in it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 from pydantic import BaseModel
 
 from gaitval.metrics.record_results import RecordResult
 from gaitval.reporting.words import number
-
-UNKNOWN: Final = "not known"
 
 
 def at(values: object, pointer: str) -> object:

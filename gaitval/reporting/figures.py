@@ -55,9 +55,6 @@ NAMES: Final = {
 
 PERCENT = np.arange(101)
 
-_TITLE_PAD: Final = 13.0
-"""Points: a panel's title is above the line that has its RMSE."""
-
 
 def legend(figure: Figure, *panels: Axes) -> None:
     """A legend above `figure` of everything in its `panels`, each once, and of any band."""

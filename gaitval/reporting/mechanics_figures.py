@@ -8,7 +8,6 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import COLOURS, PERCENT, WALK_WIDTH, draw_record, legend
 from gaitval.reporting.links import link
 
-_TITLES = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 _PATHS = {"forward": "Forward", "left": "To the left", "up": "Up"}
 
 

@@ -825,7 +825,7 @@ def test_frames_that_the_file_declares_unloaded_are_counted_from_one(
             assert (group, name) == ("FORCE_PLATFORM", "ZERO")
             return declared
 
-    assert _zero_samples(Contents(), 0, 5, 50) == samples  # type: ignore[arg-type]
+    assert _zero_samples(Contents(), 5, 50) == samples  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
