@@ -122,7 +122,7 @@ MEASURES = {
         "code": (
             "gaitval/mocap/c3d*.py",
             "gaitval/mocap/mot*.py",
-            "gaitval/opensim/motion*.py",
+            "extras/gaitval_export/opensim/motion*.py",
             "extras/gaitval_export/*_f*.py",
             "extras/gaitval_export/walk.py",
             "extras/gaitval_export/locohub.py",
@@ -643,8 +643,8 @@ def install(_: Namespace) -> evidence.Row:
     import gaitval
     from gaitval.configuration import ContactSettings
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.opensim.osim import write_osim
     from gaitval.scaling.scaling import scale_subject
+    from gaitval_export.opensim.osim import write_osim
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

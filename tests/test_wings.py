@@ -17,8 +17,8 @@ from gaitval.cli.app import app
 from gaitval.configuration import ContactSettings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
-from gaitval.opensim.osim import write_osim
 from gaitval.scaling.scaling import scale_subject
+from gaitval_export.opensim.osim import write_osim
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -8,14 +8,14 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces
-from gaitval.opensim.coordinates import (
+from gaitval_export.ground_wrenches import ground_wrenches
+from gaitval_export.opensim.coordinates import (
     OPENSIM_COORDINATES,
     PELVIS_TRANSLATIONS,
     forces_to_opensim,
 )
-from gaitval.opensim.motion import write_external_loads, write_ground_reaction, write_motion
-from gaitval.opensim.osim import write_osim
-from gaitval_export.ground_wrenches import ground_wrenches
+from gaitval_export.opensim.motion import write_external_loads, write_ground_reaction, write_motion
+from gaitval_export.opensim.osim import write_osim
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
 

@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval import wings
 from gaitval.artefacts import versions
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
@@ -24,7 +25,6 @@ from gaitval.session.write import (
     refusal_files,
     write_body,
     write_table,
-    write_trial,
     writing,
 )
 
@@ -85,7 +85,7 @@ def _finished(target: Path, progress: Progress) -> list[Path]:
     if progress.body is not None and progress.session is not None:
         written += write_body(target, progress.body, progress.session.marker_set.name)
     for number, walk in enumerate(progress.trials, start=1):
-        written += write_trial(target, number, walk)
+        written += wings.load(wings.PARTS, "opensim").write_trial(target, number, walk)
     if progress.trials:
         written.append(write_table(target / "cycles.csv", cycle_table(progress.trials)))
     return written

@@ -10,26 +10,18 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import pandas as pd
 
+from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, value_hash, versions, write_json, write_text
 from gaitval.configuration import Configuration
-from gaitval.coordinates import COORDINATES, ROOT, SIDES
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ArtefactError
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import MARKERS, save_markers
-from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.urdf import write_urdf
-from gaitval.opensim.motion import (
-    write_external_loads,
-    write_ground_reaction,
-    write_markers,
-    write_moments,
-    write_motion,
-)
-from gaitval.opensim.osim import write_osim
 from gaitval.reporting.figure_data import FOLDER as FIGURES
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.session.results import IMPORT_VERSION, AnchoringResult, ImportResult
@@ -97,10 +89,6 @@ def write_subject(folder: Path, subject: Subject) -> Path:
 def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
     """Write everything of `found` but the subject below `folder`/recording; returns the files.
 
-    OpenSim's files of a trial belong together: its inverse dynamics finds the written moments from
-    the written motion and ground reaction. So the ground reaction is the one that inverse dynamics
-    used, and a trial that was made consistent has a model with its own masses.
-
     Each file is written whole or not at all. The `subject.toml` and `import.json` of an earlier
     import are removed first, and `import.json` is written last: if it exists, so do all others,
     from the same import. `configuration` gives contact and paper. Raises ArtefactError if the
@@ -116,25 +104,9 @@ def _write_import(folder: Path, found: Import, configuration: Configuration) -> 
     for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
         earlier.unlink(missing_ok=True)
     body = found.body
-    motion = found.trials[0].kinematics
-    determined = np.asarray(motion.determined.any(axis=0))
-    held = {
-        name: 0.0
-        for name, seen in zip(COORDINATES, determined, strict=True)
-        if not seen and name not in ROOT
-    }
-    friction = float(nominal_parameters()[PARAMETERS.index("friction")])
-
-    def write_model(path: Path, model: BodyModel) -> None:
-        write_osim(path, model, body.markers, configuration.contact, friction, held=held)
-        written.append(path)
-
-    written: list[Path] = []
-    write_model(target / "model.osim", body.model)
-    for number, walk in enumerate(found.trials, start=1):
-        written += write_trial(target, number, walk)
-        if walk.consistent is not None:
-            write_model(target / f"trial{number}_model.osim", walk.consistent.model)
+    written: list[Path] = wings.load(wings.PARTS, "opensim").write_import(
+        target, found, configuration.contact
+    )
     written += write_body(target, body, found.session.marker_set.name)
     written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
     written.append(write_table(target / "curves.csv", _curve_table(found)))
@@ -159,22 +131,6 @@ def write_table(path: Path, table: pd.DataFrame) -> Path:
     with replacing(path) as temporary:
         table.to_csv(temporary, index=False)
     return path
-
-
-def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
-    """Write OpenSim's files of a trial `walk` to `target`, with `number` in their names."""
-    files = {
-        name: target / f"trial{number}_{name}"
-        for name in ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
-    }
-    write_markers(files["markers.trc"], walk.recording)
-    write_motion(files["ik.mot"], walk.recording.time, walk.motion)
-    if walk.loads is None or walk.moments is None:
-        return [files["markers.trc"], files["ik.mot"]]
-    write_ground_reaction(files["grf.mot"], walk.loads)
-    write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
-    write_moments(files["id.sto"], walk.motion, walk.moments)
-    return list(files.values())
 
 
 def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:

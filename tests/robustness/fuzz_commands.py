@@ -48,14 +48,6 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.markers import ModelMarker, save_markers
-from gaitval.opensim.motion import (
-    write_external_loads,
-    write_ground_reaction,
-    write_markers,
-    write_moments,
-    write_motion,
-)
-from gaitval.opensim.osim import write_osim
 from gaitval.policy.training import read_log
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.rollout import Rollout
@@ -63,6 +55,14 @@ from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval_cohort.results import tables_of
 from gaitval_cohort.store import FINISHED, SUMMARY, Store
 from gaitval_curves.unpacking import unpack
+from gaitval_export.opensim.motion import (
+    write_external_loads,
+    write_ground_reaction,
+    write_markers,
+    write_moments,
+    write_motion,
+)
+from gaitval_export.opensim.osim import write_osim
 from gaitval_formats.batch_imports import read_batch
 from gaitval_gate import history
 from gaitval_gate.history import Check, Figure

@@ -17,7 +17,6 @@ from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.functional import (
@@ -31,6 +30,7 @@ from gaitval.session.functional import (
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request
 from gaitval.session.results import FunctionalResult
+from gaitval_export.opensim.coordinates import TO_OPENSIM
 
 RATE = 100.0
 PROCESSING = ProcessingSettings()

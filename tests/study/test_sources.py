@@ -223,7 +223,7 @@ STAGE_CODE = {
 ROUND = {f"gaitval/metrics/{name}.py" for name in ("round_errors", "typed", "identified_body")}
 """How a round's error and the body that it found are stored, which the next round reads."""
 NOT_CODE = {
-    "train_stage": ("reporting/", "metrics/", "session/", "cli/", "opensim/"),
+    "train_stage": ("reporting/", "metrics/", "session/", "cli/"),
     "scale_stage": ("policy/", "simulation/", "metrics/"),
     "push_stage": ("reporting/", "identification/", "metrics/validation.py"),
     "validate_stage": ("reporting/", "cli/", "policy/training.py"),

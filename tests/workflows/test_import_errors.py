@@ -965,7 +965,7 @@ def test_a_full_disk(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", str(laboratory.folder / "out" / "x"))
 
-    monkeypatch.setattr("gaitval.session.write.write_osim", full)
+    monkeypatch.setattr("gaitval_export.opensim.of_import.write_osim", full)
     result = gaitval(laboratory.request(), laboratory.folder / "out")
     assert result.exit_code == 2
     assert (

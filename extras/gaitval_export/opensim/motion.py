@@ -16,7 +16,7 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.opensim.coordinates import (
+from gaitval_export.opensim.coordinates import (
     OPENSIM_COORDINATES,
     PELVIS_TRANSLATIONS,
     TO_OPENSIM,
@@ -24,7 +24,7 @@ from gaitval.opensim.coordinates import (
     to_opensim,
     vectors_to_opensim,
 )
-from gaitval.opensim.osim import BODIES, DOCUMENT_VERSION
+from gaitval_export.opensim.osim import BODIES, DOCUMENT_VERSION
 
 _ROTATIONS = np.array([name not in PELVIS_TRANSLATIONS for name in OPENSIM_COORDINATES])
 

@@ -36,7 +36,7 @@ from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.errors import ModelError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
-from gaitval.opensim.coordinates import (
+from gaitval_export.opensim.coordinates import (
     PELVIS_ANGLES,
     PELVIS_TRANSLATIONS,
     TO_OPENSIM,
