@@ -135,7 +135,7 @@ def standing_in_walk(recording: Recording, marker_set: MarkerSet) -> Recording:
     right and one left mid-stance: moved and turned so that their pelvises agree (each by half of
     what is between them), each leg turned about its hip in the frontal plane until it is vertical
     (walking people put their feet in one line) with its foot kept flat, and both at the mean height
-    of the stance feet. Trunk and arms are those of the right mid-stance.
+    of the stance feet. Trunk and arms are half way between the two: each leans the other way.
 
     `recording` is cleaned, in the project's axes, walking along +x, with markers of `marker_set`.
     Raises RecordError if no mid-stance of a foot shows the pelvis and that leg.
@@ -199,10 +199,10 @@ def _together(recording: Recording, marker_set: MarkerSet, frames: tuple[int, in
         (pose - centre) @ Rotation.from_rotvec(share * apart.as_rotvec()).as_matrix().T
         for pose, centre, share in zip(poses, centres, (-0.5, 0.5), strict=True)
     )
-    whole = right.copy()
-    whole[segments == "pelvis"] = np.mean([right, left], axis=0)[segments == "pelvis"]
-    of_left = np.isin(segments, [f"{name}_l" for name in LEG])
-    whole[of_left] = left[of_left]
+    whole = np.mean([right, left], axis=0)
+    for pose, side in ((right, "r"), (left, "l")):
+        legs = np.isin(segments, [f"{name}_{side}" for name in LEG])
+        whole[legs] = pose[legs]
     for side, ankle in zip(SIDES, ankles, strict=True):
         _set_upright(whole, segments, marker_set, recording.names, side, ankle)
     whole[:, 2] += np.mean(heights) - np.mean(whole[ankles, 2])

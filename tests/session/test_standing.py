@@ -7,7 +7,7 @@ import pytest
 from made_up_session import made_up_session
 from scipy.spatial.transform import Rotation
 
-from gaitval.configuration import Configuration, ProcessingSettings
+from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import LaboratoryAxes
@@ -202,7 +202,9 @@ def test_a_knee_axis_off_its_marker_is_remarked_on_both_sides(stood):
         assert "in front of" in remark
 
 
-def test_a_walk_without_a_whole_stance_gives_a_standing_pose(tmp_path):
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory, processing):
+    tmp_path = tmp_path_factory.mktemp("sample")
     copy_sample(tmp_path)
     request = Request(
         static=tmp_path / "standing.c3d",
@@ -212,8 +214,11 @@ def test_a_walk_without_a_whole_stance_gives_a_standing_pose(tmp_path):
         height=1.53,
         sex="F",
     )
-    session = read_session(request, ProcessingSettings())
-    walk, marker_set = session.walking[0], session.marker_set
+    return read_session(request, processing)
+
+
+def test_a_walk_without_a_whole_stance_gives_a_standing_pose(sample):
+    session, walk, marker_set = sample, sample.walking[0], sample.marker_set
     second = round(walk.marker_rate)
     short = replace(walk, markers=walk.markers[2 * second : round(2.9 * second)])
     names = [marker_set.landmarks[f"R.{part}"] for part in ("ASIS", "Knee", "Ankle")]
@@ -222,3 +227,14 @@ def test_a_walk_without_a_whole_stance_gives_a_standing_pose(tmp_path):
         hip, knee, ankle = (np.median(pose.marker(name), axis=0) for name in names)
         lengths.append((np.linalg.norm(hip - knee), np.linalg.norm(knee - ankle)))
     np.testing.assert_allclose(*lengths, atol=LENGTHS_OF_WALK)
+
+
+def test_the_pose_of_a_mirrored_walk_is_the_mirrored_pose(sample):
+    walk, marker_set = sample.walking[0], sample.marker_set
+    sides = {"R": "L", "L": "R"}
+    other = [sides.get(name[0], name[0]) + name[1:] for name in walk.names]
+    mirrored = replace(walk, names=tuple(other), markers=walk.markers * [1.0, -1.0, 1.0])
+    pose, image = (standing_in_walk(each, marker_set) for each in (walk, mirrored))
+    for name, of_image in zip(walk.names, other, strict=True):
+        there = image.marker(of_image) * [1.0, -1.0, 1.0]
+        np.testing.assert_allclose(there, pose.marker(name), atol=1e-6, err_msg=name)
