@@ -72,7 +72,13 @@ def subject_of(found: Import) -> Subject:
         "leg_length_m": body.chosen.hip_height,
         "walking_speed_m_s": speed(found),
         "stride_time_s": float(
-            np.mean([cycle.duration for cycle in all_cycles(found, both.seen, kinetics=False)])
+            np.mean(
+                [
+                    cycle.duration
+                    for side in SIDES
+                    for cycle in all_cycles(found, side, kinetics=False)
+                ]
+            )
         ),
         "left_phase": _left_phase(found, both.seen),
         "mean_vertical_force": mean_vertical_force(means) if len(means) == len(SIDES) else None,

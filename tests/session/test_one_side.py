@@ -428,3 +428,15 @@ def test_residual_moments_are_compared_with_the_height_above_the_plates(found):
     )
     ((_, here), *_), ((_, there),) = trial_residuals(walk), trial_residuals(raised)
     assert there.moment_share == pytest.approx(here.moment_share, rel=1e-9)
+
+
+def test_the_stride_time_is_that_of_both_sides(found):
+    def one_of_each(walk):
+        right, left = walk.cycles["right"][0], walk.cycles["left"][1]
+        late = replace(left, end=left.end + 0.02)
+        return replace(walk, cycles={"right": (right,), "left": (late,)})
+
+    late = tuple(map(one_of_each, found.trials))
+    lasted = [c.duration for w in late for side in SIDES for c in w.cycles[side]]
+    assert len(lasted) == 2
+    assert subject_of(replace(found, trials=late)).stride_time_s == pytest.approx(np.mean(lasted))
