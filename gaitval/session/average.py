@@ -24,6 +24,10 @@ MASS_TOLERANCE = 0.12
 """Fraction of the body mass by which the force plates may differ from it. Plates with a wrong
 offset, or a foot beside them, miss a few per cent; a mass in pounds is 120 % off."""
 
+NEARLY_WHOLE: Final = 0.98
+"""Least share of a cycle in which the plates show both feet. A foot that ends it beside the plates
+is on the ground a few samples before, by the markers, depending on their rate."""
+
 _MASS_HINTS = (
     (POUND, "The mass looks like pounds: give --mass {mass:.1f}."),
     (1.0 / STANDARD_GRAVITY, "The forces look like kilograms (kgf): export them in N."),
@@ -182,10 +186,11 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
         for side in SIDES:
             for cycle in valid_cycles(walk, side, kinetics=True):
                 inside = (time >= cycle.start) & (time < cycle.end)
-                if walk.forces.valid[inside].all():
+                known = walk.forces.valid.all(axis=1) & inside
+                if known.sum() >= NEARLY_WHOLE * inside.sum():
                     # Momentum at both ends of a cycle of steady walking is equal, so the mean force
                     # is the weight.
-                    shares.append(walk.forces.force[inside, :, 2].sum(axis=1).mean())
+                    shares.append(walk.forces.force[known, :, 2].sum(axis=1).mean())
     if not shares:
         return None
     weight = float(np.mean(shares)) / STANDARD_GRAVITY

@@ -1,0 +1,41 @@
+"""The mass that the plates measure, against the one that was given."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_session import made_up_session
+
+from gaitval.configuration import Configuration
+from gaitval.errors import RecordError
+from gaitval.session.average import check_mass
+from gaitval.session.session import work_out
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    session = made_up_session(tmp_path_factory.mktemp("lab"), noise=0.0)
+    return work_out(session.request, Configuration().processing)
+
+
+def ending_beside_the_plates(walk, samples):
+    """The trial with one cycle, without forces in its last samples."""
+    cycle = walk.cycles["right"][1]
+    last = np.searchsorted(walk.forces.time, cycle.end)
+    valid, force = walk.forces.valid.copy(), walk.forces.force.copy()
+    valid[last - samples : last, 1], force[last - samples : last, 1] = False, 0.0
+    forces = replace(walk.forces, valid=valid, force=force)
+    return replace(walk, forces=forces, cycles={"right": (cycle,), "left": ()})
+
+
+def test_a_foot_that_lands_beside_the_plates_at_the_end_of_a_cycle_hides_no_mass(found):
+    walk = ending_beside_the_plates(found.trials[0], 5)
+    assert check_mass(found.request, [walk]) == pytest.approx(1.0, abs=0.02)
+    other = found.request.model_copy(update={"mass": found.request.mass_kg * 1.2})
+    with pytest.raises(RecordError, match="over 1 whole gait cycles, but the mass given is"):
+        check_mass(other, [walk])
+
+
+def test_a_cycle_half_of_whose_forces_are_missing_shows_no_mass(found):
+    walk = ending_beside_the_plates(found.trials[0], 200)
+    assert check_mass(found.request, [walk]) is None
