@@ -1,5 +1,7 @@
 """A range-of-motion trial narrows the posterior of the hip and of the leg, for both sides alike."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,7 @@ from gaitval_bodies.joints import (
     FunctionalLeg,
     judged_lengths,
     legs_of_session,
+    lengths,
     with_joints,
 )
 from gaitval_bodies.verdicts import IDENTIFIED
@@ -80,6 +83,29 @@ def test_a_knee_that_is_known_tells_shank_from_thigh_and_no_more_of_the_leg():
     # what the knee is too low in the thigh, the thigh is too short: only their sum is seen
     alone = known.sd[PARAMETERS.index("thigh_length")]
     assert alone / prior_sd(SUBJECT)[PARAMETERS.index("thigh_length")] > 0.4
+
+
+def test_errors_of_hip_and_ankle_are_in_all_that_is_measured_from_them():
+    """A hip that is found too high is as much too far from its ankle, and an ankle that is found
+    too low from hip and knee: with nothing known before, what is left is those errors."""
+    wide = replace(unseen(), covariance=np.diag((1e3 * prior_sd(SUBJECT)) ** 2))
+    images = 0.006
+    known = {
+        side: replace(leg, standard_error=images)
+        for side, leg in legs(shank=0.0).items()
+    }  # fmt: skip
+    found = with_joints(wide, MODEL, known)
+    told = np.zeros((5, len(PARAMETERS)))
+    told[range(3), [PARAMETERS.index(f"hip_{axis}") for axis in "xyz"]] = 1.0
+    told[3], told[4] = (lengths(MODEL)[index].weights for index in (1, 3))
+    # columns: hip forward, aside and up, ankle down, knee up
+    errors = np.array(
+        [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 1, 1, 0], [0, 0, 0, 1, 1]]
+    )
+    hip_error = MISSED**2 + images**2 / 3.0  # each way
+    one = errors @ np.diag([*3 * [hip_error], ANKLE**2, KNEE**2]) @ errors.T
+    left = told @ found.covariance @ told.T
+    np.testing.assert_allclose(left, one / 2.0, rtol=1e-3, atol=1e-9)
 
 
 def test_one_knee_alone_does_not_count():
@@ -146,6 +172,14 @@ def test_of_several_trials_of_a_session_the_best_counts():
     found = legs_of_session(session(*joints), "here")
     assert found["right"].difference[0] == 0.01
     assert found["left"].longer == pytest.approx(0.01)
+
+
+def test_images_of_a_hip_that_are_apart_are_an_error_of_half_as_much():
+    joints = [hip(side, 0.003, 0.0) for side in ("right", "left")]
+    joints[0]["hip"]["images_apart_m"] = 0.008
+    found = legs_of_session(session(*joints), "here")
+    assert found["right"].standard_error == pytest.approx(0.005)
+    assert found["left"].standard_error == pytest.approx(0.003)
 
 
 def test_the_knee_that_bent_furthest_counts():

@@ -6,13 +6,14 @@ import pytest
 from gaitval.configuration import RandomisationSettings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ModelError
-from gaitval.model.body import Segment
+from gaitval.model.body import SEGMENTS, Segment
 from gaitval.model.parameters import (
     PARAMETERS,
     apply_parameters,
     nominal_parameters,
     parameter_bounds,
 )
+from gaitval.model.tree import segment_frames
 from gaitval.model.urdf import model_hash
 from gaitval.scaling.scaling import scale_subject
 
@@ -36,6 +37,22 @@ def test_mu_has_the_papers_fourteen_elements_in_its_order():
     assert len(PARAMETERS) == len(set(PARAMETERS)) == 14
     assert PARAMETERS[:5] == ("damping", "friction", "foot_length", "shank_length", "thigh_length")
     assert [name.split("_")[0] for name in PARAMETERS[5::3]] == ["ankle", "hip", "knee"]
+
+
+def test_a_leg_is_as_long_as_its_hip_is_above_its_ankle(model):
+    """Of straight legs that differ, the mean of both."""
+    segments = [
+        replace(each, joint_position=1.1 * each.joint_position) if each.name == "foot_l" else each
+        for each in model.segments
+    ]
+    uneven = replace(model, segments=tuple(segments))
+    frames = segment_frames(uneven, np.zeros((1, 31)))[0]
+    high, low = (
+        np.mean([frames[SEGMENTS.index(f"{name}_{side}"), 2, 3] for side in "rl"])
+        for name in ("thigh", "foot")
+    )
+    assert uneven.leg_length == pytest.approx(high - low)
+    assert uneven.leg_length > model.leg_length
 
 
 def test_nominal_mu_changes_nothing(model):
