@@ -108,6 +108,17 @@ def test_errors_of_hip_and_ankle_are_in_all_that_is_measured_from_them():
     np.testing.assert_allclose(left, one / 2.0, rtol=1e-3, atol=1e-9)
 
 
+def test_a_trial_is_compared_with_the_body_as_scaled_wherever_the_prior_is():
+    """What is wrong on everybody moves the prior; joints are where scaling put them, or not."""
+    hip = PARAMETERS.index("hip_x")
+    moved = nominal_parameters()
+    moved[hip] += 0.01
+    sd = prior_sd(SUBJECT)[hip]
+    kept = sd**2 / (sd**2 + MISSED**2 / 2.0)
+    found = with_joints(replace(unseen(), mean=moved, prior_mean=moved), MODEL, legs())
+    assert found.mean[hip] == pytest.approx(0.01 * (1.0 - kept))
+
+
 def test_one_knee_alone_does_not_count():
     both = legs(longer=0.02, shank=0.02)
     one = both | {"left": legs(longer=0.02)["left"]}

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from simulation_fixtures import mujoco_mass_matrix
 
 from gaitval.coordinates import RANGES
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.simulation.mujoco_body import MujocoBody
-from gaitval_export.biomod import FILES, coordinate_names, write_biomod
+from gaitval_export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
 
@@ -40,6 +41,21 @@ def peer(folder: Path):
 
 
 FRAMES = (0, 137, 411)
+
+
+def test_rates_of_the_pelvis_angles_are_their_derivatives() -> None:
+    """The world's angular velocity of a pelvis that tumbles, as rates of three turns."""
+    step, time = 1e-5, np.arange(7.0)
+    angles = np.stack([0.5 * np.sin(time), 0.4 * np.cos(time), 0.3 * time - 0.8], axis=1)
+    spin = np.stack([np.cos(2 * time), 0.5 * np.sin(time), 1.0 - 0.1 * time], axis=1)
+    now = Rotation.from_euler("XYZ", angles)
+    later = Rotation.from_rotvec(step * spin) * now
+    positions, velocities = np.zeros((2, 7, 31))
+    positions[:, :3], velocities[:, :3] = now.as_rotvec(), spin
+    q, rates = _with_root_angles(positions, velocities)
+    np.testing.assert_allclose(q[:, :3], angles, atol=1e-12)
+    slope = (later.as_euler("XYZ") - angles) / step
+    np.testing.assert_allclose(rates[:, :3], slope, atol=1e-4)
 
 
 def test_it_has_the_same_coordinates_in_the_same_order(peer, walk) -> None:

@@ -7,9 +7,22 @@ import pandas as pd
 import pytest
 
 from gaitval.coordinates import COORDINATES
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import interpolated
-from gaitval_export.locohub import POINTS, _name, locohub_frame, read_locohub, write_locohub
+from gaitval.model.body import SEGMENTS
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.scaling import scale_subject
+from gaitval_export.locohub import (
+    POINTS,
+    _name,
+    _of_segments,
+    _of_trunk,
+    locohub_frame,
+    read_locohub,
+    write_locohub,
+)
 from gaitval_export.walked import Walked
 
 SIDED = (
@@ -92,6 +105,43 @@ def test_signs_are_those_of_a_gait(curves: dict[str, np.ndarray]) -> None:
     )
     assert at["foot_sagittal_angle_ipsi_rad"][0] > 0.1  # the heel strikes
     assert at["pelvis_transverse_angle_rad"][0] > 0.0  # the right side is ahead
+
+
+@pytest.mark.parametrize(
+    ("turn", "seen"),
+    [((0.2, 0, 0), "sagittal"), ((0, 0.15, 0), "frontal"), ((0, 0, 0.3), "transverse")],
+)
+def test_pelvis_and_trunk_are_positive_forward_and_with_the_right_side_up_and_ahead(turn, seen):
+    frames = np.tile(np.eye(3), (1, len(SEGMENTS), 1, 1))
+    for segment in ("pelvis", "torso"):
+        frames[:, SEGMENTS.index(segment)] = pelvis_rotation(*np.array(turn, float)[:, None])
+    found = _of_trunk(frames)
+    for segment in ("pelvis", "trunk"):
+        for plane in ("sagittal", "frontal", "transverse"):
+            expected = max(turn) if plane == seen else 0.0
+            assert found[f"{segment}_{plane}_angle_rad"] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_legs_are_positive_with_their_lower_end_ahead_and_the_toes_up(side):
+    model = scale_subject(load_subject("S05")).model
+    standing = np.zeros((1, len(COORDINATES)))
+    standing[0, COORDINATES.index(f"hip_flexion_{side[0]}")] = 0.4
+    standing[0, COORDINATES.index(f"knee_angle_{side[0]}")] = 0.5
+    standing[0, COORDINATES.index(f"ankle_angle_{side[0]}")] = 0.3
+    poses = segment_frames(model, standing)
+    found = _of_segments(side, poses[..., :3, :3])
+    hip, knee, ankle = (
+        poses[0, SEGMENTS.index(f"{name}_{side[0]}"), :3, 3] for name in ("thigh", "shank", "foot")
+    )
+    for name, above, below in (("thigh", hip, knee), ("shank", knee, ankle)):
+        ahead, _, up = below - above
+        assert found[f"{name}_sagittal_angle_SIDE_rad"] == pytest.approx(
+            np.arctan2(ahead, -up), abs=0.03
+        )
+    assert found["thigh_sagittal_angle_SIDE_rad"] == pytest.approx(0.4)
+    assert found["shank_sagittal_angle_SIDE_rad"] == pytest.approx(0.4 - 0.5)
+    assert found["foot_sagittal_angle_SIDE_rad"] == pytest.approx(0.4 - 0.5 + 0.3)
 
 
 def test_segments_follow_from_the_joints(curves: dict[str, np.ndarray]) -> None:
