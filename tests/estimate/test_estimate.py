@@ -7,8 +7,15 @@ import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
-from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
-from gaitval_estimate.estimate import estimate
+from gaitval_estimate.deviations import (
+    KINETICS,
+    Deviation,
+    Trial,
+    kinetics_of,
+    learned_from,
+    stored_fits,
+)
+from gaitval_estimate.estimate import LEVERS, _blocks, _levered, estimate
 
 NAN = float("nan")
 
@@ -110,3 +117,35 @@ def test_without_angles_it_is_expectation_and_mechanics():
     whole = found.expected + found.weights[:, None] * trial.fit
     whole[:, -1] = np.maximum(whole[:, -1], 0.0)
     assert np.allclose(found.kinetics, whole, rtol=0.0, atol=1e-15)
+
+
+def made_up(rng, share: float) -> Deviation:
+    """Of somebody whose medial force is larger by a share of how much wider the steps are."""
+    usual = rng.normal(1.0, 0.1, (2, len(KINETICS), 20))
+    wider, kinetics = float(rng.normal(0.0, 0.2)), np.zeros_like(usual)
+    medial = KINETICS.index(("forces", "medial"))
+    kinetics[:, medial] = share * wider * usual[:, medial]
+    angles = rng.normal(size=(2, 8, 20))
+    return Deviation(angles[:, :3], angles[:, 3:], 0.1, kinetics, kinetics, usual, wider, 0.0)
+
+
+def test_what_a_lever_says_is_taken_from_what_is_left():
+    """n people whose noise is supposed to be as large as one's signal: n / (n + 1) of the share."""
+    rng = np.random.default_rng(3)
+    people, other = [made_up(rng, 0.5) for _ in range(9)], made_up(rng, 0.0)
+    said, rest = _levered(people, other, LEVERS)
+    medial = KINETICS.index(("forces", "medial"))
+    expected = 0.5 * 0.9 * other.step_width * other.usual[:, medial]
+    np.testing.assert_allclose(said[:, medial], expected, atol=1e-12)
+    assert not np.delete(said, medial, axis=1).any()
+    for each, left in zip(people, rest, strict=True):
+        np.testing.assert_allclose(left, 0.1 * each.kinetics, atol=1e-12)
+
+
+def test_a_leg_is_seen_beside_the_other_one():
+    of = made_up(np.random.default_rng(4), 0.5)
+    mine, others = _blocks(of)[2]
+    np.testing.assert_array_equal(others[0], mine[1])
+    np.testing.assert_array_equal(others[1], mine[0])
+    assert not np.allclose(mine[0], mine[1])
+    np.testing.assert_allclose(mine.mean(axis=-1), 0.0, atol=1e-12)

@@ -11,7 +11,16 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import Curve, Force, GaitRecord
 from gaitval.prediction.population import with_others_kinetics
-from gaitval_estimate.seen import DIRECTIONS, at_own_contacts, speeds_beyond, with_total
+from gaitval_estimate.seen import (
+    DIRECTIONS,
+    SAMPLES,
+    _slow,
+    at_own_contacts,
+    contacts,
+    knows_contacts,
+    speeds_beyond,
+    with_total,
+)
 
 PHASE = np.arange(400) / 400
 
@@ -91,8 +100,43 @@ def test_steps_without_double_support_are_left_as_they_are(
         assert np.isfinite(limping.ground_reaction(side, PHASE)).all()
 
 
-def test_the_total_is_that_of_the_centre_of_mass(usual: GaitRecord, known: Subject) -> None:
+def test_contacts_of_a_limp_are_where_each_foot_lands_and_leaves(usual: GaitRecord) -> None:
+    """The left foot lands at 0.42 of the right cycle and leaves at 1.04, the right one at 0.66."""
+    limp = replace(usual, left_phase=0.42, stance_fraction={"right": 0.66, "left": 0.62})
+    np.testing.assert_allclose(contacts(limp, "right"), [0.0, 0.04, 0.42, 0.66, 1.0])
+    np.testing.assert_allclose(contacts(limp, "left"), [0.0, 0.24, 0.58, 0.62, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("right", "left", "both"),
+    [(0.66, 0.62, True), (0.66, 0.57, False), (0.43, 0.62, False), (0.66, 0.61, True)],
+)
+def test_both_feet_must_carry_twice_in_a_cycle(
+    known: Subject, right: float, left: float, both: bool
+) -> None:
+    """The left foot lands at 0.42: until then the right one stands, and the left one until 1."""
+    gait = known.gait.model_copy(update={"left_phase": 0.42})
+    update = {"gait": gait, "stance_fraction": StanceFraction(right=right, left=left)}
+    limp = known.model_copy(update={**update, "left_phase": 0.42})
+    assert limp.left_phase == 0.42
+    assert knows_contacts(limp) is both
+
+
+def test_what_is_slower_than_5_hz_is_kept_without_its_mean() -> None:
+    """Of strides of 1.1 s the fifth wave has 4.5 Hz and the sixth 5.5 Hz."""
+    angle = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    slow, fast = np.sin(5.0 * angle), np.cos(6.0 * angle)
+    found = _slow(np.stack([1.0 + slow + fast, fast, slow], axis=1), 1.1)
+    np.testing.assert_allclose(found, np.stack([slow, 0.0 * fast, slow], axis=1), atol=1e-12)
+
+
+@pytest.mark.parametrize("left_phase", [None, 0.44])
+def test_the_total_is_that_of_the_centre_of_mass(
+    usual: GaitRecord, known: Subject, left_phase: float | None
+) -> None:
     record = at_own_contacts(usual, known)
+    if left_phase is not None:
+        record = replace(record, left_phase=left_phase)
     found = with_total(record, moved(known, TOTAL))
     wanted = np.stack(
         [each.periodic()(PHASE) for each in (TOTAL.forward, TOTAL.left, TOTAL.up)], axis=1
