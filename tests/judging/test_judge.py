@@ -450,6 +450,21 @@ def test_stand_ins_are_at_the_frames_of_the_motion(sound):
     assert faster.marker_rate == pytest.approx(100.0)
 
 
+def test_the_height_of_the_centre_of_mass_is_above_the_plates(sound, judged_files):
+    """In a laboratory whose floor is 0.3 m above the origin of its axes."""
+    loads = read_loads(None, judged_files / "loads.xml", sound.skeleton)
+    up, values = 0.3 * sound.skeleton.model.up, dict(sound.motion.values)
+    values["pelvis_ty"] = values["pelvis_ty"] + 0.3
+    plates = tuple(
+        replace(each, centre_of_pressure=each.centre_of_pressure + up, moment=None)
+        for each in loads.plates
+    )
+    raised = gait.find_gait(
+        sound.skeleton, replace(sound.motion, values=values), replace(loads, plates=plates)
+    )
+    assert raised.height == pytest.approx(sound.gait.height, abs=1e-3)
+
+
 def test_forces_of_a_longer_time_are_cut_to_that_of_the_motion(sound, judged_files):
     loads = read_loads(None, judged_files / "loads.xml", sound.skeleton)
     beside = np.full((100, 3), 1.0)
