@@ -119,6 +119,29 @@ def test_a_trial_is_compared_with_the_body_as_scaled_wherever_the_prior_is():
     assert found.mean[hip] == pytest.approx(0.01 * (1.0 - kept))
 
 
+def test_lengths_are_the_slopes_of_distances_in_the_body():
+    """Of straight legs, mean of both sides, by every parameter."""
+
+    def heights(mu):
+        frames = segment_frames(apply_parameters(MODEL, mu), np.zeros((1, len(COORDINATES))))[0]
+        return [
+            np.mean([frames[SEGMENTS.index(f"{name}_{side}"), 2, 3] for side in "rl"])
+            for name in ("thigh", "shank", "foot")
+        ]
+
+    nominal, step = nominal_parameters(), 1e-3
+    slopes = np.array(
+        [
+            (np.array(heights(nominal + each)) - heights(nominal - each)) / (2.0 * step)
+            for each in step * np.eye(len(PARAMETERS))
+        ]
+    )
+    hip, knee, ankle = slopes.T
+    reach, thigh, shank = lengths(MODEL)[1:]
+    for found, slope in ((reach, hip - ankle), (thigh, hip - knee), (shank, knee - ankle)):
+        np.testing.assert_allclose(found.weights, slope, atol=1e-9)
+
+
 def test_one_knee_alone_does_not_count():
     both = legs(longer=0.02, shank=0.02)
     one = both | {"left": legs(longer=0.02)["left"]}
