@@ -150,7 +150,7 @@ def _furthest(profiles: GaitProfiles) -> dict[str, object] | None:
     key = max(record, key=lambda each: abs(walk[each] - record[each]))
     side, name = split_side(key)
     return {
-        "name": NAMES.get(name, name.replace("_", " ").capitalize()).lower(),
+        "name": name,
         "side": side,
         "record": record[key],
         "walk": walk[key],

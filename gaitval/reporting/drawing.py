@@ -80,6 +80,23 @@ def drawn(draw: Draw, language: str = SOURCE) -> str:
         _language.reset(spoken)
 
 
+def _fit_legends(figure: Figure) -> None:
+    """Draw a legend that is wider than its `figure`, as in a language of long words, smaller."""
+    for legend in tuple(figure.legends):
+        part = figure.bbox.width / legend.get_window_extent().width
+        if part < 1.0:
+            own: dict[str, Any] = vars(legend)
+            legend.remove()
+            figure.legend(
+                [each for each in legend.legend_handles if each is not None],
+                [each.get_text() for each in legend.get_texts()],
+                loc="outside upper center" if figure.get_layout_engine() else "upper center",
+                ncols=own["_ncols"],
+                fontsize=0.98 * part * float(legend.get_texts()[0].get_fontsize()),
+                borderaxespad=own["borderaxespad"],
+            )
+
+
 def svg(figure: Figure, name: str) -> str:
     """`figure` as an <svg> element whose identifiers begin with `name`, its texts in the language
     that `drawn` was asked for.
@@ -88,6 +105,7 @@ def svg(figure: Figure, name: str) -> str:
         from gaitval.reporting.translated_figures import translate
 
         translate(figure, _language.get())
+    _fit_legends(figure)
     buffer = io.StringIO()
     # matplotlib writes the date and its version unless they are None: equal data give equal bytes
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))

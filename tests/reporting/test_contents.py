@@ -2,9 +2,10 @@
 
 import re
 
-from html_page import Page
+from html_page import Page, whole_pdf
 
 from gaitval.reporting.contents import FEWEST, with_contents
+from gaitval.reporting.page import _printer, _resource
 
 PLACE = "<!-- contents: Contents -->"
 HEADINGS = ("Joint angles", "Späte Größe", '<em lang="en">Joint angles</em>', "%")
@@ -35,3 +36,33 @@ def test_every_heading_is_listed_and_found() -> None:
 def test_a_short_page_has_no_list() -> None:
     page = with_contents(page_of(*HEADINGS[: FEWEST - 1]))
     assert page == page_of(*HEADINGS[: FEWEST - 1]).replace(PLACE, "")
+
+
+def test_the_pages_listed_are_those_of_the_headings(tmp_path) -> None:
+    """WeasyPrint first lays the list out with a 0 for every page. Where "12" took a line more, the
+    headings after it moved on, and all of a German report were listed a page early.
+    """
+    lay_out = _printer("a4", tmp_path)
+    for length in (39, 40, 41, 42):  # one of them filled the line but for a digit
+        headings = "".join(
+            f'<h2>{each}</h2><figure style="height: 126.2mm; break-inside: avoid">.</figure>'
+            for each in ("aaaaaaaaaa " + length * "b", "Second", "Third", "Fourth")
+        )
+        pages = 10 * '<p style="break-after: page">.</p>' + '<p style="height: 100mm">.</p>'
+        head = f"<head><style>{_resource('report.css')}</style></head>"
+        with whole_pdf():
+            printed = lay_out(with_contents(f"<html>{head}<body>{pages}{PLACE}{headings}</body>"))
+        listed = {
+            box.element.get("href")[1:]: int(box.text.strip(". "))
+            for page in printed.pages
+            for box in page._page_box.descendants()
+            if box.element_tag == "a::after" and getattr(box, "text", "").strip(". ")
+        }
+        found = {
+            name: number
+            for number, page in enumerate(printed.pages, 1)
+            for name in page.anchors
+            if name in listed
+        }
+        assert len(listed) == 4
+        assert listed == found

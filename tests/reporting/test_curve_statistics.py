@@ -74,7 +74,7 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
         ("right", False),
     ]
     assert found["sides"][0].difference == pytest.approx(1.9)
-    assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip flexion", "left")
+    assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip_flexion", "left")
     profiles["walk"] |= {"left": 3.4}  # nearer to healthy people than the record is: different too
     assert _tables(changed)["sides"][0].matters
 

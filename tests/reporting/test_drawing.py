@@ -1,8 +1,11 @@
 """The style of figures."""
 
+from typing import Any
+
+import pytest
 from matplotlib import font_manager
 
-from gaitval.reporting.drawing import SETTINGS, know_fonts
+from gaitval.reporting.drawing import SETTINGS, know_fonts, new_figure, svg
 
 
 def test_a_list_of_fonts_without_the_figures_own_is_completed(monkeypatch, caplog):
@@ -17,3 +20,23 @@ def test_a_list_of_fonts_without_the_figures_own_is_completed(monkeypatch, caplo
     added = len(font_manager.fontManager.ttflist)
     know_fonts()
     assert len(font_manager.fontManager.ttflist) == added
+
+
+@pytest.mark.parametrize("placed", [True, False])
+def test_a_legend_of_long_words_is_not_cut_off(placed):
+    """That of the grids was 15 % wider than the page in German and in Portuguese."""
+    with new_figure(2.0, placed=placed) as figure:
+        axes = figure.subplots()
+        for k in range(8):
+            axes.plot([k], label="10 gesunde Erwachsene")
+        handles, labels = axes.get_legend_handles_labels()
+        where: Any = "upper center" if placed else "outside upper center"
+        figure.legend(handles, labels, loc=where, ncols=4, fontsize=9.0)
+        svg(figure, "a")
+        (legend,) = figure.legends
+        assert legend.get_window_extent().width <= figure.bbox.width
+        assert [each.get_text() for each in legend.get_texts()] == ["10 gesunde Erwachsene"] * 8
+        small = float(legend.get_texts()[0].get_fontsize())
+        assert 6.0 < small < 9.0
+        svg(figure, "a")  # one that fits stays as it is
+        assert figure.legends == [legend]

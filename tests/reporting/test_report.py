@@ -171,6 +171,7 @@ def test_the_record_has_no_band(metrics):
 
 def test_sentences_are_apart_and_no_test_of_the_project_is_named_in_the_verdict(page):
     text = " ".join(page.text.split())
+    assert "°.Over" not in text
     assert "are compared above. The compared cycles are walked in DART" in text
     verdict = text[text.index("The verdict is on") :][:200]
     assert "no external force is applied to the body, by construction)" in verdict
