@@ -196,7 +196,9 @@ class RecordingSummary:
     identifier : of the subject.
     sex : "F" or "M".
     mass, height : kg, m.
-    trial : name of the walking trial.
+    trial : name of the walking trial, or of all.
+    first_trial : of several, the one whose marker errors, residuals and `changes` these are; empty
+        of one.
     duration : s, of the trial.
     marker_rate, force_rate : Hz; force_rate 0 without force plates.
     walking_speed : m/s; NaN where not known.
@@ -260,6 +262,7 @@ class RecordingSummary:
     versions: Mapping[str, str] = field(default_factory=dict)
     commit: str = ""
     written: str = ""
+    first_trial: str = ""
 
 
 def write_recording_report(

@@ -115,6 +115,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         mass=request.mass_kg,
         height=request.height_m,
         trial=", ".join(walk.name for walk in found.trials),
+        first_trial=first.name if len(found.trials) > 1 else "",
         duration=sum(len(w.recording.markers) / w.recording.marker_rate for w in found.trials),
         marker_rate=first.recording.marker_rate,
         force_rate=first.recording.force_rate,

@@ -139,7 +139,7 @@ def work_out_trial(
         recording, forces, loads = carried.recording, carried.forces, carried.loads
         findings = carried.findings
         for finding in findings:
-            tell("forces", str(finding))
+            tell("forces", f"{name}: {finding}")
         dynamics = inverse_dynamics(body.model, recording.time, positions, *carried.wrenches)
         measured = forces, loads, dynamics
         if request.consistent:

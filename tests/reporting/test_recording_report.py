@@ -337,3 +337,18 @@ def test_a_column_that_is_empty_is_left_out_and_the_factor_is_the_population_s(
     assert "length in the model over the population’s mean for this stature" in page.text
     write_recording_report(tmp_path, sample())
     assert "Left Both Unit" in re.sub(r"(?<=[a-z])(?=[A-Z])", " ", page_of(tmp_path).text)
+
+
+def test_of_several_trials_the_page_says_which_the_errors_are_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The one cycle of Subject4's three walks is of the third; the markers' errors of the first."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    write_recording_report(tmp_path, sample(first_trial="walking1.trc"))
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    for heading in ("Marker errors", "Scaling", "Residuals at the pelvis"):
+        begin = page.index(f">{heading}</h2>")
+        assert "Of the first trial, walking1.trc." in page[begin : page.index("<h2", begin)]
+    write_recording_report(tmp_path, sample())
+    assert "Of the first trial" not in (tmp_path / "recording.html").read_text(encoding="utf-8")
