@@ -216,7 +216,8 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
             if (which, side) in drawn:
                 look = _look("walk" if which == "walk" else "record", side)
                 handles.append(Line2D([], [], **look, label=f"{said}, {side}" if side else said))
-    if any(each.sd is not None for panel in panels for each in panel.curves):
+    known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
+    if any(np.isfinite(each).any() for each in known):  # a single cycle has none
         handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
     if any(each.strides is not None for panel in panels for each in panel.curves):
         handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))

@@ -95,10 +95,9 @@ SPATIOTEMPORAL: Final = {
 def summary_of(found: Import) -> page.RecordingSummary:
     """What the page of the import `found` shows."""
     request, first = found.request, found.trials[0]
-    errors = marker_errors(first.kinematics)
+    errors, dynamics = marker_errors(first.kinematics), first.moments
     limits = {verdict.id: verdict.tolerance for verdict in verdicts(found)}
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
-    dynamics = first.moments
     changes: list[page.ConsistencyChange] = []
     if first.consistent is not None:
         from gaitval.session.consistency_rows import changes_by

@@ -121,3 +121,11 @@ def _legend(normal: Mapping[str, Norm]) -> str:
     svg = drawn(lambda: grids.grid([panels], height=1.5, figure_name="one"))
     (found,) = re.findall("<!-- (.*±.*) -->", svg)
     return found
+
+
+def test_the_legend_has_no_band_that_a_single_cycle_lacks() -> None:
+    words = ("recorded", "simulated")
+    for sd, there in ((np.full(101, np.nan), False), (np.full(101, 0.1), True)):
+        panel = Panel("angles/knee_angle", (DrawnCurve("right", WAVE, sd),))
+        labels = [each.get_label() for each in grids._handles([panel], words, "")]
+        assert ("± SD of the cycles" in labels) is there
