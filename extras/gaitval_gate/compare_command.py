@@ -134,6 +134,8 @@ def _compare_walks(
     missing = versions.only_before
     told = f"{len(worse)} measures got worse by more than their margin, {len(improved)} better"
     told += f"; no walk now of {', '.join(missing)}" if missing else ""
+    other = [pair.now.subject for pair in versions.pairs if not pair.same_record]
+    told += f"; compared with another record than before: {', '.join(other)}" if other else ""
     if not strict or not (worse or missing):
         display.plain(told)
         return []

@@ -10,6 +10,7 @@ from gaitval_cohort.answers import Summary
 from gaitval_cohort.identity import record_parts
 from gaitval_cohort.table import Study
 from gaitval_cohort.worn import figures, identity_of, wearing
+from gaitval_devices import results
 
 PERSON = load_subject(5)
 
@@ -28,7 +29,7 @@ def test_figures_are_those_of_the_page_with_what_a_search_found(tmp_path):
     assert [each["name"] for each in worn.devices] == ["hip_exo", "afo"]
     row = {"quantity": "speed", "of": "left, learned", "unit": "m/s", "value": 1.1}
     found = {"quantity": "hip_exo: work", "of": "without", "unit": "J/kg a stride", "value": 0.4}
-    result = {"version": 1, "person": "S05", "walker": "5", "cycles": 20.0}
+    result = {"version": results.VERSION, "person": "S05", "walker": "5", "cycles": 20.0}
     folder = tmp_path / "hip_exo-afo"
     folder.mkdir()
     write_json(folder / "device.json", result | {"figures": [row], "searched": [found]})

@@ -10,9 +10,10 @@ from html_page import only_html
 from rich.console import Console
 from typer.testing import CliRunner
 
-from gaitval.artefacts import write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.cli import display
 from gaitval.cli.app import app
+from gaitval_devices.results import VERSION
 
 REPORTS = Path(__file__).parents[2] / "reports"
 WALK = REPORTS / "S05" / "baseline"
@@ -36,7 +37,7 @@ def device(tmp_path: Path) -> Device:
         folder = tmp_path / place / "S05-hip_exo"
         folder.mkdir(parents=True)
         figure = {"quantity": "speed", "of": "left, without", "unit": "m/s", "value": speed}
-        about = {"version": 1, "person": "S05", "walker": "5", "cycles": 20.0}
+        about = {"version": VERSION, "person": "S05", "walker": "5", "cycles": 20.0}
         write_json(folder / "device.json", about | {"figures": [figure]})
         return folder
 
@@ -87,3 +88,14 @@ def test_all_that_got_worse_is_said(device: Device, said: io.StringIO, tmp_path:
     assert compare(tmp_path, [now, WALK], [then, *walks], "--strict").exit_code == 1
     assert "1 figures of devices moved" in said.getvalue()
     assert "no walk now of S02" in said.getvalue()
+
+
+def test_another_record_is_said(said: io.StringIO, tmp_path: Path) -> None:
+    """Its figures move for that alone."""
+    values = read_json(WALK / "metrics.json")
+    values["provenance"]["record"] = 64 * "f"
+    (tmp_path / "now").mkdir()
+    write_json(tmp_path / "now" / "metrics.json", values)
+    done = compare(tmp_path, [tmp_path / "now"], [WALK])
+    assert done.exit_code == 0, done.output
+    assert "compared with another record than before: S05" in done.output
