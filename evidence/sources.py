@@ -100,6 +100,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "@read",
         "@scaled",
         "extras/gaitval_consistent/*.py",
+        "extras/gaitval_measurement/*_checks.py",
         "gaitval/gait/*.py",
         "gaitval/inverse/*.py",
         "gaitval/session/average.py",
@@ -110,9 +111,10 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     ),
     "warnings": (
         "@read",
+        "extras/gaitval_measurement/*checks.py",
+        "gaitval/gait/agreement.py",
         "gaitval/gait/*_checks.py",
         "gaitval/gait/quality_flags.py",
-        "gaitval/session/quality_flags.py",
         "gaitval/scaling/same_person.py",
     ),
     "page": (

@@ -34,7 +34,7 @@ STRIDE_BINS: Final = 20
 STANCE_BINS: Final = np.linspace(0.1, 0.9, 9)
 """Edges, shares of the stance: at its ends small forces make the centre of pressure uncertain."""
 EDGE_SECONDS: Final = 0.1
-"""s at the edges of what is known that are not used, as in `gait.motion_checks`."""
+"""s at the edges of what is known that are not used, as in `gait.agreement`."""
 MOMENT_CUTOFF_HZ: Final = 8.0
 """Hz, of the wrenches of the plates; as `ProcessingSettings.moment_force_cutoff_hz`."""
 SLOW_FORCES_HZ: Final = 5.0

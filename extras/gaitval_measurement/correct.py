@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.errors import ConfigurationError
-from gaitval.gait.motion_checks import both_known
+from gaitval.gait.agreement import both_known
 from gaitval.inverse.inverse_dynamics import residuals
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics

@@ -19,7 +19,7 @@ from gaitval.arrays import Array, Flags
 from gaitval.configuration import ProcessingSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.event_checks import LARGEST_STRAY_S, SAME_SECONDS
+from gaitval.gait.agreement import SAME_SECONDS
 from gaitval.gait.events import force_events, marker_events
 from gaitval.gait.feet_on_plates import (
     SETTLING_SECONDS,
@@ -32,6 +32,7 @@ from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_contacts import EDGE_M
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
+from gaitval_measurement.event_checks import LARGEST_STRAY_S
 
 Method = Literal["plates", "markers", "file"]
 METHODS: Final[tuple[Method, ...]] = ("plates", "markers", "file")

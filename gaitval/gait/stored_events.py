@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.gait.event_checks import KINDS, SAME_SECONDS
+from gaitval.gait.agreement import KINDS, SAME_SECONDS
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, EventKind
 

@@ -10,12 +10,12 @@ from typing import Final
 
 import numpy as np
 
+from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
 from gaitval.gait.events import FOOT_CUTOFF_HZ
-from gaitval.gait.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import CleaningReport, clean
@@ -23,7 +23,7 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
-from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance, check_same_person, displaced
+from gaitval.scaling.same_person import check_same_person, displaced
 from gaitval.session.request import Request, Tell, part_text, silent
 from gaitval.session.standing import check_stands
 
@@ -124,10 +124,9 @@ def read_session(
                 marker_set,
                 names=(str(request.static), recording.source),
             )
-            for doubt in (
-                *trajectory_doubts(walking[number]),
-                *displaced_doubts(displaced(distances, marker_set)),
-                *foot_marker_doubts(standing, recording, landmarks),
+            checks, moved = wings.load(wings.PARTS, "checks"), displaced(distances, marker_set)
+            for doubt in checks.marker_doubts(
+                walking[number], standing, recording, landmarks, moved
             ):
                 tell("warnings", f"{request.called(number)}: {doubt}")
                 doubts.append((request.called(number), doubt))
@@ -301,16 +300,6 @@ def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -
     if request.static_time is None:
         return recording
     return recording.between(request.static_time, "--static-time")
-
-
-def displaced_doubts(distances: Iterable[MarkerDistance]) -> Iterator[QualityFlag]:
-    """Warnings about marker `distances` on a segment that differ between standing and walking."""
-    for one in distances:
-        yield QualityFlag(
-            "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
-            f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
-            "one of the two has moved, or is not the same marker; left as it is: check the labels",
-        )  # fmt: skip
 
 
 def _check_files(request: Request) -> None:

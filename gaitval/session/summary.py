@@ -9,7 +9,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import file_hash, versions
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.motion_checks import both_known
+from gaitval.gait.agreement import both_known
 from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of

@@ -24,7 +24,6 @@ from gaitval.gait.cycles import (
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
-from gaitval.gait.motion_checks import belt_doubts
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import RECORDED_ANGLES
@@ -39,7 +38,6 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.session.quality_flags import trial_doubts
 from gaitval.session.read import SessionRecordings, about_file, marker_columns
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
@@ -168,8 +166,9 @@ def work_out_trial(
     stored, of_file = _stored_events(tell, name, recording, events)
     feet = belt_speed(recording, events, landmarks=landmarks)
     belt = feet if request.belt is None else request.belt
-    found = trial_doubts(request, recording, landmarks, events, findings, measured)
-    doubts = (*of_file, *belt_doubts(belt, feet), *found)
+    checks = wings.load(wings.PARTS, "checks")
+    found = checks.trial_doubts(request, recording, landmarks, events, findings, measured)
+    doubts = (*of_file, *checks.belt_doubts(belt, feet), *found)
     for doubt in doubts:
         tell("warnings", f"{name}: {doubt}")
     return WalkingTrial(

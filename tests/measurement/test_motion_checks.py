@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.gait.force_checks import Stance
-from gaitval.gait.motion_checks import (
+from gaitval.mocap.recording import Event, FootForces
+from gaitval_measurement.force_checks import Stance
+from gaitval_measurement.motion_checks import (
     LEG_SHARE,
     aid_doubts,
     belt_doubts,
@@ -15,7 +16,6 @@ from gaitval.gait.motion_checks import (
     swing_doubts,
     weight_doubts,
 )
-from gaitval.mocap.recording import Event, FootForces
 
 MASS = 70.0
 WEIGHT = MASS * STANDARD_GRAVITY

@@ -1,12 +1,9 @@
-"""Warnings about a walking trial: its forces and its clock."""
+"""Warnings about a walking trial: its markers, its forces and its clock."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
-from gaitval.gait.event_checks import contact_doubts
 from gaitval.gait.events import marker_events
-from gaitval.gait.force_checks import channel_doubts, force_doubts, place_doubts, whole_stances
-from gaitval.gait.motion_checks import aid_doubts, motion_doubts, swing_doubts, weight_doubts
 from gaitval.gait.plate_contacts import OUTSIDE
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.sampling import interpolated
@@ -14,7 +11,51 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.foot_markers import pelvis_markers
 from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
 from gaitval.session.request import Request
+from gaitval_measurement.event_checks import contact_doubts
+from gaitval_measurement.force_checks import (
+    channel_doubts,
+    force_doubts,
+    place_doubts,
+    whole_stances,
+)
+from gaitval_measurement.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval_measurement.motion_checks import (
+    aid_doubts,
+    belt_doubts,
+    motion_doubts,
+    swing_doubts,
+    weight_doubts,
+)
+
+__all__ = ["belt_doubts", "marker_doubts", "trial_doubts"]
+
+
+def marker_doubts(
+    as_read: Recording,
+    standing: Recording,
+    walking: Recording,
+    landmarks: Mapping[str, str],
+    moved: Iterable[MarkerDistance],
+) -> Iterator[QualityFlag]:
+    """All warnings about the markers of a trial.
+
+    Parameters
+    ----------
+    as_read : the trial in the axes of its file.
+    standing, walking : both trials, cleaned, in the project's axes; `landmarks` names their
+        markers.
+    moved : distances on a segment that differ between them (`same_person.displaced`).
+    """
+    yield from trajectory_doubts(as_read)
+    for one in moved:
+        yield QualityFlag(
+            "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
+            f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
+            "one of the two has moved, or is not the same marker; left as it is: check the labels",
+        )  # fmt: skip
+    yield from foot_marker_doubts(standing, walking, landmarks)
 
 
 def trial_doubts(

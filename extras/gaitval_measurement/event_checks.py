@@ -6,18 +6,16 @@ from typing import Final
 import numpy as np
 
 from gaitval.coordinates import SIDES
+from gaitval.gait.agreement import KINDS, SAME_SECONDS
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, EventKind, FootForces
 
-SAME_SECONDS: Final = 0.15
-"""s. At most this far apart, two events of one foot and kind count as the same."""
 LARGEST_STRAY_S: Final = 0.04
 """s. Of one kind, each event of the forces is as late as the median after that of the markers: at
 most 0.025 (67 strikes and toe-offs of WBDS01 T01 at 0.49 m/s), and 0.013 in the other recordings
 named in `force_checks`."""
 FEWEST_EVENTS: Final = 3
-KINDS: Final[dict[EventKind, str]] = {"heel_strike": "heel strikes", "toe_off": "toe-offs"}
 
 
 def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:

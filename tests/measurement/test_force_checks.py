@@ -8,7 +8,9 @@ from synthetic_recording import BELTS, LANDMARKS, STANCE, STRIDE, walk
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.gait.foot_forces import assign_forces
-from gaitval.gait.force_checks import (
+from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.recording import FootForces, Plate, Recording
+from gaitval_measurement.force_checks import (
     Stance,
     channel_doubts,
     force_doubts,
@@ -16,8 +18,6 @@ from gaitval.gait.force_checks import (
     stance_figures,
     whole_stances,
 )
-from gaitval.mocap.force_plates import plate_axes
-from gaitval.mocap.recording import FootForces, Plate, Recording
 
 
 def waves(rate=500.0, seconds=4.0):

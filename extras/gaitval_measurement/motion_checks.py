@@ -11,23 +11,20 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import binary_erosion
 
 from gaitval.arrays import Array, Flags
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.gait.force_checks import Stance
+from gaitval.gait.agreement import both_known
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, FootForces
+from gaitval_measurement.force_checks import Stance
 
 LEAST_SECONDS: Final = 0.3
 """s with both feet's forces known below which nothing is concluded."""
 LARGEST_WEIGHT_ERROR: Final = 0.2
 """Of what the plates carry: at most 0.05, and 0.12 in the two trials whose markers jump. Over whole
 cycles `session.average.check_mass` asks for more, and refuses."""
-EDGE_SECONDS: Final = 0.1
-"""s at the edges of these that are not used: events from markers are accurate to 20 ms, and the
-low-pass reaches further."""
 LEAST_CORRELATION: Final = 0.7
 """Between what the motion needs and what the plates show, vertically: at least 0.84, but for two
 trials whose markers jump in those frames (0.44 and less), of which nothing is concluded."""
@@ -100,20 +97,6 @@ def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
         return None
     return float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
-
-
-def both_known(loads: FootForces) -> Flags:
-    """Where the `loads` of both feet are known, less `EDGE_SECONDS` at the edges.
-
-    Where a foot lands that no plate shows, its force is missing a little before the markers show
-    the landing.
-    """
-    # `border_value` 1: at an end of the trial no foot comes or goes.
-    return binary_erosion(
-        np.asarray(loads.valid.all(axis=1)),
-        iterations=round(EDGE_SECONDS * loads.rate),
-        border_value=1,
-    )
 
 
 def motion_doubts(

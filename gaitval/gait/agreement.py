@@ -1,0 +1,30 @@
+"""Where a trial's forces can be held against its motion, and which events of both are the same."""
+
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import binary_erosion
+
+from gaitval.arrays import Flags
+from gaitval.mocap.recording import EventKind, FootForces
+
+EDGE_SECONDS: Final = 0.1
+"""s at the edges of what is known of both feet that are not used: events from markers are accurate
+to 20 ms, and the low-pass reaches further."""
+SAME_SECONDS: Final = 0.15
+"""s. At most this far apart, two events of one foot and kind count as the same."""
+KINDS: Final[dict[EventKind, str]] = {"heel_strike": "heel strikes", "toe_off": "toe-offs"}
+
+
+def both_known(loads: FootForces) -> Flags:
+    """Where the `loads` of both feet are known, less `EDGE_SECONDS` at the edges.
+
+    Where a foot lands that no plate shows, its force is missing a little before the markers show
+    the landing.
+    """
+    # `border_value` 1: at an end of the trial no foot comes or goes.
+    return binary_erosion(
+        np.asarray(loads.valid.all(axis=1)),
+        iterations=round(EDGE_SECONDS * loads.rate),
+        border_value=1,
+    )
