@@ -34,7 +34,7 @@ AXES: Final[Mapping[str, str]] = {
 
 TURNED: Final = 1.6
 """How many times nearer to healthy people's both sides of all people together must be with the sign
-changed, for the sign to be wrong: as of one person in `prediction.unusual`."""
+changed, for the sign to be wrong: as of one person in `gaitval_bodies.unusual`."""
 
 _HEADER: Final = ("group", "subject", "trial", "side", "angle")
 _PERCENT: Final = tuple(f"p{each}" for each in range(SAMPLES))

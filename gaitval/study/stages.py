@@ -78,7 +78,6 @@ def scale_stage(run: Run) -> Stage:
 
     def scale() -> None:
         from gaitval.model.urdf import write_urdf
-        from gaitval.prediction.unusual import remarks_on_body
         from gaitval.scaling.scaling import scale_subject
 
         if run.subject.guessed:
@@ -87,12 +86,10 @@ def scale_stage(run: Run) -> Stage:
                 f"{run.subject.guessed}. Subjects with both in common count as one person: say "
                 "who it is with person and laboratory in the subject's file."
             )
-        remarks = remarks_on_body(run.subject)
-        if "implausible" in wings.names(wings.PARTS):
-            said = wings.load(wings.PARTS, "implausible")
-            remarks += said(run.subject, run.configuration, run.told().record)
-        for remark in remarks:
-            run.observer.say(remark)
+        if "unusual" in wings.names(wings.PARTS):
+            said = wings.load(wings.PARTS, "unusual").remarks_before_scaling
+            for remark in said(run.subject, run.configuration, run.told().record):
+                run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
         write_urdf(body.model, run.folder / "model.urdf")
         body.write_table(run.folder / "scaling.csv")
@@ -110,10 +107,10 @@ def reference_stage(run: Run) -> Stage:
     """Recorded gait and body model of `run` → reference motion."""
 
     def build() -> None:
-        from gaitval.prediction.unusual import remarks_on_gait
-
-        for remark in remarks_on_gait(run.subject, builtin_subjects()):
-            run.observer.say(remark)
+        if "unusual" in wings.names(wings.PARTS):
+            said = wings.load(wings.PARTS, "unusual").remarks_on_gait
+            for remark in said(run.subject, builtin_subjects()):
+                run.observer.say(remark)
         model = read_urdf(run.folder / "model.urdf")
         _reference_of(run, model).save(run.folder / "reference.npz")
 

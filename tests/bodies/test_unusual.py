@@ -7,7 +7,7 @@ import pytest
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, Curve
-from gaitval.prediction.unusual import remarks_on_body, remarks_on_gait
+from gaitval_bodies.unusual import remarks_on_body, remarks_on_gait
 
 PEOPLE = builtin_subjects()
 

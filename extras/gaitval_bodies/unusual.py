@@ -14,10 +14,12 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.plausible import unusual_build
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
+from gaitval_bodies.plausible import implausible
 
 TURNED: Final = 1.4
 """How many times further a curve is from other people's mean and the other side than the same curve
@@ -34,6 +36,15 @@ _STANCE = 60
 """Percent of the cycle in which every foot is loaded; beyond, a force's curve is no measurement."""
 _LOWEST = ("Heel", "MT1", "MT2", "MT5")
 _PHASES = np.arange(100) / 100.0
+
+
+def remarks_before_scaling(
+    subject: Subject, configuration: Configuration, record: GaitRecord
+) -> list[str]:
+    """`remarks_on_body` of a `subject`, and what of it is `implausible` with a `configuration` and
+    the `record` that is known.
+    """
+    return [*remarks_on_body(subject), *implausible(subject, configuration, record)]
 
 
 def remarks_on_body(subject: Subject) -> list[str]:
