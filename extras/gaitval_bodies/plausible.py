@@ -14,6 +14,7 @@ from gaitval.model.tree import segment_frames
 from gaitval.prediction.known import quantities_told
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.stature import mean_lengths
 
 FORCE: Final = 0.05
 """Share by which the mean vertical force may miss one body weight: plates and filters err by 1 to
@@ -83,7 +84,8 @@ def implausible(subject: Subject, configuration: Configuration, record: GaitReco
             f"{100 * abs(share - 1.0):.0f} %. Check the unit (km/h is 3.6 times m/s) and the "
             "belt's speed."
         )
-    usual = scale_subject(subject.by_stature()).model.leg_length
+    lengths = mean_lengths(subject.height_m)
+    usual = lengths["thigh"] + lengths["shank"]
     if abs(model.leg_length / usual - 1.0) > LEGS:
         found.append(
             f"thigh and shank are {100 * model.leg_length:.1f} cm long, but {100 * usual:.1f} cm "
