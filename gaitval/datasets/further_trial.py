@@ -2,11 +2,7 @@
 
 from typing import Any
 
-import numpy as np
-
-from gaitval.datasets.stored_gait import Gait
 from gaitval.errors import SubjectError
-from gaitval.gait.record import REQUIRED_ANGLES
 
 
 def named_trial(person: Any, other: Any) -> Any:
@@ -36,7 +32,7 @@ def named_trial(person: Any, other: Any) -> Any:
         )
     trial = other.as_trial()
     for known in (person.as_trial(), *person.trials):
-        if same_curves(known.gait, trial.gait):
+        if known.gait.has_curves_of(trial.gait):
             raise SubjectError(
                 f"{other.identifier} ({other.source}): the same curves as trial {known.name} "
                 f"of {person.identifier}. A trial cannot be both used and held out; give another."
@@ -46,13 +42,3 @@ def named_trial(person: Any, other: Any) -> Any:
     for number in range(2, 2 + len(names)):
         name = name if name not in names else f"{trial.name}-{number}"
     return trial.model_copy(update={"name": name})
-
-
-def same_curves(one: Gait, other: Gait) -> bool:
-    """Whether the gaits `one` and `other` have the same joint angles to a hundredth of a degree."""
-    phase = np.arange(100) / 100
-    first, second = one.angles_of_both(), other.angles_of_both()
-    return all(
-        np.abs(first[name](phase) - second[name](phase)).max() < np.radians(0.01)
-        for name in REQUIRED_ANGLES
-    )

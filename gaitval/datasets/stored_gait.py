@@ -4,6 +4,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Final, Self
 
+import numpy as np
 from pydantic import Field, Strict, ValidationInfo, field_validator, model_validator
 
 from gaitval.coordinates import SIDES, Side, opposite
@@ -120,6 +121,15 @@ class Gait(StoredPart):
                 f'either. Write not_recorded = {{ angles = "{unseen}", kinetics = "{unseen}" }}.'
             )
         return self
+
+    def has_curves_of(self, other: "Gait") -> bool:
+        """Whether `other` has the same joint angles to a hundredth of a degree."""
+        phase = np.arange(100) / 100
+        own, others = self.angles_of_both(), other.angles_of_both()
+        return all(
+            np.abs(own[name](phase) - others[name](phase)).max() < np.radians(0.01)
+            for name in REQUIRED_ANGLES
+        )
 
     def angles_of_both(self) -> dict[str, PeriodicCurve]:
         """The angles, rad; those of a side not recorded are the other side's (`GaitRecord`'s signs

@@ -171,10 +171,8 @@ class Subject(Displayed, StoredPart):
             for name in dict.fromkeys(names)
             if names.count(name) > 1
         ]
-        from gaitval.datasets.further_trial import same_curves
-
         for one, other in combinations((self.as_trial(), *self.trials), 2):
-            if same_curves(one.gait, other.gait):
+            if one.gait.has_curves_of(other.gait):
                 problems.append(
                     f"trials: {other.name} has the same curves as {one.name}. A copy would be "
                     "known where its trial is held out; leave it out."
