@@ -4,9 +4,7 @@ Such a trial may be the other half of a session's gait cycles. Its distance from
 the person's own variation: the floor below which no model can be expected to go.
 """
 
-from collections.abc import Mapping, Sequence
-
-import numpy as np
+from collections.abc import Mapping
 
 from gaitval.arrays import Array
 from gaitval.configuration import RecordSettings
@@ -27,23 +25,7 @@ from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.typed import array, number
 from gaitval.metrics.walk_results import MeanCurve
-
-
-def multiple_correlation(curves: Sequence[Array]) -> float | None:
-    """Coefficient of multiple correlation of repeated `curves` (101,); None where it is not
-    defined.
-
-    Kadaba et al. 1989, J Orthop Res 7:849, within a day: 1 less the variance about the mean curve
-    over the variance about the grand mean, and its square root.
-    """
-    values = np.array(curves)
-    count, samples = values.shape
-    # over the degrees of freedom: a mean per point is estimated, and then one grand mean
-    about_curve = np.sum((values - values.mean(axis=0)) ** 2) / (samples * (count - 1))
-    about_all = np.sum((values - values.mean()) ** 2) / (samples * count - 1)
-    if about_all == 0.0 or about_curve > about_all:
-        return None
-    return float(np.sqrt(1.0 - about_curve / about_all))
+from gaitval.metrics.walk_statistics import multiple_correlation
 
 
 def unseen(subject: Subject, walked: Kinds[MeanCurve]) -> list[UnseenResult]:

@@ -7,7 +7,7 @@ the person, walking again, would. Successive cycles are slightly correlated, whi
 slightly too wide.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -32,7 +32,6 @@ from gaitval.metrics.statistics_results import (
     WalkStatistics,
 )
 from gaitval.metrics.typed import number, sided
-from gaitval.metrics.unseen import multiple_correlation
 
 PERMUTATIONS: Final = 2_000
 """Of the test of each curve; the SD of a p of 0.05 is 0.005."""
@@ -107,6 +106,23 @@ def _of_curve(cycles: Array, expected: Array, where: Flags) -> CurveStatistics:
         p=number(test.p),
         regions=list(test.regions),
     )
+
+
+def multiple_correlation(curves: Sequence[Array]) -> float | None:
+    """Coefficient of multiple correlation of repeated `curves` (101,); None where it is not
+    defined.
+
+    Kadaba et al. 1989, J Orthop Res 7:849, within a day: 1 less the variance about the mean curve
+    over the variance about the grand mean, and its square root.
+    """
+    values = np.array(curves)
+    count, samples = values.shape
+    # over the degrees of freedom: a mean per point is estimated, and then one grand mean
+    about_curve = np.sum((values - values.mean(axis=0)) ** 2) / (samples * (count - 1))
+    about_all = np.sum((values - values.mean()) ** 2) / (samples * count - 1)
+    if about_all == 0.0 or about_curve > about_all:
+        return None
+    return float(np.sqrt(1.0 - about_curve / about_all))
 
 
 def _untested(cycles: Array) -> CurveStatistics:

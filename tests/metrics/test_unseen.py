@@ -9,8 +9,9 @@ from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import WalkedCurves
 from gaitval.metrics.typed import numbers
-from gaitval.metrics.unseen import multiple_correlation, unseen
+from gaitval.metrics.unseen import unseen
 from gaitval.metrics.walk_results import MeanCurve
+from gaitval.metrics.walk_statistics import multiple_correlation
 
 PERSON = load_subject("S05")
 T = np.linspace(0.0, 2.0 * np.pi, 101)
