@@ -139,6 +139,7 @@ def measure(
     asis = points["R.ASIS"], points["L.ASIS"]
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
     hips = {"R": points["R.Hip.Centre"], "L": points["L.Hip.Centre"]}
+    widths = {"knee": knee_width, "ankle": ankle_width}
     right, left = (_arm(points, side) for side in "RL")
     one_sided: dict[str, Side] = {
         **{name: "right" for name in right if name not in left},
@@ -153,7 +154,7 @@ def measure(
         pelvic_tilt=float(np.arcsin(-frame[2, 0])),
         one_sided=one_sided,
         **_shoulders(points),
-        sources=_sources(markers, points, functional=bool(hip_centres)),
+        sources=_sources(markers, points, widths, functional=bool(hip_centres)),
     )
 
 
@@ -290,6 +291,7 @@ def _shoulders(points: Mapping[str, Array]) -> dict[str, Any]:
 def _sources(
     markers: Mapping[str, Place],
     points: Mapping[str, Array],
+    widths: Mapping[str, Width],
     *,
     functional: bool,
 ) -> dict[str, str]:
