@@ -60,6 +60,8 @@ _WEAKEST: Final = 0.35
 joint, the unit is wrong: slow walkers, children and patients have 0.6 on one side at least."""
 SAME_PERCENT: Final = 0.01
 """Of the cycle, %, within which a row is of the percent that its place says."""
+_LANDED: Final = 0.05
+"""Body weights on a foot that has landed; the ten have 0.24 to 0.6 at 3 to 5 % of their cycle."""
 _NONE: Final = 0.05
 """Nm/kg. An ankle of less has no foot on the ground, or its column is empty."""
 
@@ -364,10 +366,15 @@ def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array])
                 f"{name}: its mean is {up[10:50].mean():.2g} body weights in stance (10-50 %); the "
                 "ground pushes up. Is its sign changed, or is it the other foot's?"
             )
-        elif up[75:90].max() > 0.1:
+        elif up[75:97].max() > 0.1:
             problems.append(
-                f"{name}: {up[75:90].max():.2g} body weights in swing (75-90 %). Are the sides "
+                f"{name}: {up[75:97].max():.2g} body weights in swing (75-96 %). Are the sides "
                 "exchanged, or the rows not of this side's own cycle?"
+            )
+        elif up[3:6].mean() < _LANDED:
+            problems.append(
+                f"{name}: {up[3:6].mean():.2g} body weights at 3-5 %, where the foot has landed. "
+                "Are the rows not from heel strike to heel strike of this side?"
             )
         elif not forces[f"forward_{side}"][5:25].mean() < forces[f"forward_{side}"][40:58].mean():
             problems.append(

@@ -27,6 +27,13 @@ _PHASE: Final = np.arange(SAMPLES) / (SAMPLES - 1)
 PELVIS_MISMATCH: Final = float(np.radians(2.0))
 """rad, root-mean-square. Both sides' curves describe one pelvis; the ten agree within 0.16°."""
 
+_STEP: Final = (0.4, 0.6)
+"""A step is about half a stride."""
+UNEQUAL_STEPS: Final = (0.25, 0.75)
+"""Where the left heel strikes if not there: after a stroke one step may last twice the other. No
+wider, for the shape of a pelvis repeats every half stride."""
+_END: Final = 1e-3
+
 
 def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
     """Phase of the right cycle at left heel strike, from the pelvis' curves in `angles` (rad); and
@@ -49,15 +56,25 @@ def left_phase(angles: Mapping[str, PeriodicCurve]) -> tuple[float, float]:
             ]
         )
 
-    best = minimize_scalar(
-        lambda shift: float(np.sum(differences(shift) ** 2)),
-        # A step is about half a stride.
-        bounds=(0.4, 0.6),
-        method="bounded",
-        options={"xatol": 1e-7},
-    )
-    mismatch = np.sqrt(np.mean(differences(best.x) ** 2, axis=1)).max()
-    return float(best.x), float(mismatch)
+    def least(low: float, high: float) -> float:
+        best = minimize_scalar(
+            lambda shift: float(np.sum(differences(shift) ** 2)),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-7},
+        )
+        return float(best.x)
+
+    found = least(*_STEP)
+    if not _within(found, _STEP):
+        found = least(*UNEQUAL_STEPS)
+    mismatch = np.sqrt(np.mean(differences(found) ** 2, axis=1)).max()
+    return found, float(mismatch)
+
+
+def _within(phase: float, bounds: tuple[float, float]) -> bool:
+    """Whether a minimum at `phase` is one, and not an end of its `bounds`."""
+    return bounds[0] + _END < phase < bounds[1] - _END
 
 
 def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> dict[str, Any]:
@@ -77,6 +94,12 @@ def gait_values(curves: MeanCurves, where: str, stance: float | None = None) -> 
             "however they are shifted, which is impossible for one pelvis. Own side up and own "
             "side forward are positive on both sides. Are the sides of some columns exchanged, or "
             "is the sign of one side changed?"
+        )
+    if not _within(left, UNEQUAL_STEPS):
+        raise RecordError(
+            f"{where}: the pelvis curves of right and left do not show when the left foot strikes: "
+            f"they agree best at {100 * left:.0f} % of the right cycle or beyond. Does every curve "
+            "go from heel strike to heel strike of its own side?"
         )
     found: dict[str, Any] = {"left_phase": left}
     if not curves.forces:

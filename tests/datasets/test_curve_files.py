@@ -1,5 +1,6 @@
 """Subjects from anyone's mean curves, and what is said of curves that cannot be used."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,18 @@ def swapped(one, other):
     return lambda curves: curves.rename(columns={one: other, other: one})
 
 
+def moved(curve, percent):
+    """The curve of a cycle, that much later."""
+    once = np.roll(np.asarray(curve)[:-1], percent)
+    return np.append(once, once[0])
+
+
+def later(percent):
+    return lambda curves: curves.apply(lambda curve: moved(curve, percent)).assign(
+        percent=curves.percent
+    )
+
+
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
@@ -152,6 +165,8 @@ def swapped(one, other):
         (lambda c: c.assign(percent=np.roll(c.percent, 8)), "percent: 93 in row 2, where 0 is "),
         (lambda c: c.assign(percent=c.percent / 100), "percent: 0.01 in row 3, where 1 is needed"),
         (lambda c: c.assign(percent=c.percent.where(c.index != 4)), "percent: nan in row 6"),
+        (later(7), "force_up_r: .* at 3-5 %, where the foot has landed"),
+        (later(-5), "force_up_r: .* in swing"),
         (change("angle_ankle_angle_r", lambda a: a + 90.0), "ankle_angle_r: .* from 90° in stand"),
         (change("angle_knee_angle_l", lambda a: 180.0 - a), "knee_angle_l: .* from 180° in stand"),
     ],
@@ -160,6 +175,22 @@ def test_a_wrong_sign_unit_side_or_gap_is_named(good, tmp_path, damage, message)
     path = written(tmp_path, damage(good))
     with pytest.raises(RecordError, match=message):
         gait_values(read_mean_curves([path]), str(path))
+
+
+@pytest.mark.parametrize("strike", [0.32, 0.38, 0.45, 0.62, 0.7])
+def test_unequal_steps_are_as_unequal_as_the_pelvis_shows(good, tmp_path, strike):
+    """After a stroke a step may last twice the other (Patterson et al. 2008)."""
+    percent = round(100 * (0.5 - strike))
+    ours = {name: moved(good[name], percent) for name in good if re.search("pelvis.*_l$", name)}
+    found = gait_values(read_mean_curves([written(tmp_path, good.assign(**ours))]), "here")
+    assert found["left_phase"] == pytest.approx(strike, abs=0.01)
+
+
+def test_a_left_foot_that_strikes_nowhere_is_refused(good, tmp_path):
+    still = good.assign(**{name: 0.1 * good[name] for name in good if "pelvis" in name})
+    ours = {name: moved(still[name], 40) for name in still if re.search("pelvis.*_l$", name)}
+    with pytest.raises(RecordError, match="do not show when the left foot strikes"):
+        gait_values(read_mean_curves([written(tmp_path, still.assign(**ours))]), "here")
 
 
 def test_files_that_are_no_curves(tmp_path, good):
