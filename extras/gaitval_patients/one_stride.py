@@ -24,6 +24,9 @@ TOLERANCE: Final = float(np.radians(0.4))
 LEFT_PHASE: Final = (0.25, 0.75)
 """Within which the left heel strikes: half of what `datasets.plausible` lets pass, for the shape of
 a pelvis repeats every half stride."""
+STRIKE_PRIOR: Final = (0.5, 0.05)
+"""Phase of left heel strike before the pelvis is looked at: steps may be as unequal as 40 to 60
+without being unlikely."""
 _POINTS: Final = np.arange(SAMPLES - 1) / (SAMPLES - 1)
 
 

@@ -27,7 +27,7 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
 from gaitval_patients import estimates
 from gaitval_patients.estimates import Estimate
-from gaitval_patients.one_stride import Smoothed, left_strike, smoothed
+from gaitval_patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
 from gaitval_patients.people import Person, person_of
 from gaitval_patients.prosthesis import with_prosthesis
 from gaitval_patients.rolling_foot import STANCE_BIAS, feet
@@ -35,10 +35,6 @@ from gaitval_patients.strides import Strides
 
 EXPECTED: Final = ("subtalar_angle",)
 """Angles that the model has and a stride has not: the mean of the built-in people."""
-
-STRIKE_PRIOR: Final = (0.5, 0.05)
-"""Phase of left heel strike before the pelvis is looked at: steps may be as unequal as 40 to 60
-without being unlikely."""
 
 _STATURE: Final[Mapping[str | None, tuple[float, float]]] = {
     "M": (1.757, 0.068),

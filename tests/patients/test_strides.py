@@ -34,6 +34,16 @@ def test_a_turned_sign_of_all_people_is_found(tmp_path):
         read_strides(write_strides(tmp_path / "s.csv", rows))
 
 
+def test_two_pelves_are_refused(tmp_path):
+    """A program that gives list and rotation in the laboratory's signs on both sides."""
+    rows = stride_rows("5", "g", "P")
+    for row in rows:
+        if row[3] == "L" and row[4] in ("pelvis_1", "pelvis_3"):
+            row[5:] = [-value for value in row[5:]]
+    with pytest.raises(RecordError, match="impossible for one pelvis"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+
+
 def test_what_is_no_number_or_there_twice_is_named(tmp_path):
     rows = stride_rows("5", "g", "P")
     rows[0][20] = "x"
