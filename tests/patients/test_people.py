@@ -148,3 +148,21 @@ def test_an_amputation_has_a_side_or_is_none(tmp_path, side, expected):
     table = tmp_path / "p.csv"
     table.write_text(f"Subject,Amputation side\nA,{side}\n", encoding="utf-8")
     assert read_people(table)["A"].amputation == expected
+
+
+@pytest.mark.parametrize(
+    ("header", "name"),
+    [
+        *(
+            ("Walking speed (m/s)", "speed"),
+            ("Gait velocity (m/s)", "speed"),
+            ("Velocity", "speed"),
+        ),
+        *(("Body mass (kg)", "mass"), ("Body weight (kg)", "mass"), ("Body height (m)", "height")),
+    ],
+)
+def test_what_was_measured_is_known_by_the_words_of_its_header(tmp_path, header, name):
+    path = tmp_path / "people.csv"
+    value = 60.0 if name == "mass" else 1.5
+    path.write_text(f"Subject,{header}\nP,{value}\n")
+    assert getattr(read_people(path)["P"], name) == value
