@@ -355,6 +355,17 @@ EQUAL: Final = (
         ("gaitval/gait/events.py",),
         "events are as they had been, statement for statement",
     ),
+    Equal(
+        "c0241df2d1",
+        "cb5c4b3f6c",
+        (
+            *("gaitval/session/read.py", "gaitval/session/trial.py", "gaitval/session/write.py"),
+            *("gaitval/datasets/subject.py", "gaitval/study/stages.py"),
+        ),
+        "what writes OpenSim's files, warns of a recording and remarks on a person moved to wings: "
+        "tables, motions, loads and moments of an import of the sample, and policy, reference, "
+        "rollouts and metrics.json of a study of S05 were equal before and after",
+    ),
 )
 """Oldest first."""
 
