@@ -22,7 +22,7 @@ class Outcome(NamedTuple):
 
     Attributes
     ----------
-    code : exit code of `gaitval check`.
+    code : exit code of `gaitval check`; 128 and the signal's number if one ended it, as in a shell.
     measures, lost : numbers of measures compared, and of those that were lost.
     moved : of the lost ones, what the JUnit file says.
     inputs : what the walk depends on that has changed.
@@ -81,9 +81,11 @@ def check(baseline: str, out: Path, *, quick: bool) -> Outcome:
     print(f"::group::gaitval check {baseline}\n{done.stdout}\n::endgroup::", flush=True)
     measures, moved = _junit(junit)
     inputs = re.search(r"^Inputs: (.*)$", done.stdout, re.MULTILINE)
+    ended = done.returncode
     return Outcome(
         baseline=baseline,
-        code=done.returncode,
+        # negative after a signal, and so less than the 0 of another baseline
+        code=128 - ended if ended < 0 else ended,
         measures=measures,
         lost=len(moved),
         moved=moved,

@@ -1,5 +1,6 @@
 """The GitHub action: its file, its middle, and its steps run in a clean place."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -101,6 +102,9 @@ def fake_gaitval(folder: Path, codes: dict[str, int]) -> None:
         "arguments = sys.argv[1:]\n"
         "assert arguments[0] == 'check' and arguments[1] == '--baseline', arguments\n"
         "code = codes[arguments[2]]\n"
+        "if code < 0:\n"
+        "    import os\n"
+        "    os.kill(os.getpid(), -code)\n"
         "print('Inputs: changed: numpy 2.2 -> 2.3' if code < 2 else 'check: no such | folder')\n"
         "print('quick' if '--quick' in arguments else 'all')\n"
         f"text = {JUNIT!r}\n"
@@ -137,6 +141,20 @@ def test_all_baselines_are_checked_and_the_worst_decides(tmp_path, monkeypatch, 
     for name in codes:
         log = (tmp_path / f"out/{name.replace('/', '-')}.log").read_text()
         assert "quick" in log
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize("order", [("a", "killed"), ("killed", "a")])
+def test_a_check_that_was_killed_fails_the_job(tmp_path, monkeypatch, order):
+    """The kernel kills a process where memory is short; another baseline may be fine."""
+    fake_gaitval(tmp_path, {"a": 0, "killed": -9})
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BASELINES", "\n".join(order))
+    monkeypatch.setenv("OUT", "out")
+    with pytest.raises(SystemExit) as ended:
+        action_check.main()
+    assert ended.value.code == 128 + 9
+    assert "| killed | **exit code 137** |" in (tmp_path / "out/summary.md").read_text()
 
 
 def test_quick_can_be_turned_off(tmp_path, monkeypatch):
