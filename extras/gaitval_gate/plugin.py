@@ -170,7 +170,7 @@ def _update(folder: Path, now: "Metrics") -> None:
     from gaitval_gate.baseline import seal_again
 
     write_json(folder / METRICS, now.as_dict())
-    seal_again(folder)
+    seal_again(folder, walked=True)
 
 
 def _names(row: "Row | Measure") -> set[str]:
