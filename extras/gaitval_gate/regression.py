@@ -18,6 +18,9 @@ Outcome = Literal["lost", "kept", "improved"]
 LONG_MEASURES = ("consecutive_cycles", "push_survival")
 """Measures that need longer rollouts than the compared one."""
 
+FALLS = ("falls", "walk")
+"""Measure and target of how many of the walks fell."""
+
 
 class Allowed(Protocol):
     """How much of a measure may be lost, and whether "lower" or "higher" is better."""
@@ -71,6 +74,15 @@ def _values(metrics: Metrics) -> dict[tuple[str, str], float | None]:
     return {(row.measure, row.target): row.value for row in metrics.measures}
 
 
+def _falls_so_far(stored: Metrics, now: Metrics) -> float:
+    """Falls of the stored walks from the start phases that are walked `now`, within its length."""
+    length = now.method.consecutive_cycles
+    fell = {
+        each.start_phase for each in stored.walk.starts if each.fell and each.cycles.right < length
+    }
+    return float(sum(each.start_phase in fell for each in now.walk.starts))
+
+
 def compare(
     baseline: Metrics,
     current: Metrics,
@@ -79,8 +91,8 @@ def compare(
     margins: Mapping[str, Allowed] | None = None,
 ) -> list[Row]:
     """A row for every measure of `baseline` or `current`, new ones last, except those in
-    `leave_out`. `margins`, by measure, replace those of the installed gaitval. Raises ArtefactError
-    for different subjects.
+    `leave_out`, without which falls are those of the starts and cycles of `current`. `margins`, by
+    measure, replace those of the installed gaitval. Raises ArtefactError for different subjects.
     """
     ours, theirs = current.subject.identifier, baseline.subject.identifier
     if ours != theirs:
@@ -91,6 +103,8 @@ def compare(
     allowed: dict[str, Allowed] = {each.measure: each for each in load_registry().margin}
     allowed |= margins or {}
     before, now = _values(baseline), _values(current)
+    if leave_out and before.get(FALLS) is not None:  # from fewer starts, and not as far
+        before[FALLS] = _falls_so_far(baseline, current)
     origins = current.origins
     return [
         Row(

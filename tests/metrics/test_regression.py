@@ -1,4 +1,6 @@
 import copy
+import json
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -140,6 +142,33 @@ def test_a_quick_check_leaves_out_what_a_short_walk_does_not_show(metrics):
     rows = compared(metrics, shorter, leave_out=LONG_MEASURES)
     assert lost(rows) == []
     assert "consecutive_cycles" not in {row.measure for row in rows}
+
+
+@pytest.mark.parametrize(
+    ("start", "cycles", "falls_now", "change"),
+    [
+        (3, 50, 0, "kept"),  # from another start: nobody has got better
+        (0, 50, 0, "kept"),  # later than the short walk ends
+        (0, 3, 0, "improved"),
+        (3, 50, 1, "lost"),  # not hidden by the fall of another walk
+        (0, 3, 1, "kept"),
+    ],
+)
+def test_falls_of_a_quick_check_are_those_of_the_same_start_and_cycles(
+    start, cycles, falls_now, change
+):
+    path = Path(__file__).parents[2] / "reports" / "S05" / "baseline" / "metrics.json"
+    contents = json.loads(path.read_text(encoding="utf-8"))
+    stored = _changed(contents, "falls", "walk", 1.0)
+    walk = stored["walks"]["identified"]["starts"][start]
+    walk["fell"], walk["cycles"]["right"] = True, cycles
+    quick = _changed(contents, "falls", "walk", float(falls_now))
+    walks = quick["walks"]["identified"]
+    walks["starts"] = walks["starts"][:1]
+    walks["starts"][0]["fell"] = bool(falls_now)
+    quick["method"]["consecutive_cycles"] = 22
+    row = _row(compared(stored, quick, leave_out=LONG_MEASURES), "falls", "walk")
+    assert row.change == change
 
 
 def test_a_baseline_with_fewer_measures_is_refused_unless_asked_for(metrics):
