@@ -48,7 +48,8 @@ def history(
 
     Writes a page, HTML and PDF, with every figure that ever changed, and a CSV file with all
     values. A step is a change too large for the scatter before and after it; one that is worse by
-    more than the margin of its measure is marked. With fewer than six checks nothing is looked for.
+    more than the margin of its measure is marked. With fewer than six checks nothing is looked for
+    but figures that could no longer be measured.
     """
     from gaitval_gate import history as histories
     from gaitval_gate.history_page import write_history
@@ -71,13 +72,13 @@ def history(
 
 def _print_steps(steps: "Sequence[Found]") -> None:
     """Print the commits at which a figure took a step, if there are any."""
-    from gaitval_gate.history_page import short
+    from gaitval_gate.history_page import short, shown
 
     if not steps:
         return
     rows = [["commit", "subject", "figure", "before", "after", "unit", "change"]]
     for step in steps:
         figure = f"{step.measure} {step.target}"
-        values = f"{step.before:.4g}", f"{step.after:.4g}", step.unit, step.change
+        values = shown(step.before), shown(step.after), step.unit, step.change
         rows.append([short(step.revision), step.subject, figure, *values])
     display.print_rows(rows, "Commits at which a figure took a step")

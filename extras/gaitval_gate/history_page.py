@@ -1,7 +1,7 @@
 """The page of a history: its figures over commits, and the commits at which they took a step."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
@@ -32,11 +32,13 @@ _SAME: Final = 1e-5
 
 @dataclass(frozen=True)
 class Found:
-    """A step of one figure.
+    """A step of one figure, or where it could no longer be measured, or could be again.
 
     Attributes
     ----------
     revision, time : of the first check after it.
+    before, after : means; None where it was not measured.
+    chance : as of a `change_points.Step`; 0 where a value is missing, which scatter does not do.
     last : the commit of the last check before it.
     change : "worse" or "better" if the means differ by more than the margin, or if there is no
         margin; else "within the margin".
@@ -50,8 +52,8 @@ class Found:
     last: str
     revision: str
     time: str
-    before: float
-    after: float
+    before: float | None
+    after: float | None
     margin: float | None
     chance: float
     change: str
@@ -70,7 +72,22 @@ def find_steps(checks: Sequence[Check]) -> list[Found]:
         for key, rows in series.items()
         for step in change_points.steps([_value(row) for row in rows], len(series))
     ]
+    for key, rows in series_of(checks).items():
+        found += [(order[id(rows[place][0])], _gap(key, rows, place)) for place in _gaps(rows)]
     return [each for _, each in sorted(found, key=lambda pair: pair[0])]
+
+
+def _gaps(rows: Sequence[tuple[Check, Value]]) -> list[int]:
+    """The first places from which a figure is not measured, or is again."""
+    there = [figure.value is not None for _, figure in rows]
+    return [place for place in range(1, len(there)) if there[place] != there[place - 1]]
+
+
+def _gap(key: Key, rows: Sequence[tuple[Check, Value]], place: int) -> Found:
+    before, after = rows[place - 1][1].value, rows[place][1].value
+    step = change_points.Step(place, before or 0.0, after or 0.0, 0.0)
+    change = "worse" if after is None else "better"
+    return replace(_found(key, rows, step), before=before, after=after, change=change)
 
 
 def _value(row: tuple[Check, Value]) -> float:
@@ -167,13 +184,24 @@ def _step_row(step: Found) -> dict[str, Any]:
         "subject": step.subject or "benchmark",
         "measure": "" if not step.subject else step.measure.replace("_", " "),
         "target": step.target,
-        "before": f"{step.before:.4g}",
-        "after": f"{step.after:.4g}",
+        "before": shown(step.before),
+        "after": shown(step.after),
         "unit": step.unit,
         "margin": "" if step.margin is None else f"{step.margin:g}",
-        "chance": f"{step.chance:.1g}" if step.chance >= 1e-6 else "< 0.000001",
+        "chance": _chance(step),
         "change": step.change,
     }
+
+
+def shown(value: float | None) -> str:
+    """A mean (`value`) before or after a step."""
+    return "not measured" if value is None else f"{value:.4g}"
+
+
+def _chance(step: Found) -> str:
+    if None in (step.before, step.after):
+        return ""
+    return f"{step.chance:.1g}" if step.chance >= 1e-6 else "< 0.000001"
 
 
 def _varies(rows: Sequence[tuple[Check, Value]]) -> bool:

@@ -55,7 +55,8 @@ def test_steps_are_found_at_their_commits_and_held_against_the_margin() -> None:
     assert len(found) == 3
     worse = found["S05", "knee_angle_r", ""]
     assert (worse.revision[:2], worse.last[:2], worse.change) == ("08", "07", "worse")
-    assert worse.after - worse.before == pytest.approx(0.6, abs=0.02)
+    assert worse.before is not None
+    assert worse.after == pytest.approx(worse.before + 0.6, abs=0.02)
     assert found["S05", "knee_angle_l", ""].change == "within the margin"
     assert found["S05", "knee_angle_l", ""].revision[:2] == "05"
     faster = found["", "b.py::test_a", "m2"]
@@ -80,6 +81,29 @@ def test_what_could_not_be_measured_is_left_out_of_the_search() -> None:
     some = checks()
     some[0] = replace(some[0], figures=(figure("knee_angle_r", None), *some[0].figures[1:]))
     assert find_steps(some)[-1].revision[:2] in ("06", "08")
+
+
+def test_a_figure_that_is_no_longer_measured_is_a_loss_at_its_commit(tmp_path: Path) -> None:
+    """A walk that falls has no figures: nothing of it scatters, and yet it is worse than all."""
+    kept = [each for each in checks() if each.kind == "check"]
+    fallen = [
+        replace(each, figures=tuple(replace(one, value=None) for one in each.figures))
+        if number in (7, 8)
+        else each
+        for number, each in enumerate(kept)
+    ]
+    hips = [each for each in find_steps(fallen) if each.target == "hip_flexion_r"]
+    assert [(each.revision[:2], each.last[:2], each.change) for each in hips] == [
+        ("07", "06", "worse"),
+        ("09", "08", "better"),
+    ]
+    assert [(each.before, each.after) for each in hips] == [(1.0, None), (None, 1.0)]
+    # in the first checks, too, where no scatter is known
+    found = write_history(tmp_path, "short", fallen[5:8])
+    assert {(each.revision[:2], each.change) for each in found} == {("07", "worse")}
+    page = (tmp_path / "short.html").read_text(encoding="utf-8")
+    assert "not measured" in page
+    assert "Too few checks" not in page
 
 
 def test_the_page_tells_the_steps_and_draws_what_changed(folder: Path) -> None:
