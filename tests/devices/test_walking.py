@@ -1,11 +1,18 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from gaitval.contact.forces import ground_forces
 from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import apply_parameters
+from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
+from gaitval.simulation.mujoco_body import mjcf
 from gaitval_devices.device import Device, Socket, Spring, load_devices
 from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval_export.ground_wrenches import ground_wrenches
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
 
@@ -179,3 +186,76 @@ def test_the_same_walk_twice_is_the_same(person):
         walk_with(environment, person.policy, mu=person.mu, cycles=1.5) for _ in range(2)
     )
     np.testing.assert_array_equal(first.limb, second.limb)
+
+
+def test_a_device_makes_nobody_stronger(person):
+    """Muscles are those of the person alone, however much is carried."""
+    laden = with_devices(person.task, load_devices("backpack"))
+    assert laden.model.mass > person.task.model.mass + 5.0
+    gains = DeviceEnvironment(laden).walker.gains
+    np.testing.assert_array_equal(gains, WalkingEnvironment(person.task).walker.gains)
+
+
+def test_the_ground_acts_under_the_feet_of_a_walker_that_was_moved(person):
+    """The contact law at the recorded states, which knows nothing of the move."""
+    task = with_devices(person.task, load_devices("below_knee"))
+    environment = DeviceEnvironment(task)
+    found = walk_with(environment, person.policy, mu=person.mu, cycles=1.2).rollout
+    assert np.hypot(*environment.shift) > 0.02
+    feet = ground_wrenches(found, task)
+    loaded = feet[..., 2] > 100.0
+    loaded[:50] = False
+    place = np.stack([-feet[..., 4], feet[..., 3]], axis=-1)[loaded] / feet[loaded][:, 2:3]
+    # The walker is moved between actions, by less than a millimetre each time.
+    np.testing.assert_allclose(found.centre_of_pressure[loaded][:, :2], place, atol=1.5e-3)
+
+
+@pytest.mark.parametrize("name", ["hip_exo", "above_knee"])
+def test_work_of_muscles_device_and_ground_is_the_change_of_energy(person, name):
+    """Kinetic and potential energy of the laden body in MuJoCo."""
+    mujoco = pytest.importorskip("mujoco")
+    task = with_devices(person.task, load_devices(name))
+    environment = DeviceEnvironment(task)
+    walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.7)
+    rollout, walker = walk.rollout, environment.walker
+    model = mujoco.MjModel.from_xml_string(mjcf(apply_parameters(task.model, person.mu)))
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data = mujoco.MjData(model)
+    places = [model.joint(each).qposadr[0] for each in ACTUATED]
+    rates = [model.joint(each).dofadr[0] for each in ACTUATED]
+    energy = []
+    for q, v in zip(rollout.positions, rollout.velocities, strict=True):
+        turn = Rotation.from_rotvec(q[:3])
+        data.qpos[:3], data.qpos[3:7] = q[3:6], turn.as_quat(scalar_first=True)
+        data.qpos[places] = q[6:]
+        data.qvel[:3], data.qvel[3:6], data.qvel[rates] = v[3:6], turn.inv().apply(v[:3]), v[6:]
+        mujoco.mj_forward(model, data)
+        energy.append(data.energy.sum())
+    memory, wrench = np.zeros((len(task.model.spheres), 3)), np.zeros((2, 6))
+    ground = np.zeros_like(rollout.velocities)
+    for row in range(1, len(ground)):
+        state = rollout.positions[row - 1], rollout.velocities[row - 1]
+        ground_forces(walker.tree, walker.law, *state, walker.lag, memory, ground[row], wrench)
+    acting = ground.copy()
+    acting[:, 6:] += walk.total_moments
+    step = rollout.time[1] - rollout.time[0]
+    middle = 0.5 * (rollout.velocities[1:] + rollout.velocities[:-1])
+    power = (acting[1:] * middle).sum(axis=1)[50:]
+    balance = np.cumsum(power) * step - (np.array(energy[51:]) - energy[50])
+    device = np.abs(walk.power[50:]).sum() * step
+    assert np.abs(balance).max() < 0.01 * np.abs(power).sum() * step
+    assert np.abs(balance).max() < 0.2 * device
+
+
+@pytest.mark.parametrize("joint", ["hip_flexion", "knee_angle", "ankle_angle"])
+def test_the_inclination_is_that_of_the_segment_below_as_seen_from_the_side(person, joint):
+    below = {"hip_flexion": "thigh", "knee_angle": "shank", "ankle_angle": "foot"}[joint]
+    device = made(joint=joint, motor=MOTOR)
+    environment = DeviceEnvironment(with_devices(person.task, [device]))
+    walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.4)
+    walker, body = environment.walker, apply_parameters(person.task.model, person.mu)
+    frames = segment_frames(body, walk.rollout.positions[-1:])[0]
+    for side in "rl":
+        up = frames[SEGMENTS.index(f"{below}_{side}"), :3, 2]
+        seen = np.arctan2(-up[0], up[2])  # its lower end ahead
+        assert walker._inclination(f"{joint}_{side}") == pytest.approx(seen, abs=0.03)
