@@ -259,3 +259,12 @@ def test_the_inclination_is_that_of_the_segment_below_as_seen_from_the_side(pers
         up = frames[SEGMENTS.index(f"{below}_{side}"), :3, 2]
         seen = np.arctan2(-up[0], up[2])  # its lower end ahead
         assert walker._inclination(f"{joint}_{side}") == pytest.approx(seen, abs=0.03)
+
+
+def test_a_command_acts_after_the_delay_of_the_motor(person):
+    late = made(joint="knee_angle", motor=MOTOR | {"delay": 0.05})
+    walk = walked(person, [late], cycles=0.15, own=Constant)
+    time = walk.rollout.time
+    action = WalkingEnvironment(person.task).walker.action_seconds
+    np.testing.assert_array_equal(walk.command[time < 0.05], 0.0)
+    np.testing.assert_array_equal(walk.command[time > 0.05 + 1.01 * action], 3.0)
