@@ -24,7 +24,7 @@ from gaitval.learning_control.correct import (
     prior_sd,
     target,
 )
-from gaitval.learning_control.search import effective_number, harm, search
+from gaitval.learning_control.search import _steps, effective_number, harm, search
 from gaitval.learning_control.slopes import NOISE, Slopes, places, shared_slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, accuracy_of, fitted
 from gaitval.metrics.comparison import low_pass_of, rms, simulated_curves
@@ -280,6 +280,15 @@ def test_the_search_finds_the_least_error_under_the_prior(seed):
     assert found.errors[-1] == pytest.approx(one(best).error())
     hat = slopes @ np.linalg.solve(slopes.T @ slopes + np.eye(5), slopes.T)
     assert found.effective_number == pytest.approx(np.trace(hat))
+
+
+def test_a_whole_step_from_anywhere_ends_at_the_least_error_under_the_prior():
+    """Ridge regression in closed form; the prior pulls a point back to zero, not to itself."""
+    random = np.random.default_rng(4)
+    slopes, offset, point = (random.normal(size=size) for size in ((9, 4), 9, 4))
+    best = -np.linalg.solve(slopes.T @ slopes + np.eye(4), slopes.T @ offset)
+    found = Walked(offset + slopes @ point, {})
+    np.testing.assert_allclose(point + _steps(slopes, found, point)[0], best, atol=1e-12)
 
 
 def test_numbers_that_the_walk_does_not_answer_to_are_not_free():
