@@ -101,7 +101,7 @@ EQUAL: Final = (
         "3f93ded9cf",
         "b2287542a5",
         (
-            *("gaitval/gait/foot_forces.py", "gaitval/gait/motion_checks.py"),
+            *("gaitval/gait/foot_forces.py", "gaitval/gait/motion_check?.py"),
             *("gaitval/identification/begin.py", "gaitval/identification/body_fit.py"),
             *("gaitval/memory.py", "gaitval/reporting/page.py"),
             *("gaitval/mocap/*.py", "gaitval/policy/observation.py", "gaitval/policy/storage.py"),
@@ -120,7 +120,7 @@ EQUAL: Final = (
         "ec95f87c12",
         "d121acf504",
         (
-            *("gaitval/cli/app.py", "gaitval/gait/force_checks.py", "gaitval/memory.py"),
+            *("gaitval/cli/app.py", "gaitval/gait/force_check?.py", "gaitval/memory.py"),
             *("gaitval/metrics/curve_statistics.py", "gaitval/metrics/push_recovery.py"),
             *("gaitval/policy/*.py", "gaitval/reference/motion.py", "gaitval/reporting/*.py"),
             *("gaitval/scaling/scaling.py", "gaitval/session/*.py", "gaitval/study/sources.py"),
@@ -134,7 +134,7 @@ EQUAL: Final = (
         "db7806e740",
         "b521cee121",
         (
-            *("gaitval/gait/force_checks.py", "gaitval/gait/mean_curves.py"),
+            *("gaitval/gait/force_check?.py", "gaitval/gait/mean_curves.py"),
             "extras/gaitval_bodies/*.py",
             *("gaitval/mocap/c3d_plates.py", "gaitval/scaling/scaling.py"),
             *("gaitval/session/*.py", "gaitval/study/stage.py"),
@@ -221,7 +221,7 @@ EQUAL: Final = (
         "5be7c7ea4b",
         (
             *("gaitval/gait/foot_forces.py", "gaitval/gait/plate_contacts.py"),
-            *("gaitval/prediction/unusual.py", "gaitval/study/one_stage.py"),
+            *("gaitval/prediction/unusua?.py", "gaitval/study/one_stage.py"),
             *("gaitval/study/run.py", "gaitval/study/stage.py", "gaitval/study/stages.py"),
             *("extras/gaitval_devices/device.py", "extras/gaitval_devices/hinge_step.py"),
             *("extras/gaitval_devices/walking.py", "extras/gaitval_markers/files.py"),
@@ -246,7 +246,7 @@ EQUAL: Final = (
         "2186ba8723",
         "58f20e8d55",
         (
-            *("gaitval/datasets/plausible.py", "gaitval/prediction/unusual.py"),
+            *("gaitval/datasets/plausible.py", "gaitval/prediction/unusua?.py"),
             *("gaitval/mocap/exchanges.py", "gaitval/mocap/recording.py"),
             *("gaitval/mocap/separate_forces.py", "gaitval/reporting/report.py"),
             *("gaitval/session/session.py", "gaitval/study/*.py"),
@@ -330,7 +330,7 @@ EQUAL: Final = (
         "3f244f6c3a",
         (
             *("gaitval/datasets/subject.py", "gaitval/datasets/identity.py"),
-            *("gaitval/prediction/unusual.py", "extras/gaitval_estimate/*.py"),
+            *("gaitval/prediction/unusua?.py", "extras/gaitval_estimate/*.py"),
             *("gaitval/session/*.py", "gaitval/mocap/axes.py", "gaitval/mocap/recording.py"),
             "gaitval/gait/events.py",
         ),
