@@ -1,14 +1,14 @@
 """Where a series of figures took a step: a test against the scatter on both sides of it.
 
 A step is looked for in the whole series and in its halves, quarters and so on, each overlapping the
-next by half (seeded intervals, Kovács et al. 2023, Biometrika 110: 249-256), and in every part of
-`LEAST` values, so that a loss that was repaired later is found too. In each interval, at every
-place that leaves `SIDE` values on both sides, the means before and after are compared by Student's
-t with the pooled scatter. The place with the least chance is the candidate. The chance of it where
-there is no step is at most that of its t, times the number of places that were tried (Bonferroni's
-inequality), times the number of series that are looked at together. A step is reported if that is
-below `CHANCE`; the parts before and after are then searched in the same way (binary segmentation,
-Scott & Knott 1974, Biometrics 30: 507-512).
+next by half (seeded intervals, Kovács et al. 2023, Biometrika 110: 249-256), so that a loss that
+was repaired later is found too. In each interval, at every place that leaves `SIDE` values on both
+sides, the means before and after are compared by Student's t with the pooled scatter. The place
+with the least chance is the candidate. The chance of it where there is no step is at most that of
+its t, times the number of places that were tried (Bonferroni's inequality), times the number of
+series that are looked at together. A step is reported if that is below `CHANCE`; the parts before
+and after are then searched in the same way (binary segmentation, Scott & Knott 1974, Biometrics 30:
+507-512).
 
 The chance holds for values that scatter independently and normally about their mean.
 """
@@ -87,13 +87,10 @@ def _search(data: Array, offset: int, series: int) -> list[tuple[int, float]]:
 def _intervals(count: int) -> Iterator[tuple[int, int]]:
     """Start and end of the parts of a series that are searched for one step each."""
     parts = 1
-    # all of the shortest: two values that are off would else be cut apart, or in the middle
-    found = {(start, start + LEAST) for start in range(count - LEAST + 1)}
     while (length := -(-count // parts)) >= LEAST:
         starts = {round(each) for each in np.linspace(0, count - length, 2 * parts - 1)}
-        found |= {(start, start + length) for start in starts}
+        yield from ((start, start + length) for start in sorted(starts))
         parts *= 2
-    yield from sorted(found)
 
 
 def _likeliest(data: Array) -> tuple[int, float]:

@@ -14,7 +14,7 @@ def test_the_chance_is_that_of_students_test_times_the_places_and_series():
     (found,) = steps(values, series=10)
     assert found.index == 7
     chance = ttest_ind(values[:7], values[7:]).pvalue
-    places = (12 - 2 * SIDE + 1) + 7 * (6 - 2 * SIDE + 1)  # the whole, and all of six
+    places = (12 - 2 * SIDE + 1) + 3 * (6 - 2 * SIDE + 1)  # the whole, and three of six
     assert found.chance == pytest.approx(10 * places * chance, rel=1e-6)
     assert (found.before, found.after) == pytest.approx((values[:7].mean(), values[7:].mean()))
 
@@ -26,13 +26,6 @@ def test_a_loss_that_was_mended_is_found_at_both_ends():
     assert [step.index for step in steps(values)] == [10, 20]
     first, second = steps(values)
     assert first.after == second.before == pytest.approx(3.0, abs=0.2)
-
-
-@pytest.mark.parametrize("at", range(4, 11))
-def test_two_checks_that_lost_and_were_mended_are_found_wherever_they_are(at):
-    values = np.random.default_rng(0).normal(scale=0.01, size=16)
-    values[at : at + SIDE] += 3.0
-    assert [step.index for step in steps(values, series=117)] == [at, at + SIDE]
 
 
 @pytest.mark.parametrize("size", [1.0, -1e-3])
