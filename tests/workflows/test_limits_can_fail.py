@@ -536,7 +536,7 @@ def import_of(recorded: Recorded) -> SimpleNamespace:
     walk = SimpleNamespace(
         name="still",
         kinematics=inverse_kinematics(person.model, worn(), recorded.markers),
-        loads=SimpleNamespace(valid=known, rate=RATE),
+        loads=SimpleNamespace(valid=known, rate=RATE, centre_of_pressure=point),
         dynamics=dynamics,
         consistent=SimpleNamespace(after=residuals(dynamics, known.all(axis=1))),
     )
