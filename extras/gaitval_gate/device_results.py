@@ -78,7 +78,8 @@ def compare(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Compa
     """
     known = part()
     now, then = _by_name(folders), _by_name(before)
-    known.write_side_by_side(out, "devices", {name: known.stored(now[name]) for name in now})
+    results = {name: known.stored(folder) for name, folder in now.items()}
+    known.write_side_by_side(out, "devices", results)
     if not then:
         return Compared([], [], [])
     here, there = _by_key(now, "RUN"), _by_key(then, "--before")
@@ -91,7 +92,7 @@ def compare(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Compa
     found = []
     for key in both:
         of = f"{here[key]}: " if len(both) > 1 else ""
-        moved = rows(known.stored(then[there[key]]), known.stored(now[here[key]]))
+        moved = rows(known.stored(then[there[key]]), results[here[key]])
         found += [replace(row, target=f"{of}{row.target}") for row in moved]
     return Compared(
         found,
