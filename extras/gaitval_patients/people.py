@@ -25,7 +25,8 @@ HEADERS: Final[Mapping[str, str]] = {
     "right_leg": r"(leg ?length right|right leg ?length) ?(\((m|cm)\))?|leg_length_right_m",
     "left_leg": r"(leg ?length left|left leg ?length) ?(\((m|cm)\))?|leg_length_left_m",
     "speed": r"((gait|walking) ?)?(speed|velocity) ?(\(m/s\))?|walking_speed_m_s|og_comf",
-    "amputation": r"amputation side|amputated side|prosthetic side",
+    "amputation": r"(amputation|prosthetic|prosthesis) side|amputated (side|leg|limb)|"
+    r"side of (the )?(amputation|prosthesis)",
     "level": r"(amputation |amputated )?level|level of amputation",
     "affected": r"(on - |off - )?updrs-iii asymmetry|affected side|paretic side|side",
 }
@@ -33,8 +34,21 @@ HEADERS: Final[Mapping[str, str]] = {
 
 STATES: Final = ("off", "on", "pre", "post")
 """What a name may end in, after an underscore, that is no part of the person's name."""
-_BELOW_KNEE: Final = r"(?i).*(trans-?tibial|below|\b(tt|bk|ttka)\b|syme|ankle|foot).*"
+_BELOW_KNEE: Final = (
+    r"(?i).*(trans[- ]?tibial|below|\b(tt|bk|bt)[ap]?\b|\bb/k\b|\bttka\b|syme|ankle|foot|chopart|"
+    r"lisfranc|lower leg|shank|unterschenkel).*"
+)
 """Levels of an amputation that leave the knee."""
+_ABOVE_KNEE: Final = (
+    r"(?i).*(trans[- ]?femoral|above|\b(tf|ak|kd|hd)[ap]?\b|\ba/k\b|knee|gritti|hip|thigh|"
+    r"oberschenkel).*"
+)
+"""Those that do not, where none of the words of `_BELOW_KNEE` is there."""
+_RIGHT_OR_LEFT: Final[Mapping[Side, str]] = {
+    "right": r"\b(r|rt|right|rechts)\b",
+    "left": r"\b(l|lt|lft|left|links)\b",
+}
+_NO_AMPUTATION: Final = ("0", "n", "no", "control", "healthy", "intact")
 _BOTH: Final = r"bi-?lateral.*|both.*|r(ight)?\W+(and )?l(eft)?|l(eft)?\W+(and )?r(ight)?|r/?l|l/?r"
 """An amputation on both sides, in lower case."""
 _UNKNOWN: Final = (
@@ -53,6 +67,14 @@ _UNITS: Final[Mapping[str, str]] = {
     **dict.fromkeys(_LENGTHS, r"m|cm|mm"),
 }
 """What may follow a number, in lower case."""
+_OF_HEADERS: Final[Mapping[str, Mapping[str, float]]] = {
+    "mass": {r"kg": 1.0, r"lbs?|pounds?": 0.45359237},
+    "age": {r"y|yrs?|years?": 1.0, r"months?": 1.0 / 12.0},
+    "speed": {r"m/s": 1.0, r"cm/s": 0.01, r"km/h": 1.0 / 3.6},
+    **{name: {r"m|cm|mm": 1.0, r"in|inch|inches": 0.0254} for name in _LENGTHS},
+}
+"""Units that a header may end in, and what they are of ours; metres and centimetres are told apart
+by the size of the value."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +117,7 @@ def read_people(path: Path) -> dict[str, Person]:
     found: dict[str, Person] = {}
     for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):
         known = _columns(name for name in cells if name is not None)
-        if "subject" not in known.values():
+        if "subject" not in (meaning for meaning, _ in known.values()):
             raise RecordError(
                 f"{path}: no column says who a row is of; its header has {', '.join(cells)}. Name "
                 "one of them Subject."
@@ -181,45 +203,49 @@ def _prefix(subject: str) -> str:
     return re.sub(r"\W", "", before).lower()
 
 
-def _columns(headers: Iterable[str]) -> dict[str, str]:
-    """What each header means; those that are not known are left out."""
+def _columns(headers: Iterable[str]) -> dict[str, tuple[str, float]]:
+    """What each header means, and its unit in ours; those that are not known are left out."""
     found = {}
     for header in headers:
         plain = re.sub(r"\s+", " ", header.strip().lower())
-        for meaning, pattern in HEADERS.items():
-            if re.fullmatch(pattern, plain):
-                found[header] = meaning
-                break
+        if (meaning := _meaning(plain)) is not None:
+            found[header] = meaning, 1.0
+        elif in_unit := re.fullmatch(r"(.+?)( in |[ _]|(?=[(\[]))[(\[]?([a-z/]+)[)\]]?", plain):
+            meaning = _meaning(in_unit[1])
+            for unit, size in _OF_HEADERS.get(meaning or "", {}).items():
+                if meaning is not None and re.fullmatch(unit, in_unit[3]):
+                    found[header] = meaning, size
     return found
 
 
+def _meaning(header: str) -> str | None:
+    return next((name for name, like in HEADERS.items() if re.fullmatch(like, header)), None)
+
+
 def _person(
-    cells: Mapping[str, str], known: Mapping[str, str], table: str, where: str
+    cells: Mapping[str, str], known: Mapping[str, tuple[str, float]], table: str, where: str
 ) -> Person | None:
     """The person of a row; `where` it is, for messages. Raises RecordError as `read_people`."""
     values: dict[str, Any] = {}
     affected: dict[str, Side] = {}
-    below = False
+    level: Literal["above", "below"] | None = None
+    not_understood: str | None = None
     filled = {name: text for name, text in cells.items() if text.lower() not in _UNKNOWN}
-    if not any(known[name] == "subject" for name in filled):
+    if not any(known[name][0] == "subject" for name in filled):
         return None
     for header, text in filled.items():
-        meaning = known[header]
+        meaning, unit = known[header]
         if meaning == "affected":
             side = _side(text)
             if side is not None:
                 state = re.match(r"(on|off) - ", header.strip().lower())
                 affected[state[1] if state else ""] = side
         elif meaning == "amputation":
-            if re.fullmatch(_BOTH, text.lower()):
-                raise RecordError(
-                    f"{where}: {header} is {text!r}, but the body has a prosthesis on one side at "
-                    "most. Leave the cell empty, and read the walk as one of two own legs; or "
-                    "leave the row out."
-                )
-            values[meaning] = _side(text)
+            values[meaning] = _amputated(text, f"{where}: {header}")
+            level = level or _level(text)
         elif meaning == "level":
-            below = re.fullmatch(_BELOW_KNEE, text) is not None
+            level = _level(text) or level
+            not_understood = None if _level(text) else f"{where}: {header} is {text!r}"
         elif meaning == "sex":
             values[meaning] = _SEXES.get(text.lower())
             if values[meaning] is None:
@@ -230,8 +256,18 @@ def _person(
         elif meaning == "subject":
             values[meaning] = re.sub(r"\.0$", "", text)
         else:
-            values[meaning] = _number(text, meaning, f"{where}: {header}")
-    if below and (side := values.pop("amputation", None)):
+            # A column in our own unit comes before one in another (years, and months beside them).
+            number = _number(text, meaning, f"{where}: {header}", unit)
+            values[meaning] = number if unit == 1.0 else values.get(meaning, number)
+    if not_understood and values.get("amputation"):
+        raise RecordError(
+            f"{not_understood}, which is no level of a leg's amputation that is understood. Write "
+            "transtibial or transfemoral."
+        )
+    if level and "amputation" not in values:
+        # The one side of the row is that of the amputation, whatever its column is called.
+        values["amputation"] = affected.get("")
+    if level == "below" and (side := values.pop("amputation", None)):
         values["below_knee"] = affected[""] = side
     right, left = values.pop("right_leg", None), values.pop("left_leg", None)
     if right and left:
@@ -245,8 +281,32 @@ def _side(text: str) -> Side | None:
     return "right" if first == "r" else "left" if first == "l" else None
 
 
-def _number(text: str, meaning: str, where: str) -> float:
-    """The number of a cell, with or without its unit; lengths in m."""
+def _amputated(text: str, where: str) -> Side | None:
+    """The side of an amputation; None if there was none. Raises RecordError as `read_people`."""
+    plain = text.lower()
+    sides = [side for side, like in _RIGHT_OR_LEFT.items() if re.search(like, plain)]
+    if re.fullmatch(_BOTH, plain) or len(sides) > 1:
+        raise RecordError(
+            f"{where} is {text!r}, but the body has a prosthesis on one side at most. Leave the "
+            "cell empty, and read the walk as one of two own legs; or leave the row out."
+        )
+    if not sides and plain not in _NO_AMPUTATION:
+        raise RecordError(
+            f"{where} is {text!r}, which names no side. Write right, left or none, or leave the "
+            "cell empty."
+        )
+    return sides[0] if sides else None
+
+
+def _level(text: str) -> Literal["above", "below"] | None:
+    """Whether an amputation is above the knee or leaves it; None if the words are not known."""
+    if re.fullmatch(_BELOW_KNEE, text):
+        return "below"
+    return "above" if re.fullmatch(_ABOVE_KNEE, text) else None
+
+
+def _number(text: str, meaning: str, where: str, unit: float = 1.0) -> float:
+    """The number of a cell, with or without its unit; lengths in m. One without is in `unit`."""
     number = r"(\d+([.,]\d*)?(e[+-]?\d+)?)"
     found = re.fullmatch(rf"{number}\s*(({_UNITS[meaning]})\.?)?", text.lower())
     if found is None:
@@ -254,7 +314,7 @@ def _number(text: str, meaning: str, where: str) -> float:
             f"{where} is {text!r}, which is not understood. Write only the number, or leave the "
             "cell empty."
         )
-    value = float(found[1].replace(",", "."))
+    value = float(found[1].replace(",", ".")) * (1.0 if found[4] else unit)
     if meaning in _LENGTHS:
         # No leg or stature is 3 m, and none is 3 cm.
         value = next((value / by for by in (1.0, 100.0, 1000.0) if value / by < 3.0), 0.0)

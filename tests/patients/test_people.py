@@ -33,7 +33,10 @@ def test_the_ages_of_the_published_amputees_are_read(gait_data):
     assert all(18.0 <= person.age <= 90.0 for person in people.values())
 
 
-@pytest.mark.parametrize("level", ["Transtibial", "below knee", "TT", "trans-tibial, left"])
+@pytest.mark.parametrize(
+    "level",
+    ["Transtibial", "below knee", "TT", "trans-tibial, left", "TTA", "BKA", "Trans tibial", "B/K"],
+)
 def test_an_amputation_below_the_knee_is_no_above_knee_prosthesis(tmp_path, level):
     header = "Subject,Amputation side,Amputation level"
     person = table(tmp_path, header, f'A,Left,"{level}"')["A"]
@@ -42,7 +45,9 @@ def test_an_amputation_below_the_knee_is_no_above_knee_prosthesis(tmp_path, leve
     assert person.affected == {"": "left"}
 
 
-@pytest.mark.parametrize("level", ["Transfemoral", "above knee", "", "knee disarticulation"])
+@pytest.mark.parametrize(
+    "level", ["Transfemoral", "above knee", "", "knee disarticulation", "TFA", "AKA"]
+)
 def test_other_levels_are(tmp_path, level):
     header = "Subject,Amputation side,Amputation level"
     person = table(tmp_path, header, f"A,Left,{level}")["A"]
@@ -142,7 +147,10 @@ def test_an_amputation_on_both_sides_is_not_read_as_none(tmp_path, side):
 
 @pytest.mark.parametrize(
     ("side", "expected"),
-    [("Right", "right"), ("L", "left"), ("Lt.", "left"), ("links", "left"), ("none", None)],
+    [
+        *(("Right", "right"), ("L", "left"), ("Lt.", "left"), ("links", "left")),
+        *(("the left leg", "left"), ("none", None), ("no", None)),
+    ],
 )
 def test_an_amputation_has_a_side_or_is_none(tmp_path, side, expected):
     table = tmp_path / "p.csv"
@@ -166,3 +174,51 @@ def test_what_was_measured_is_known_by_the_words_of_its_header(tmp_path, header,
     value = 60.0 if name == "mass" else 1.5
     path.write_text(f"Subject,{header}\nP,{value}\n")
     assert getattr(read_people(path)["P"], name) == value
+
+
+@pytest.mark.parametrize(
+    ("row", "seen"),
+    [
+        ("A,yes,", "Amputation side is 'yes', which names no side"),
+        ("A,1,Transfemoral", "Amputation side is '1', which names no side"),
+        ("A,Left,transradial", "Level is 'transradial', which is no level of a leg's amputation"),
+    ],
+)
+def test_an_amputation_that_is_not_understood_is_not_left_out(tmp_path, row, seen):
+    with pytest.raises(RecordError, match=rf"p\.csv, line 2: {seen}"):
+        stated(tmp_path, "Subject,Amputation side,Level", row)
+
+
+def stated(tmp_path, header, row):
+    path = tmp_path / "p.csv"
+    path.write_text(f"{header}\n{row}\n", encoding="utf-8")
+    return read_people(path)["A"]
+
+
+def test_a_level_may_stand_beside_the_side_and_the_side_under_any_header(tmp_path):
+    assert stated(tmp_path, "Subject,Amputation side", "A,Left (BK)").below_knee == "left"
+    assert stated(tmp_path, "Subject,Side,Level", "A,Left,Transfemoral").amputation == "left"
+    assert stated(tmp_path, "Subject,Side of amputation", "A,Right").amputation == "right"
+    # A level of something else beside an affected side is no amputation.
+    assert stated(tmp_path, "Subject,Affected side,Level", "A,Left,II").amputation is None
+
+
+@pytest.mark.parametrize(
+    ("header", "cell", "quantity", "value"),
+    [
+        ("Weight (lbs)", "150", "mass", 68.0388555),
+        ("Weight (lb)", "60 kg", "mass", 60.0),
+        ("Mass [kg]", "80", "mass", 80.0),
+        ("Weight in kg", "80", "mass", 80.0),
+        ("Height (in)", "66", "height", 1.6764),
+        ("Height [cm]", "170", "height", 1.7),
+        ("height_mm", "1700", "height", 1.7),
+        ("Age (months)", "36", "age", 3.0),
+        ("Age (years),Age (months)", "3,4", "age", 3.0),
+        ("Speed (km/h)", "3.6", "speed", 1.0),
+        ("Speed (cm/s)", "80", "speed", 0.8),
+    ],
+)
+def test_a_unit_of_a_header_is_read(tmp_path, header, cell, quantity, value):
+    person = stated(tmp_path, f"Subject,{header}", f"A,{cell}")
+    assert getattr(person, quantity) == pytest.approx(value)
