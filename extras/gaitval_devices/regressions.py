@@ -111,8 +111,9 @@ def said_of(
     mass: float,
 ) -> list[tuple[Regression, list[Said | None]]]:
     """For each regression what it says of each of `outcomes`, whose first is without a device; None
-    without a whole gait cycle. That of powered ankles is there only if one of `devices` has a motor
-    at the ankle.
+    without a whole gait cycle, and of the joints' work where a motion is kept in which a prosthesis
+    has one of them: what is missing there is no work of muscles. That of powered ankles is there
+    only if one of `devices` has a motor at the ankle.
     """
     powered = any(each.motor("ankle_angle") for each in devices)
     found = [
@@ -122,12 +123,21 @@ def said_of(
         for each in outcomes
     ]
     before = found[0]
+    lost = any(
+        hinge.joint in JOINTS and not hinge.muscles for each in devices for hinge in each.hinges
+    )
+
+    def unknown(regression: Regression, outcome: Outcome) -> bool:
+        return lost and regression.of == "joints" and outcome.assumption == "kinematics kept"
+
     return [
         (
             each,
             [
-                None if now is None or before is None else change(each, now, before)
-                for now in found[1:]
+                None
+                if now is None or before is None or unknown(each, outcome)
+                else change(each, now, before)
+                for outcome, now in zip(outcomes[1:], found[1:], strict=True)
             ],
         )
         for each in REGRESSIONS

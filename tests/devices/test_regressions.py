@@ -3,7 +3,11 @@
 import pytest
 from made_curves import made_curves
 
-from gaitval_devices.regressions import REGRESSIONS, change, powers
+from gaitval.configuration import Configuration
+from gaitval_devices import regressions
+from gaitval_devices.device import shipped_device
+from gaitval_devices.regressions import REGRESSIONS, change, powers, said_of
+from gaitval_devices.study import Outcome
 
 COM, JOINT, ANKLE = REGRESSIONS
 
@@ -43,3 +47,17 @@ def test_each_names_paper_and_people():
         assert "doi:10." in each.source
         assert each.low <= each.middle <= each.high
         assert each.people
+
+
+@pytest.mark.parametrize(("name", "said"), [("afo", True), ("below_knee", False)])
+def test_what_is_missing_at_a_prosthetic_joint_is_no_work_of_muscles(monkeypatch, name, said):
+    monkeypatch.setattr(regressions, "com_work_rate", lambda *_: 0.0)
+    outcomes = [
+        Outcome(assumption, None, made_curves(work=work), 20.0, False, None)
+        for assumption, work in (("without", 0.1), ("kinematics kept", 1.9), ("learned", 0.2))
+    ]
+    found = dict(said_of(outcomes, [shipped_device(name)], Configuration(), 65.0))
+    kept, learned = found[JOINT]
+    assert (kept is not None) is said
+    assert learned is not None
+    assert found[COM][0] is not None
