@@ -375,7 +375,10 @@ def devices_of(values: Mapping[str, Any], where: str) -> tuple[Device, ...]:
     except ValidationError as error:
         from gaitval.refused_values import in_subject
 
-        lines = [in_subject(_File, problem) for problem in error.errors()]
+        problems = error.errors()
+        # A tuple whose only item cannot be also counts as empty, which it is not.
+        inner = [each for each in problems if each["type"] != "too_short" or not each["input"]]
+        lines = [in_subject(_File, problem) for problem in inner or problems]
         raise ConfigurationError(
             f"{where}: not a device:\n  "
             + "\n  ".join(lines)
@@ -397,6 +400,21 @@ def _whole(table: Any, where: str) -> Any:
     except ConfigurationError as error:
         raise ConfigurationError(f"{where}: {error}") from None
     return shipped.model_dump(by_alias=True, exclude_none=True) | table
+
+
+def check_together(devices: Sequence[Device]) -> None:
+    """Raise ConfigurationError if two of `devices` replace one segment or joint of the body."""
+    taken: dict[str, str] = {}
+    for device in devices:
+        kinds = [each.segment for each in device.stumps]
+        kinds += [each.joint for each in device.hinges if not each.muscles]
+        own = dict.fromkeys((name for kind in kinds for name in device.places(kind)), device.name)
+        if twice := sorted(own.keys() & taken.keys()):
+            raise ConfigurationError(
+                f"{taken[twice[0]]} and {device.name} both replace {', '.join(twice)}, which the "
+                "body has once. Leave one of them out, or give them other sides."
+            )
+        taken |= own
 
 
 def write_devices(path: Path, devices: Sequence[Device]) -> None:

@@ -28,7 +28,7 @@ from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, 
 from gaitval_devices import hinge_step as column
 from gaitval_devices.composite import fitted
 from gaitval_devices.controllers import Controller, Measured
-from gaitval_devices.device import Device, Hinge, Motor
+from gaitval_devices.device import Device, Hinge, Motor, check_together
 from gaitval_devices.hinge_step import hinge_torques, steps_with_devices
 from gaitval_devices.phase_estimate import PhaseEstimate
 
@@ -62,7 +62,10 @@ class DeviceTask(WalkingTask):
 def with_devices(
     task: WalkingTask, devices: Sequence[Device], own: Maker | None = None
 ) -> DeviceTask:
-    """A person's `task` with `devices` on; see `DeviceTask` for `own`."""
+    """A person's `task` with `devices` on; see `DeviceTask` for `own`. Raises ConfigurationError if
+    two replace the same part.
+    """
+    check_together(devices)
     return DeviceTask(
         fitted(task.model, devices),
         task.record,

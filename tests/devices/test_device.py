@@ -3,7 +3,13 @@ import pytest
 from gaitval.artefacts import parse_toml
 from gaitval.errors import ConfigurationError
 from gaitval_devices.aim import Aim
-from gaitval_devices.device import devices_of, load_devices, shipped_names
+from gaitval_devices.device import (
+    check_together,
+    devices_of,
+    load_devices,
+    shipped_device,
+    shipped_names,
+)
 
 GOOD = """
 [[devices]]
@@ -151,3 +157,19 @@ def test_an_unknown_name_lists_those_that_there_are():
 def test_a_file_without_a_device_is_refused():
     with pytest.raises(ConfigurationError, match="devices"):
         read("name = 3\n")
+
+
+def test_a_device_that_cannot_be_is_not_also_called_none():
+    table = {"devices": [{"name": "afo", "sides": ["both"]}]}
+    with pytest.raises(ConfigurationError, match="sides") as refused:
+        devices_of(table, "x")
+    assert "at least 1 item" not in str(refused.value)
+
+
+@pytest.mark.parametrize("others", [("below_knee",), ("above_knee",)])
+def test_two_prostheses_of_one_leg_are_refused(others):
+    worn = [shipped_device(name) for name in ("below_knee", *others)]
+    with pytest.raises(ConfigurationError, match=r"both replace .*ankle_angle_r.*shank_r"):
+        check_together(worn)
+    check_together([worn[0], worn[1].model_copy(update={"sides": ("left",)})])
+    check_together([worn[0], shipped_device("afo")])
