@@ -8,7 +8,8 @@ from gaitval.errors import ScalingError
 from gaitval.model.body import SEGMENTS
 from gaitval.scaling.anthropometry import DE_LEVA, mass_fractions, shifted_inertia
 from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.measurements import Limbs, Measurements
+from gaitval.scaling.scaling import build_body, scale_subject
 from gaitval.scaling.segments import SPHERE_RADIUS
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
@@ -228,3 +229,116 @@ def test_middle_and_upper_trunk_and_head_are_stacked_on_the_lumbar_joint():
     assert torso.mass == pytest.approx(mass)
     np.testing.assert_allclose(torso.centre_of_mass, [0.0, 0.0, centre], atol=1e-12)
     np.testing.assert_allclose(torso.inertia, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("identifier", ["S01", "S05"])
+def test_the_pelvis_is_de_levas_lower_trunk_counted_from_its_upper_end(identifier):
+    """His centre is a share of the way from OMPH down to MIDH, here the hips."""
+    subject = load_subject(identifier)
+    scaled = scale_subject(subject)
+    row = next(row for row in scaled.table if row.segment == "lower trunk")
+    table, tilt = DE_LEVA[subject.sex]["lower trunk"], measure(subject.markers).pelvic_tilt
+    up = np.array([-np.sin(tilt), 0.0, np.cos(tilt)])  # of standing, in the pelvis
+    ahead = np.array([np.cos(tilt), 0.0, np.sin(tilt)])
+    pelvis = scaled.model["pelvis"]
+    above_hips = row.length_m - table.centre_of_mass * row.length_m
+    np.testing.assert_allclose(pelvis.centre_of_mass, above_hips * up, atol=1e-12)
+    np.testing.assert_allclose(scaled.model["torso"].joint_position, row.length_m * up, atol=1e-12)
+    axes = np.column_stack([ahead, [0.0, 1.0, 0.0], up])
+    own = gyration(table, row.mass_kg, row.length_m, ("sagittal", "transverse", "longitudinal"))
+    np.testing.assert_allclose(pelvis.inertia, axes @ own @ axes.T, atol=1e-12)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_thigh_and_shank_hang_from_their_upper_end(side):
+    subject = load_subject("S01")
+    scaled = scale_subject(subject)
+    rows = {row.segment: row for row in scaled.table if row.side in (None, side)}
+    for name in ("thigh", "shank"):
+        table, row = DE_LEVA[subject.sex][name], rows[name]
+        segment = scaled.model[f"{name}_{side[0]}"]
+        expected = [0.0, 0.0, -table.centre_of_mass * row.length_m]
+        np.testing.assert_allclose(segment.centre_of_mass, expected, atol=1e-12)
+        own = gyration(table, row.mass_kg, row.length_m, ("sagittal", "transverse", "longitudinal"))
+        np.testing.assert_allclose(segment.inertia, own, atol=1e-12)
+
+
+def made_up(**changes):
+    """The lengths of a person with round numbers: both feet 0.24 m long, heel and heads not in
+    line."""
+    limbs = Limbs(
+        thigh=0.40,
+        shank=0.40,
+        ankle_height=0.08,
+        heel=np.array([-0.05, 0.004, -0.05]),
+        metatarsals=np.array([[0.13, 0.03, -0.05], [0.11, -0.07, -0.06]]),
+        foot=0.24,
+    )
+    return Measurements(
+        right=limbs, left=limbs, hip_half_width=0.08, hip_height=0.88, pelvic_tilt=0.2, **changes
+    )
+
+
+ADULT = SimpleNamespace(identifier="made up", sex="M", age_years=30.0, mass_kg=70.0, height_m=1.70)
+
+
+def test_toes_are_an_ellipsoid_from_between_the_heads_to_the_tip():
+    """By hand: the joint is at (0.12, -0.02) m, half as high as the heads' 0.025 m; the tip at
+    0.24 - 0.05 = 0.19 m. The toes are 0.07 m long, 0.10 m wide and 0.025 m high."""
+    model = build_body(ADULT, made_up()).model
+    toes = model["toes_r"]
+    np.testing.assert_allclose(toes.joint_position, [0.12, -0.02, -0.08 + 0.0125], atol=1e-12)
+    np.testing.assert_allclose(toes.centre_of_mass, [0.035, 0.0, 0.0], atol=1e-12)
+    assert toes.mass == pytest.approx(0.138 * 0.0137 * 70.0)
+    # Of a solid ellipsoid with the axes (whole ones) a, b and c: Ixx = m (b² + c²) / 20.
+    a, b, c = 0.07**2, 0.10**2, 0.025**2
+    expected = np.diag([b + c, a + c, a + b]) * toes.mass / 20.0
+    np.testing.assert_allclose(toes.inertia, expected, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("side", "mirror"), [("r", 1.0), ("l", -1.0)])
+def test_the_centre_of_the_foot_is_on_the_line_from_the_heel_to_the_toe_joint(side, mirror):
+    """0.4415 of 0.24 m ahead of the heel, and 0.62329 of the way from its 0.004 to the joint's
+    -0.02 m aside, at half the height of the ankle."""
+    model = build_body(ADULT, made_up()).model
+    foot, toes = model[f"foot_{side}"], model[f"toes_{side}"]
+    mass = foot.mass + toes.mass
+    both = foot.mass * foot.centre_of_mass
+    both = both + toes.mass * (toes.joint_position + toes.centre_of_mass)
+    expected = [-0.05 + 0.10596, mirror * (0.004 - 0.10596 / 0.17 * 0.024), -0.04]
+    np.testing.assert_allclose(both / mass, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("side", "mirror"), [("r", 1.0), ("l", -1.0)])
+def test_spheres_are_the_published_ones_stretched_to_the_foot(side, mirror):
+    """Positions of Falisse et al. 2022 from OpenSim's calcaneus, forward and to the right: along
+    the foot the first and the last lie 20 mm inside its ends, and across they are spread by 100 of
+    95.1 mm about the middle of the heads."""
+    published = {
+        "heel": (0.0019, -0.0038),
+        "midfoot_lateral": (0.0662, 0.0264),
+        "ball_medial": (0.1484, -0.0287),
+        "ball_lateral": (0.1330, 0.0516),
+        "toes_medial": (0.2388, -0.01772),
+        "toes_lateral": (0.2238, 0.06298),
+    }
+    model = build_body(ADULT, made_up()).model
+    places = {sphere.name: sphere for sphere in model.spheres}
+    for name, (ahead, lateral) in published.items():
+        sphere = places[f"contact_{name}_{side}"]
+        origin = model[sphere.segment].joint_position if "toes" in name else np.zeros(3)
+        expected = [
+            -0.03 + (ahead - 0.0019) * (0.24 - 0.04) / (0.2388 - 0.0019),
+            mirror * (-0.02 - (lateral - 0.01145) * 0.100 / 0.0951),
+            -0.06,
+        ]
+        np.testing.assert_allclose(sphere.position + origin, expected, atol=1e-12, err_msg=name)
+
+
+def test_shoulders_that_no_marker_shows_are_de_levas_in_proportion_to_the_trunk():
+    """His trunk and head of men are 0.8462 m long, with the shoulders 0.5155 m above the hips."""
+    model = build_body(ADULT, made_up()).model
+    factor = (1.70 - 0.88) / 0.8462
+    lumbar = 0.1457 * factor
+    expected = [0.0, -0.170, 0.5155 * factor - lumbar]
+    np.testing.assert_allclose(model["upper_arm_r"].joint_position, expected, atol=1e-12)
