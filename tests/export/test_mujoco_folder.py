@@ -1,6 +1,7 @@
 """The person in plain MuJoCo: the same body, the same observations, the same walk."""
 
 import ast
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,10 +10,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from safetensors.numpy import load_file
 
 from evidence.page import angles_in_mujoco
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED
+from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval_export import walk as plain
 from gaitval_export.mujoco_folder import FILES, write_mujoco
@@ -126,6 +128,30 @@ def test_the_model_is_the_person_by_itself(walked: Walked, mujoco_folder: Path) 
     walker.reset()
     np.testing.assert_allclose(data.qpos, walker.data.qpos, atol=1e-12)
     np.testing.assert_allclose(data.qvel, walker.data.qvel, atol=1e-12)
+
+
+def test_joints_and_soles_have_the_numbers_of_the_person(
+    walked: Walked, mujoco_folder: Path
+) -> None:
+    """Ranges to be seen that do not push, the friction that was found on both of a pair (MuJoCo
+    takes the larger), and targets whose springs give what the servos ask for at the start."""
+    model = mujoco.MjModel.from_xml_path(str(mujoco_folder / "person.xml"))
+    for name, ends in RANGES.items():
+        np.testing.assert_array_equal(model.joint(name).range, ends)
+    assert not model.jnt_limited.any()
+    soles = [model.geom(sphere.name) for sphere in walked.body.spheres]
+    for geom in (model.geom("floor"), *soles):
+        assert geom.friction[0] == walked.friction
+    servo = json.loads((mujoco_folder / "walker.json").read_text(encoding="utf-8"))
+    stiffness, damping = (np.array(servo[name]) for name in ("stiffness", "damping"))
+    tables = load_file(mujoco_folder / "reference.safetensors")
+    angle, rate = (tables[name][0, -len(ACTUATED) :] for name in ("positions", "velocities"))
+    asked = stiffness * angle + damping * rate + tables["feed_forward"][0]
+    assert np.abs(tables["feed_forward"][0]).max() > 5.0  # Nm, a sign would be seen
+    np.testing.assert_allclose(
+        model.key("start").ctrl * model.actuator_gainprm[:, 0], asked, atol=1e-9
+    )
+    assert [model.actuator(i).name for i in range(model.nu)] == list(ACTUATED)
 
 
 def test_mujocos_own_contact_carries_the_person(walked: Walked, mujoco_folder: Path) -> None:
