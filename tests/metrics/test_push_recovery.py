@@ -243,6 +243,30 @@ def test_being_displaced_is_no_fall(task):
     assert not fell(module.without_drift(narrow))
 
 
+def test_pushes_are_tested_without_drift_and_lighter_on_a_lighter_person(tried, monkeypatch):
+    """A table with hardly any room to drift is the same; half the full weight, half the force."""
+    small, policy, (expected, _), _ = tried
+    monkeypatch.setattr(module, "RolloutPool", LocalPool)
+    narrow = changed(small, environment={"drift_tolerance": 1e-4})
+    assert push_recovery(narrow, policy, MU)[0].as_dict() == expected.as_dict()
+    monkeypatch.setattr("gaitval.configuration.FULL_MASS_KG", 2.0 * small.model.mass)
+    light, traces = push_recovery(small, policy, MU)
+    assert (light.force, light.resolution, light.ceiling) == (50.0, 250.0, 2000.0)
+    assert {trace.push.force for trace in traces} == {50.0}
+
+
+def test_the_pushes_that_are_replayed_are_ahead_and_to_the_left(tried):
+    """At the first phase; the force and its direction are in the walk."""
+    small, policy, _, _ = tried
+    walks = module.pushed_walks(small, policy, MU)
+    forces = [walk.root_force[:, 3:][walk.root_force.any(axis=1)] for walk in walks]
+    for force, axis in zip(forces, (0, 1), strict=True):
+        seconds = small.configuration.environment.push_seconds
+        impulse = small.configuration.environment.physics_step * force.sum(axis=0)
+        np.testing.assert_allclose(impulse, 100.0 * seconds * np.eye(3)[axis], atol=1e-9)
+    assert [walk.phase[walk.root_force.any(axis=1)][0] < 0.02 for walk in walks] == [True, True]
+
+
 def test_walks_to_a_push_are_kept_and_make_no_difference(task):
     """Later pushes begin where the same walk came to for earlier ones: falls, and where the walkers
     are in the end, are those of a new group; also if it falls before it is pushed, or is no longer
@@ -251,7 +275,10 @@ def test_walks_to_a_push_are_kept_and_make_no_difference(task):
     mu = np.array(read_json(folder / "identification.json")["identified"])
     stored, fast = load_policy(folder / "policy"), random_policy(task, scale=3.0)
     group = WalkingGroup([task] * 8)
-    for policy, begins in ((stored, 0.6), (stored, 0.3), (fast, 3.0), (stored, 0.9), (stored, 0.6)):
+    for policy, begins in (
+        *((stored, 0.6), (stored, 0.3), (fast, 3.0), (stored, 0.9)),
+        *((stored, 0.6), (stored, 0.55)),  # just before one that is kept
+    ):
         for cycles in (-0.1, 0.5, 1.4):
             trials = [
                 PushTrial(policy, mu, Push(begins + 0.05 * (n % 3), 0.8 * n, 250.0 * n), 0, cycles)
@@ -272,7 +299,7 @@ def test_walks_to_a_push_are_kept_and_make_no_difference(task):
                     group._arrays.walkers.state, new._arrays.walkers.state
                 )
     by_policy = {key: sorted(walk) for (key, _), walk in module._walked[group].items()}
-    assert by_policy == {stored.key: [0.3, 0.6, 0.9], fast.key: []}
+    assert by_policy == {stored.key: [0.3, 0.55, 0.6, 0.9], fast.key: []}
 
 
 def test_the_table_can_be_written(tried):

@@ -10,7 +10,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError
-from gaitval.model.parameters import nominal_parameters
+from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.policy import learner as module
 from gaitval.policy.device import choose_device, update_seconds
 from gaitval.policy.learner import Learner
@@ -229,6 +229,18 @@ def test_the_update_is_that_of_stable_baselines3_in_single_precision():
             assert (value - expected[name]).norm() < 1e-3 * way, name
 
 
+@pytest.mark.parametrize(("share", "ends"), [(1.6, True), (1.4, False)])
+def test_an_update_ends_beyond_one_and_a_half_times_the_limit(monkeypatch, share, ends):
+    """Before the step of the minibatch in which the policy has moved too far."""
+    made = learner(target_kl=0.01)
+    made._fill_buffer(experience(made, 0))
+    made.ppo.lr_schedule = lambda _: 1e-3
+    monkeypatch.setattr(module, "actor_gradients", lambda *_: (0.0, share * 0.01))
+    made.ppo.train()
+    state = made.tensors().get("optimiser.action_net.bias.step", torch.tensor(0.0))
+    assert state.item() == (0 if ends else 3 * 3)
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_with_one_worker_an_update_takes_one_processor(monkeypatch, workers):
     made, started = learner(workers=workers), []
@@ -267,6 +279,9 @@ def test_the_parameters_keep_the_scale_of_their_bounds():
     middle = paper["observation_mean"][PARAMETERS_OBSERVED].numpy()
     half_range = paper["observation_variance"][PARAMETERS_OBSERVED].sqrt().numpy()
     assert np.all(np.abs(nominal_parameters() - middle) <= half_range + 1e-12)
+    lower, upper = parameter_bounds(configuration().randomisation)
+    np.testing.assert_allclose(middle - half_range, lower, atol=1e-9)
+    np.testing.assert_allclose(middle + half_range, upper, atol=1e-9)
 
 
 def test_episodes_are_counted_across_rollouts():
@@ -278,9 +293,15 @@ def test_episodes_are_counted_across_rollouts():
     assert episodes[0][2] == first.cycles[3, 0]
     episodes = made.learn(second, learning_rate=1e-3)
     assert [length for length, _, _ in episodes] == [4 + STEPS - 21, 8, 17, STEPS - 8]
+    # the first one began in the rollout before, and the third where the first ended
+    both = np.concatenate([first.rewards[21:, 0], second.rewards[:4, 0]]).sum()
+    assert episodes[0][1] == pytest.approx(both, rel=1e-6)
+    assert episodes[2][1] == pytest.approx(second.rewards[4:21, 0].sum(), rel=1e-6)
     assert made.ppo.num_timesteps == 2 * STEPS * COUNT
     made.begin(0)
-    assert made.learn(first, learning_rate=1e-3)[0][0] == 4
+    again = made.learn(first, learning_rate=1e-3)
+    assert again[0][0] == 4
+    assert again[0][1] == pytest.approx(first.rewards[:4, 0].sum(), rel=1e-6)
 
 
 def test_what_was_restored_learns_the_same():

@@ -21,6 +21,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
+from gaitval.model.tree import forward
+from gaitval.policy import rollouts as module
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import keeping_workers, kept_workers
 from gaitval.policy.rollouts import (
@@ -161,6 +163,45 @@ def test_a_walk_that_falls_is_cut_off_and_says_so(task):
     assert rollout.fell[0] == 1.0
     assert rollout.time[-1] < 4.0
     assert len(rollout.positions) == len(rollout.time)
+
+
+def test_a_recorded_centre_of_pressure_is_under_its_foot(task):
+    """Within a sphere's radius and a step of 2 cm of the spheres' centres, and only under load; the
+    first sample is a physics step after the start."""
+    walker = WalkingEnvironment(task)
+    rollout = record_rollout(
+        walker, random_policy(task, scale=0.0), mu=MU, start_phase=0.1, cycles=0.5
+    )
+    assert rollout.time[0] == walker.walker.physics_step
+    tree, count = walker.walker.tree, len(task.model.spheres)
+    rotation, origin, axes = np.empty((14, 3, 3)), np.empty((14, 3)), np.zeros((31, 3))
+    loaded = rollout.ground_reaction[..., 2] > 1.0
+    np.testing.assert_array_equal(np.isfinite(rollout.centre_of_pressure[..., 0]), loaded)
+    assert loaded.any(axis=0).all()
+    for t in range(len(rollout.time)):
+        forward(tree.joint_position, rollout.positions[t], rotation, origin, axes, 14)
+        turned = np.einsum("kij,kj->ki", rotation[tree.sphere_segment], tree.sphere_position)
+        centres = (turned + origin[tree.sphere_segment])[:, :2].reshape(2, count // 2, 2)
+        for side in np.flatnonzero(loaded[t]):
+            place = rollout.centre_of_pressure[t, side, :2]
+            assert np.all(place > centres[side].min(axis=0) - 0.02)
+            assert np.all(place < centres[side].max(axis=0) + 0.02)
+
+
+def test_a_fall_after_the_end_of_a_walk_is_none_of_it(task, monkeypatch):
+    """Its body walks on beside those that have not ended."""
+    real = module.walks_together
+
+    def fall_at_last(*arguments):
+        yield from real(*arguments)
+        yield np.zeros(2, dtype=bool), np.ones(2, dtype=bool)
+
+    group, policy = WalkingGroup([task] * 8), random_policy(task, scale=0.0)
+    walk = {"mu": MU, "start_phases": (0.1, 0.6), "cycles": 0.1}
+    monkeypatch.setattr(module, "walks_together", fall_at_last)
+    monkeypatch.setattr("gaitval.policy.travel.walks_together", fall_at_last)
+    for found in (record_together(group, policy, **walk), travel_together(group, policy, **walk)):
+        assert [each.fell[0] for each in found] == [0.0, 0.0]
 
 
 def test_a_pushed_walk_records_the_push(task):
