@@ -44,6 +44,10 @@ _ABOVE_KNEE: Final = (
     r"oberschenkel).*"
 )
 """Those that do not, where none of the words of `_BELOW_KNEE` is there."""
+_ONLY_AMPUTATIONS: Final = (
+    r"(?i).*(trans[- ]?(tibial|femoral)|amput|\b([ab]k|t[tf])a?\b|\b[ab]/k\b).*"
+)
+"""Levels that say by themselves that there was one; a hip or a knee may be a joint that hurts."""
 _RIGHT_OR_LEFT: Final[Mapping[Side, str]] = {
     "right": r"\b(r|rt|right|rechts)\b",
     "left": r"\b(l|lt|lft|left|links)\b",
@@ -230,6 +234,7 @@ def _person(
     affected: dict[str, Side] = {}
     level: Literal["above", "below"] | None = None
     not_understood: str | None = None
+    amputated = False
     filled = {name: text for name, text in cells.items() if text.lower() not in _UNKNOWN}
     if not any(known[name][0] == "subject" for name in filled):
         return None
@@ -245,6 +250,7 @@ def _person(
             level = level or _level(text)
         elif meaning == "level":
             level = _level(text) or level
+            amputated = "amput" in header.lower() or bool(re.fullmatch(_ONLY_AMPUTATIONS, text))
             not_understood = None if _level(text) else f"{where}: {header} is {text!r}"
         elif meaning == "sex":
             values[meaning] = _SEXES.get(text.lower())
@@ -264,7 +270,7 @@ def _person(
             f"{not_understood}, which is no level of a leg's amputation that is understood. Write "
             "transtibial or transfemoral."
         )
-    if level and "amputation" not in values:
+    if level and amputated and "amputation" not in values:
         # The one side of the row is that of the amputation, whatever its column is called.
         values["amputation"] = affected.get("")
     if level == "below" and (side := values.pop("amputation", None)):

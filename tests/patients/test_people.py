@@ -201,6 +201,12 @@ def test_a_level_may_stand_beside_the_side_and_the_side_under_any_header(tmp_pat
     assert stated(tmp_path, "Subject,Side of amputation", "A,Right").amputation == "right"
     # A level of something else beside an affected side is no amputation.
     assert stated(tmp_path, "Subject,Affected side,Level", "A,Left,II").amputation is None
+    for joint in ("hip", "Knee", "ankle"):
+        arthritis = stated(tmp_path, "Subject,Affected side,Level", f"A,Left,{joint}")
+        assert arthritis.amputation is None
+        assert arthritis.below_knee is None
+    stated_level = stated(tmp_path, "Subject,Side,Amputation level", "A,Left,knee disarticulation")
+    assert stated_level.amputation == "left"
 
 
 @pytest.mark.parametrize(
