@@ -323,6 +323,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             self._push_left -= share * self.walker.action_seconds
             # Not `== 0`: the durations of several actions add up to a push only to rounding.
             if self._push_left <= 1e-12:
+                self._push_left = 0.0
                 shortest, longest = (start + cycles for cycles in self.constants.push_interval)
                 self._push = self._random_push(shortest, longest) if self._pushed_again else None
 

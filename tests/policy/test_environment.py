@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from gaitval.model.tree import forward
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.reward import REWARD_TERMS
+from gaitval.policy.walking_group import WalkingGroup
 
 NO_ACTION = np.zeros(26, dtype=np.float32)
 
@@ -348,7 +350,7 @@ def impulses(environment, steps=12):
     return impulse, began
 
 
-@pytest.mark.parametrize("steps_per_action", [10, 25, 30, 80])
+@pytest.mark.parametrize("steps_per_action", [3, 10, 25, 30, 80])
 @pytest.mark.parametrize("seconds", [0.05, 0.03])
 def test_a_push_has_its_impulse_whatever_the_length_of_an_action(task, steps_per_action, seconds):
     environment = WalkingEnvironment(
@@ -356,12 +358,36 @@ def test_a_push_has_its_impulse_whatever_the_length_of_an_action(task, steps_per
     )
     push = (0.12, 240.0, -0.7)
     environment.reset(seed=0, options={"phase": 0.1, "push": push, "mu": nominal_parameters()})
-    impulse, began = impulses(environment)
+    impulse, began = impulses(environment, 24)
     expected = 240.0 * seconds * np.array([np.cos(0.7), -np.sin(0.7)])
     np.testing.assert_allclose(impulse, expected, rtol=1e-9)
     action = environment.walker.action_seconds / task.reference.stride_time
     assert began + 1e-9 >= 0.12
     assert began < 0.12 + action + 1e-9
+
+
+def test_an_episode_that_ends_in_a_push_leaves_nothing_of_it(task):
+    """Neither its force nor what was left of its 50 ms, alone and in a group of eight."""
+    options = {"phase": 0.1, "mu": nominal_parameters(), "noise": 0.0}
+    alone, group = WalkingEnvironment(task), WalkingGroup([task] * 8)
+    for begin, environment in ((alone.reset, alone), (partial(group.reset, 0), None)):
+
+        def act(environment=environment):
+            if environment is None:
+                group.step(np.zeros((8, 26), np.float32), np.zeros((8, 126), np.float32))
+            else:
+                environment.step(NO_ACTION)
+
+        pushed = environment or group.environments[0]
+        for later in (None, (0.4, 100.0, 0.0)):
+            begin(options={**options, "push": (0.1, 300.0, 1.0)})
+            for _ in range(2):
+                act()
+                assert pushed.episode.root_force.any()
+            begin(options={**options, "push": later})
+            for _ in range(12):
+                act()
+                assert not pushed.episode.root_force.any()
 
 
 @pytest.mark.parametrize(("probability", "options"), [(0.0, {}), (1.0, {"push": None})])
@@ -397,7 +423,8 @@ def test_random_pushes_are_the_papers(task):
         drawn.append((start - pushed.walker.phase, force, direction))
     starts, forces, directions = np.array(drawn).T
     assert starts.min() >= 0.5
-    assert starts.max() <= 0.5 + pushed.constants.push_interval[1]
+    longest = pushed.constants.push_interval[1]
+    assert 0.5 + 0.9 * longest < starts.max() <= 0.5 + longest
     assert np.ptp(starts % 1.0) > 0.9
     assert 0.0 <= forces.min() < 80.0
     assert 720.0 < forces.max() <= 800.0
@@ -411,6 +438,39 @@ def test_random_pushes_are_the_papers(task):
     pushed.difficulty = 0.0
     pushed.reset(seed=0)
     assert pushed._push[1] == 0.0
+
+
+@pytest.mark.parametrize(("seconds", "steps_per_action"), [(0.05, 5), (0.1, 5), (0.03, 18)])
+def test_random_pushes_come_again_whatever_rounding_leaves_of_the_last(
+    task, monkeypatch, seconds, steps_per_action
+):
+    """0.1 s less ten actions of 0.01 s are 1e-17 s, and 0.03 s less one of 0.036 s are -3e-18 s:
+    with the first every other push was left out, with the second all but one."""
+    settings = {
+        "push_probability": 1.0,
+        "push_interval": (0.6, 0.9),
+        "push_seconds": seconds,
+        "steps_per_action": steps_per_action,
+    }
+    pushed = WalkingEnvironment(changed(task, environment=settings))
+    pushed.reset(seed=3, options={"phase": 0.2})
+    action = pushed.walker.action_seconds / task.reference.stride_time
+
+    def walks_on(*_, **__):
+        pushed.walker.phase += action
+
+    monkeypatch.setattr(pushed.walker, "step", walks_on)
+    began, before = [], False
+    while pushed.walker.phase < 6.0:
+        phase = pushed.walker.phase
+        pushed.step(NO_ACTION)
+        acts = bool(np.abs(pushed.episode.root_force).max() > 1e-6)
+        if acts and not before:
+            began.append(phase)
+        before = acts
+    gaps = np.diff(began)
+    assert len(gaps) >= 4
+    assert np.all((gaps > 0.6 - action) & (gaps < 0.9 + action))
 
 
 @pytest.mark.parametrize("asked", [False, True])
@@ -458,6 +518,30 @@ def test_a_policy_is_told_how_the_body_differs_from_the_one_of_its_reference(tas
     at_mu = np.flatnonzero(differ)
     np.testing.assert_allclose(seen[at_mu[:3]], wanted[at_mu[:3]], atol=1e-6)
     assert differ.sum() >= 3
+
+
+def test_a_policy_is_told_the_whole_friction_and_damping(task):
+    """A reference does not depend on them, so they are no difference from its body."""
+    mu = nominal_parameters()
+    mu[:2] = 0.15, 0.95
+    options = {"phase": 0.25, "push": None, "noise": 0.0, "mu": mu}
+    for reference_mu in (None, mu):
+        told = WalkingEnvironment(replace(task, reference_mu=reference_mu))
+        told.reset(seed=0, options=options)
+        lower, upper = parameter_bounds(task.configuration.randomisation)
+        expected = (2.0 * mu[:2] - lower[:2] - upper[:2]) / (upper[:2] - lower[:2])
+        np.testing.assert_allclose(told.episode.parameters[:2], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("phase", [0.15, 0.35, 0.65])
+def test_the_first_observation_has_the_references_ground_reaction(task, extended, phase):
+    """In body weights, as all later ones have the simulated one."""
+    options = {"mu": nominal_parameters(), "push": None, "noise": 0.0}
+    seen = extended.reset(options={"phase": phase, **options})[0][93:99]
+    table = task.reference.ground_reaction.reshape(-1, 6)
+    expected = reference_at(task, phase, table)
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+    assert 0.5 < seen[2] + seen[5] < 1.5
 
 
 def test_training_randomises_around_the_body_of_the_reference(task):
