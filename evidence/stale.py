@@ -366,6 +366,13 @@ EQUAL: Final = (
         "tables, motions, loads and moments of an import of the sample, and policy, reference, "
         "rollouts and metrics.json of a study of S05 were equal before and after",
     ),
+    Equal(
+        "bf106aa8de",
+        "4f55b22b14",
+        ("gaitval/policy/environment.py",),
+        "a push of the default length leaves no rounding residue: policies of three rounds, walks, "
+        "pushes and metrics.json of a training of S05 were equal before and after",
+    ),
 )
 """Oldest first."""
 
