@@ -317,6 +317,7 @@ SCRIPT = """
 
         def tell(progress):
             print(progress["samples"], flush=True)
+            sys.stdin.readline()  # goes on when it is answered
 
         train(task, Path(sys.argv[2]), samples=int(sys.argv[3]), on_progress=tell)
 """
@@ -409,12 +410,14 @@ def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     stored.write_bytes(pickle.dumps(tiny))
     process = subprocess.Popen(
         [sys.executable, str(script), str(stored), str(folder), str(8 * UPDATE)],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
+        bufsize=1,
     )
     try:
         while int(process.stdout.readline()) < 5 * UPDATE:  # it waits for an answer each time
-            pass
+            process.stdin.write("\n")
         workers, memory = children(process.pid), shared_memory(process.pid)
     finally:
         process.send_signal(signal.SIGKILL)
