@@ -8,6 +8,7 @@ it in, with an interval.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -18,19 +19,19 @@ from gaitval.errors import RecordError
 HEADERS: Final[Mapping[str, str]] = {
     "subject": r"id|subject|subject code|subject id|participant|patient",
     "sex": r"sex|gender",
-    "age": r"age|age ?\(?(yrs|years|y)\)?|age_years",
-    "mass": r"(body ?)?(mass|weight) ?(\(kg\))?|mass_kg|weight_kg",
-    "height": r"(body ?)?(height|stature) ?(\((m|cm|mm)\))?|height_m|height_cm",
-    "leg_length": r"leg ?len(gth)?|leg ?length ?\((m|cm)\)|leg_length_m",
-    "right_leg": r"(leg ?length right|right leg ?length) ?(\((m|cm)\))?|leg_length_right_m",
-    "left_leg": r"(leg ?length left|left leg ?length) ?(\((m|cm)\))?|leg_length_left_m",
-    "speed": r"((gait|walking) ?)?(speed|velocity) ?(\(m/s\))?|walking_speed_m_s|og_comf",
+    "age": r"age ?(yrs|years|y)?",
+    "mass": r"(body ?)?(mass|weight)",
+    "height": r"(body ?)?(height|stature)",
+    "leg_length": r"leg ?len(gth)?|leg_length_m",
+    "right_leg": r"leg ?length right|right leg ?length|leg_length_right_m",
+    "left_leg": r"leg ?length left|left leg ?length|leg_length_left_m",
+    "speed": r"((gait|walking) ?)?(speed|velocity)|walking_speed_m_s|og_comf",
     "amputation": r"(amputation|prosthetic|prosthesis) side|amputated (side|leg|limb)|"
     r"side of (the )?(amputation|prosthesis)",
     "level": r"(amputation |amputated )?level|level of amputation",
     "affected": r"(on - |off - )?updrs-iii asymmetry|affected side|paretic side|side",
 }
-"""Headers, in lower case, of what is read."""
+"""Headers, in lower case, of what is read; one of `_OF_HEADERS` may follow."""
 
 STATES: Final = ("off", "on", "pre", "post")
 """What a name may end in, after an underscore, that is no part of the person's name."""
@@ -209,21 +210,21 @@ def _prefix(subject: str) -> str:
 
 def _columns(headers: Iterable[str]) -> dict[str, tuple[str, float]]:
     """What each header means, and its unit in ours; those that are not known are left out."""
-    found = {}
-    for header in headers:
-        plain = re.sub(r"\s+", " ", header.strip().lower())
-        if (meaning := _meaning(plain)) is not None:
-            found[header] = meaning, 1.0
-        elif in_unit := re.fullmatch(r"(.+?)( in |[ _]|(?=[(\[]))[(\[]?([a-z/]+)[)\]]?", plain):
-            meaning = _meaning(in_unit[1])
-            for unit, size in _OF_HEADERS.get(meaning or "", {}).items():
-                if meaning is not None and re.fullmatch(unit, in_unit[3]):
-                    found[header] = meaning, size
-    return found
+    meant = {header: _meaning(header) for header in headers}
+    return {header: meaning for header, meaning in meant.items() if meaning is not None}
 
 
-def _meaning(header: str) -> str | None:
-    return next((name for name, like in HEADERS.items() if re.fullmatch(like, header)), None)
+@cache  # every row of a table has the same headers
+def _meaning(header: str) -> tuple[str, float] | None:
+    """What a header means, and its unit in ours; None if it is not known."""
+    plain = re.sub(r"\s+", " ", header.strip().lower())
+    for name, like in HEADERS.items():
+        if re.fullmatch(like, plain):
+            return name, 1.0
+        for unit, size in _OF_HEADERS.get(name, {}).items():
+            if re.fullmatch(rf"({like})( in |[ _]|(?=[(\[]))[(\[]?({unit})[)\]]?", plain):
+                return name, size
+    return None
 
 
 def _person(
@@ -249,9 +250,10 @@ def _person(
             values[meaning] = _amputated(text, f"{where}: {header}")
             level = level or _level(text)
         elif meaning == "level":
-            level = _level(text) or level
+            stated = _level(text)
+            level = stated or level
             amputated = "amput" in header.lower() or bool(re.fullmatch(_ONLY_AMPUTATIONS, text))
-            not_understood = None if _level(text) else f"{where}: {header} is {text!r}"
+            not_understood = None if stated else f"{where}: {header} is {text!r}"
         elif meaning == "sex":
             values[meaning] = _SEXES.get(text.lower())
             if values[meaning] is None:

@@ -185,28 +185,22 @@ def test_what_was_measured_is_known_by_the_words_of_its_header(tmp_path, header,
     ],
 )
 def test_an_amputation_that_is_not_understood_is_not_left_out(tmp_path, row, seen):
-    with pytest.raises(RecordError, match=rf"p\.csv, line 2: {seen}"):
-        stated(tmp_path, "Subject,Amputation side,Level", row)
-
-
-def stated(tmp_path, header, row):
-    path = tmp_path / "p.csv"
-    path.write_text(f"{header}\n{row}\n", encoding="utf-8")
-    return read_people(path)["A"]
+    with pytest.raises(RecordError, match=rf"people\.csv, line 2: {seen}"):
+        table(tmp_path, "Subject,Amputation side,Level", row)
 
 
 def test_a_level_may_stand_beside_the_side_and_the_side_under_any_header(tmp_path):
-    assert stated(tmp_path, "Subject,Amputation side", "A,Left (BK)").below_knee == "left"
-    assert stated(tmp_path, "Subject,Side,Level", "A,Left,Transfemoral").amputation == "left"
-    assert stated(tmp_path, "Subject,Side of amputation", "A,Right").amputation == "right"
+    assert table(tmp_path, "Subject,Amputation side", "A,Left (BK)")["A"].below_knee == "left"
+    assert table(tmp_path, "Subject,Side,Level", "A,Left,Transfemoral")["A"].amputation == "left"
+    assert table(tmp_path, "Subject,Side of amputation", "A,Right")["A"].amputation == "right"
     # A level of something else beside an affected side is no amputation.
-    assert stated(tmp_path, "Subject,Affected side,Level", "A,Left,II").amputation is None
+    assert table(tmp_path, "Subject,Affected side,Level", "A,Left,II")["A"].amputation is None
     for joint in ("hip", "Knee", "ankle"):
-        arthritis = stated(tmp_path, "Subject,Affected side,Level", f"A,Left,{joint}")
+        arthritis = table(tmp_path, "Subject,Affected side,Level", f"A,Left,{joint}")["A"]
         assert arthritis.amputation is None
         assert arthritis.below_knee is None
-    stated_level = stated(tmp_path, "Subject,Side,Amputation level", "A,Left,knee disarticulation")
-    assert stated_level.amputation == "left"
+    amputee = table(tmp_path, "Subject,Side,Amputation level", "A,Left,knee disarticulation")
+    assert amputee["A"].amputation == "left"
 
 
 @pytest.mark.parametrize(
@@ -226,5 +220,5 @@ def test_a_level_may_stand_beside_the_side_and_the_side_under_any_header(tmp_pat
     ],
 )
 def test_a_unit_of_a_header_is_read(tmp_path, header, cell, quantity, value):
-    person = stated(tmp_path, f"Subject,{header}", f"A,{cell}")
+    person = table(tmp_path, f"Subject,{header}", f"A,{cell}")["A"]
     assert getattr(person, quantity) == pytest.approx(value)
