@@ -22,8 +22,10 @@ MEASURES = {
             "extras/gaitval_patients/prosthesis.py",
             "extras/gaitval_patients/records.py",
             "extras/gaitval_patients/rolling_foot.py",
+            "extras/gaitval_patients/sound_side.py",
             "extras/gaitval_patients/told.py",
         ),
+        "data": ("extras/gaitval_patients/sound_sides.csv",),
     },
 }
 """What the rows depend on; see evidence/stale.py."""

@@ -45,11 +45,13 @@ MEASURES = {
             "extras/gaitval_patients/prosthesis.py",
             "extras/gaitval_patients/records.py",
             "extras/gaitval_patients/rolling_foot.py",
+            "extras/gaitval_patients/sound_side.py",
             "extras/gaitval_patients/told.py",
             "extras/gaitval_patients/turned_feet.py",
             "extras/gaitval_patients/walk.py:walk",
             "@walk",
         ),
+        "data": ("extras/gaitval_patients/sound_sides.csv",),
         "allowed": 50,
         "why": "a function of policy/rollouts.py that only tests called is theirs now, and "
         "forefeet without markers on the heads: bodies by stature keep their hashes",

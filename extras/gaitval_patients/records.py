@@ -31,6 +31,7 @@ from gaitval_patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smo
 from gaitval_patients.people import Person, person_of
 from gaitval_patients.prosthesis import with_prosthesis
 from gaitval_patients.rolling_foot import STANCE_BIAS, feet
+from gaitval_patients.sound_side import expected_of
 from gaitval_patients.strides import Strides
 
 EXPECTED: Final = ("subtalar_angle",)
@@ -181,18 +182,13 @@ def patient(
         "speed": went.speed,
         "stride_time": went.stride_time,
         "stride_length": went.stride_length,
-        **{
-            f"stance_{side}": Estimate(
-                on_ground.stance[side], STANCE_BIAS[1], "the ball of the foot furthest back"
-            )
-            for side in SIDES
-        },
+        **_stances(on_ground.stance, values["identifier"], person.amputation),
     }
     values |= {
         "walking_speed_m_s": went.speed.value,
         "stride_time_s": went.stride_time.value,
         "stance_fraction": StanceFraction(
-            right=on_ground.stance["right"], left=on_ground.stance["left"]
+            right=found["stance_right"].value, left=found["stance_left"].value
         ),
     }
     sides = person.affected or {}
@@ -228,6 +224,23 @@ def expected_angles() -> dict[str, Curve]:
 
 def _known(value: float | None, mean: float, sd: float, how: str) -> Estimate:
     return Estimate(mean, sd, how) if value is None else Estimate(value, 0.0, "recorded")
+
+
+def _stances(
+    seen: Mapping[Side, float], identifier: str, amputation: Side | None
+) -> dict[str, Estimate]:
+    """Stance of each side, of its own cycle, from what is `seen` of the ball of its foot."""
+    how = "the ball of the foot furthest back"
+    found = {f"stance_{side}": Estimate(seen[side], STANCE_BIAS[1], how) for side in SIDES}
+    if amputation is not None:
+        sound: Side = "left" if amputation == "right" else "right"
+        usual = expected_of(identifier)
+        found[f"stance_{sound}"] = Estimate(
+            seen[sound] + usual.later,
+            float(np.hypot(STANCE_BIAS[1], usual.later_sd)),
+            f"{how}, and how much later sound sides of amputees leave the ground",
+        )
+    return found
 
 
 def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, Any]:

@@ -4,7 +4,8 @@ Moments and forces are those that healthy people have at this speed (`prediction
 over this person's own stance: a sound leg that stands for 67 % of its cycle is loaded for as long.
 Nothing of it is symmetric that the person is not. An ankle's moment is in the time of its own foot:
 when its heel rises and the other foot lands (`rolled_ankle`), or, of a foot without a calf, when it
-is bent furthest (`bent_ankle`).
+is bent furthest (`bent_ankle`). Beside a foot without a calf, the other ankle's is larger than
+healthy people's (`sound_side`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,6 +23,7 @@ from gaitval.prediction.normal_form import record_from, symmetric
 from gaitval.prediction.population import expected, other_people, with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval_patients.rolling_foot import POINTS, leg_frames
+from gaitval_patients.sound_side import expected_of
 
 SAMPLES = 200
 HARMONICS = 40
@@ -53,13 +55,16 @@ def told_record(
     usual = expected_record(subject, others)
     told = with_others_kinetics(subject, others)
     record = over_stance(told, subject.stance_fraction.of_both())
-    moments = dict(record.moments)
+    moments, phase = dict(record.moments), np.arange(SAMPLES) / SAMPLES
     for side in SIDES:
-        moments[f"ankle_angle_{side[0]}"] = (
-            bent_ankle(record, usual, side)
-            if side == amputation
-            else rolled_ankle(record, usual, side, model)
-        )
+        if side == amputation:
+            ankle = bent_ankle(record, usual, side)
+        else:
+            ankle = rolled_ankle(record, usual, side, model)
+            if amputation is not None:
+                larger = expected_of(subject.identifier).larger * ankle(phase)
+                ankle = periodic_through(larger, HARMONICS)
+        moments[f"ankle_angle_{side[0]}"] = ankle
     return replace(record, moments=moments)
 
 

@@ -1,0 +1,128 @@
+"""Shipped: writes extras/gaitval_patients/sound_sides.csv, what amputees' sound sides do.
+
+    python -m experiments.sound_sides ../shared/data          # the file
+    python -m experiments.sound_sides ../shared/data --check  # fails if it is another
+
+Reads the strides of above-knee amputees (`gps/`) and their ankles' moments (`amputee/`), of the
+sound side alone. `later`: where the moment has fallen to `ENDED` of its peak, less where the
+angles have the foot leave the ground, less the mean of the same in the ten built-in people.
+`larger`: with the foot leaving so late, the factor of healthy people's moment in the time of this
+foot (`told.rolled_ankle`) that is nearest to the measured one by least squares.
+"""
+
+import argparse
+import csv
+import io
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from evidence.anybody.patients import HEALTHY, SPEEDS, tables, true_moments
+from gaitval.arrays import Array
+from gaitval.artefacts import write_text
+from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.model.body import BodyModel
+from gaitval.prediction.population import with_others_kinetics
+from gaitval.scaling.scaling import scale_subject
+from gaitval_patients.cohort import found_patients
+from gaitval_patients.records import Patient, two_sided
+from gaitval_patients.rolling_foot import feet
+from gaitval_patients.sound_side import TABLE
+from gaitval_patients.told import expected_record, over_stance, rolled_ankle
+
+FILE = Path(__file__).resolve().parent.parent / "extras" / "gaitval_patients" / TABLE
+
+ENDED = 0.05
+"""Of the largest plantarflexor moment, below which it has ended."""
+
+PHASE = np.linspace(0.0, 1.0, 101)
+
+HEADER = """\
+# Sound sides of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): how much later,
+# of the cycle, the ankle's moment ends than the angles and healthy people say; and by what factor
+# it is larger. Computed by experiments/sound_sides.py from: Hood S, Ishmael MK, Gunnell A, Foreman
+# KB, Lenzi T (2020) A kinematic and kinetic dataset of 18 above-knee amputees walking at various
+# speeds. Sci Data 7:150, https://doi.org/10.1038/s41597-020-0494-7. Licence of the data and of this
+# file: CC BY 4.0, https://creativecommons.org/licenses/by/4.0/. Its authors do not endorse this
+# project.
+"""
+
+
+def ends(moment: Array) -> float:
+    """Phase at which an ankle's moment (101,), plantarflexor negative, has fallen to `ENDED`."""
+    share = moment / moment.min()
+    after = int(np.argmin(moment)) + int(np.argmax(share[np.argmin(moment) :] <= ENDED))
+    # falls from the sample before to this one
+    return float(np.interp(-ENDED, -share[after - 1 : after + 1], PHASE[after - 1 : after + 1]))
+
+
+def bias() -> float:
+    """By how much later the moment ends than the angles have the foot leave the ground, of the
+    cycle: mean of both sides of the ten built-in people.
+    """
+    found = []
+    for subject in builtin_subjects():
+        record = subject.record()
+        stance = feet(record.angles, subject.left_phase, scale_subject(subject).model).stance
+        found += [
+            ends(record.moments[f"ankle_angle_{side[0]}"](PHASE)) - stance[side] for side in SIDES
+        ]
+    return float(np.mean(found))
+
+
+def figures(patient: Patient, moment: Array, usual: float) -> tuple[float, float]:
+    """`later` and `larger` of a patient with the measured `moment` (101,) Nm/kg of the sound side;
+    `usual` as `bias` gives it.
+    """
+    others = builtin_subjects()
+    subject, side = patient.subject, _sound(patient)
+    model: BodyModel = scale_subject(subject, symmetric=not two_sided(patient.person)).model
+    record = with_others_kinetics(subject, others)
+    stance = dict(feet(record.angles, subject.left_phase, model).stance)
+    later = ends(moment) - stance[side] - usual
+    stance[side] += later
+    usual_record = expected_record(subject, others)
+    expected = rolled_ankle(over_stance(record, stance), usual_record, side, model)(PHASE)
+    return later, float(expected @ moment / (expected @ expected))
+
+
+def _sound(patient: Patient) -> Side:
+    return "left" if patient.person.amputation == "right" else "right"
+
+
+def table(data: Path) -> str:
+    """The file."""
+    truth, usual = true_moments(data), bias()
+    strides, people = tables(data)
+    rows: list[Sequence[str]] = []
+    for each in found_patients(strides, people, SPEEDS, [HEALTHY]):
+        moment = truth.get((each.subject.identifier, "intact"))
+        if each.person.amputation is not None and moment is not None:
+            later, larger = figures(each, moment, usual)
+            rows.append((each.subject.identifier, f"{later:.4f}", f"{larger:.3f}"))
+    text = io.StringIO()
+    text.write(HEADER.format(people=len(rows)))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("person", "later", "larger"))
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def main() -> None:
+    """Command line; see the module's docstring."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--check", action="store_true")
+    arguments = parser.parse_args()
+    text = table(arguments.data)
+    if arguments.check:
+        sys.exit(0 if text == FILE.read_text(encoding="utf-8") else f"{FILE}: is another")
+    write_text(FILE, text)
+    print(text, end="")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""The sound side of an amputee: later and larger than angles and healthy people say."""
+
+import numpy as np
+import pytest
+
+from experiments import sound_sides
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.scaling.scaling import scale_subject
+from gaitval_patients.cohort import found_patients
+from gaitval_patients.rolling_foot import STANCE_BIAS, feet
+from gaitval_patients.sound_side import expected_of
+from gaitval_patients.told import told_record
+
+PHASE = np.arange(200) / 200
+
+
+@pytest.fixture(scope="module")
+def table() -> dict[str, list[float]]:
+    """By person, later and larger."""
+    lines = sound_sides.FILE.read_text("utf-8").splitlines()
+    rows = [line.split(",") for line in lines if not line.startswith("#")]
+    return {row[0]: [float(each) for each in row[1:]] for row in rows[1:]}
+
+
+@pytest.fixture(scope="module")
+def amputee(strides_table, people_table):
+    (found,) = found_patients(strides_table, [people_table], ["P1_off=1.1"], ["well"], ["P2"])
+    assert found.person.amputation == "right"
+    return found
+
+
+@pytest.mark.parametrize("name", ["TF01", "TF18", "P2"])
+def test_a_persons_own_figures_are_left_out(table, name):
+    others = np.array([row for who, row in table.items() if who != name])
+    assert len(others) == (len(table) if name == "P2" else len(table) - 1)
+    found = expected_of(name)
+    assert (found.later, found.larger) == pytest.approx(others.mean(axis=0))
+    assert found.later_sd == pytest.approx(np.std(others[:, 0], ddof=1))
+
+
+def test_only_the_sound_foot_leaves_the_ground_later(amputee):
+    subject = amputee.subject
+    model = scale_subject(subject, symmetric=False).model
+    angles = subject.gait.angles_of_both()
+    seen = feet(angles, subject.left_phase, model).stance
+    usual, stance = expected_of("P2"), subject.stance_fraction
+    assert stance.right == pytest.approx(seen["right"])
+    assert stance.left == pytest.approx(seen["left"] + usual.later)
+    sound, amputated = (amputee.estimates[f"stance_{side}"] for side in ("left", "right"))
+    assert amputated.sd == STANCE_BIAS[1]
+    assert sound.sd == pytest.approx(np.hypot(STANCE_BIAS[1], usual.later_sd))
+
+
+def test_only_the_sound_ankle_beside_a_prosthesis_is_larger(amputee):
+    subject, others = amputee.subject, builtin_subjects()
+    model = scale_subject(subject, symmetric=False).model
+    whole, right = (told_record(subject, others, model, side) for side in (None, "right"))
+    for name, moment in whole.moments.items():
+        factor = expected_of("P2").larger if name == "ankle_angle_l" else 1.0
+        if name != "ankle_angle_r":
+            assert np.allclose(right.moments[name](PHASE), factor * moment(PHASE), atol=1e-9), name
+
+
+def test_a_moment_ends_where_it_has_fallen_to_a_twentieth():
+    """A triangle from 0 at 10 % through -1.5 at 50 % to 0 at 70 %."""
+    corners = ([0.0, 0.1, 0.5, 0.7, 1.0], [0.0, 0.0, -1.5, 0.0, 0.0])
+    moment = np.interp(sound_sides.PHASE, *corners)
+    assert sound_sides.ends(moment) == pytest.approx(0.7 - 0.2 * sound_sides.ENDED)
+
+
+def test_the_shipped_figures_are_those_of_the_data(gait_data):
+    assert sound_sides.table(gait_data) == sound_sides.FILE.read_text("utf-8")
