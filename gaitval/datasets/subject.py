@@ -116,7 +116,8 @@ class Subject(Displayed, StoredPart):
     age_years: Number | None = None
     """Below 16, the segments have a child's masses (Jensen 1986)."""
     prosthesis: Literal["none", "right", "left"] | None = None
-    """Side of a leg prosthesis; not there if nobody said. The body has two healthy legs."""
+    """Side of a leg prosthesis; not there if nobody said. Each leg of the body then keeps its own
+    lengths, and masses if `measurements` has them; what else a prosthesis is, `devices` say."""
     devices: tuple[dict[str, Any], ...] = ()
     """What is worn, as the part `device_results` reads it; walked with after the rest."""
     aid: Aid | None = None

@@ -15,7 +15,8 @@ def scale(subject: Subject, *, symmetric: bool = True) -> MarkedBody:
     ----------
     subject : mass in kg, stature in m, sex, and standing markers in m (x forward, y left, z up),
         measured lengths or lengths by tape measure.
-    symmetric : both sides are the mean of right and left; otherwise each arm and leg is its own.
+    symmetric : both sides are the mean of right and left; otherwise each arm and leg is its own, as
+        it always is of a `subject` with a prosthesis, or with masses that differ between the sides.
 
     Returns
     -------

@@ -159,6 +159,12 @@ class Measurements:
             return dict.fromkeys(SIDES, self.right.mean_with(self.left))
         return {"right": self.right, "left": self.left}
 
+    @property
+    def masses_differ(self) -> bool:
+        """Whether a segment's mass is given, and is not the same on both sides."""
+        names = [name for name in LIMB_FIELDS if name.endswith("_mass")]
+        return any(getattr(self.right, name) != getattr(self.left, name) for name in names)
+
     def to_dict(self) -> dict[str, object]:
         """Numbers, lists of numbers and texts for TOML, m, kg and rad; what was not measured is
         left out. `stored_measurements.measurements_from` reads them back.

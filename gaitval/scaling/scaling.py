@@ -117,7 +117,8 @@ def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True)
     ----------
     subject : sex "F" or "M", mass in kg, stature in m, markers of a standing trial in m
         (x forward, y left, z up, floor at z = 0).
-    symmetric : both sides are the mean of right and left; otherwise each side is its own.
+    symmetric : both sides are the mean of right and left; otherwise each side is its own, as it
+        always is of a `subject` with a prosthesis, or with masses that differ between the sides.
 
     Returns
     -------
@@ -128,7 +129,10 @@ def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True)
     ScalingError : the markers cannot be used (see `joint_centres.measure`), or give an implausible
         body; all implausible lengths are listed.
     """
-    return build_body(subject, replace(measurements_of(subject), symmetric=symmetric))
+    measured = measurements_of(subject)
+    # A marker's error makes lengths differ; a mass of one side is somebody's word.
+    own = getattr(subject, "prosthesis", None) in SIDES or measured.masses_differ
+    return build_body(subject, replace(measured, symmetric=symmetric and not own))
 
 
 def measurements_of(subject: "Person | MeasuredPerson") -> Measurements:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from gaitval import wings
 from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
 from gaitval.folder_lock import held
@@ -64,7 +65,8 @@ def _import(
 ) -> Imported:
     """Work out a request and write what was found, in a folder that is locked."""
     try:
-        symmetric = configuration.scaling.symmetric
+        # as `scale_subject` has it of the subject that comes of this
+        symmetric = configuration.scaling.symmetric and request.prosthesis not in SIDES
         found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
     except GaitvalError as error:
         from gaitval.session.refusal import EARLIER, write_refusal

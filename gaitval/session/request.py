@@ -157,7 +157,8 @@ class ImportOptions(BaseModel):
     """What carries a part of the body: crutches (or canes, or a walker), rail, support (of body
     weight). It is not measured: the plates may carry less than the body weighs."""
     prosthesis: Literal["none", "right", "left"] | None = None
-    """Side of a leg prosthesis; for the report. No device is modelled yet."""
+    """Side of a leg prosthesis: each leg keeps its own lengths, and the report says so. Its masses
+    and joints are those of a device (`gaitval device`)."""
     citation: str = "Own recording, not published"
     """Where the recording is published."""
     licence: str = "not stated"

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from standing_person import PERSON, made_up_measurements, standing_person
 
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import DE_LEVA
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import with_fitted_lengths
-from gaitval.scaling.scaling import build_body
+from gaitval.scaling.scaling import build_body, scale_subject
 from gaitval.scaling.stored_measurements import measurements_from
 
 SHORTER, LIGHTER = 0.012, 0.5  # m and kg
@@ -37,6 +38,29 @@ def unequal(equal):
     return build_body(
         PERSON, with_left(measured, thigh=measured.left.thigh - SHORTER, thigh_mass=mass)
     )
+
+
+@pytest.mark.parametrize(
+    ("prosthesis", "lighter", "two"),
+    [(None, 0.0, False), ("none", 0.0, False), ("left", 0.0, True), (None, LIGHTER, True)],
+)
+def test_only_a_prosthesis_or_given_masses_keep_the_sides_apart(prosthesis, lighter, two):
+    """An error of a marker makes lengths differ, but nobody weighs two shanks by mistake."""
+    measured = made_up_measurements()
+    right = replace(measured.right, shank_mass=3.5)
+    left = replace(measured.left, shank_mass=3.5 - lighter, thigh=measured.left.thigh - SHORTER)
+    subject = load_subject("5").model_copy(
+        update={
+            "prosthesis": prosthesis,
+            "height_m": PERSON.height_m,
+            "mass_kg": PERSON.mass_kg,
+            "measurements": replace(measured, right=right, left=left).to_dict(),
+        }
+    )
+    model = scale_subject(subject).model
+    assert model["shank_r"].mass - model["shank_l"].mass == pytest.approx(lighter)
+    shorter = model["shank_l"].joint_position[2] - model["shank_r"].joint_position[2]
+    assert shorter == pytest.approx(SHORTER if two else 0.0)
 
 
 def test_equal_sides_give_the_same_body_averaged_or_not(equal):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_session import made_up_session
+from made_up_session import SHORT, made_up_session
 
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import COORDINATES, SIDES
@@ -18,7 +18,7 @@ from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.inverse.inverse_kinematics import InverseKinematics
-from gaitval.session import session
+from gaitval.session import importing, session
 from gaitval.session.average import drift_doubts, largest_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_doubts, refuse_without_forces
@@ -59,6 +59,23 @@ def said_of_sides(found):
         str(doubt)
         for doubt in one_side_doubts(found.request, found.trials, found.angles, found.forces)
     ]
+
+
+@pytest.mark.parametrize(("prosthesis", "mean"), [(None, True), ("none", True), ("left", False)])
+def test_an_import_with_a_prosthesis_keeps_both_lengths(prosthesis, mean, tmp_path, monkeypatch):
+    """As the subject that it makes is scaled, in every command after it."""
+    request = made_up_session(tmp_path, noise=0.0, **SHORT).request
+    given = request.model_copy(update={"prosthesis": prosthesis})
+    asked = []
+
+    def worked_out(*_, symmetric):
+        asked.append(symmetric)
+        raise RecordError("enough")
+
+    monkeypatch.setattr(importing, "work_out", worked_out)
+    with pytest.raises(RecordError, match="enough"):
+        importing.import_files(given, tmp_path / "out", configuration=Configuration())
+    assert asked == [mean]
 
 
 def test_the_subject_has_what_was_said_of_a_prosthesis(found):
