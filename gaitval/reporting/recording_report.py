@@ -153,8 +153,9 @@ class SpatiotemporalRow(NamedTuple):
 
 
 class LeftOut(NamedTuple):
-    """A gait cycle that is not part of the means: when it began (s) and why it was left out."""
+    """A gait cycle that is not part of the means: its trial, when it began there (s), and why."""
 
+    trial: str
     side: Side
     start: float
     reason: str

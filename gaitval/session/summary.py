@@ -162,7 +162,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check != ONE_SIDE],
         findings=[message for step, message in found.decisions if step not in _SAID],
         left_out=[
-            page.LeftOut(side, cycle.start, "; ".join(cycle.reasons))
+            page.LeftOut(walk.name, side, cycle.start, "; ".join(cycle.reasons))
             for walk in found.trials
             for side in SIDES
             for cycle in walk.cycles[side]

@@ -161,7 +161,7 @@ def test_text_from_outside_stays_text(
         spatiotemporal=[SpatiotemporalRow(HOSTILE, HOSTILE)],
         changes=[ConsistencyChange(HOSTILE, 1.0, 2.0, HOSTILE)],
         findings=[HOSTILE],
-        left_out=[LeftOut("right", 1.0, HOSTILE)],
+        left_out=[LeftOut(HOSTILE, "right", 1.0, HOSTILE)],
         versions={HOSTILE: HOSTILE},
         angles={f"{HOSTILE}_r": (np.zeros(101), np.zeros(101))},
     )
@@ -350,5 +350,10 @@ def test_of_several_trials_the_page_says_which_the_errors_are_of(
     for heading in ("Marker errors", "Scaling", "Residuals at the pelvis"):
         begin = page.index(f">{heading}</h2>")
         assert "Of the first trial, walking1.trc." in page[begin : page.index("<h2", begin)]
+    trial, rest = '<td class="small">walkT01.c3d</td>', '<td>right</td><td class="n">4.21</td>'
+    assert trial + rest in page  # times begin anew in each trial
     write_recording_report(tmp_path, sample())
-    assert "Of the first trial" not in (tmp_path / "recording.html").read_text(encoding="utf-8")
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    assert "Of the first trial" not in page
+    assert rest in page
+    assert trial not in page

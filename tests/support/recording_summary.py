@@ -121,9 +121,10 @@ def sample(**changes: object) -> page.RecordingSummary:
         changes=[page.ConsistencyChange("Residual force, RMS", 11.2, 4.1, "N")],
         findings=["R.Knee: 2 gaps filled, the longest 0.08 s (rebuilt from its segment).",
                   "L.MT5: 1 spike of 14 mm at 12.35 s removed."],
-        left_out=[page.LeftOut("right", 4.21, "both feet on one plate"),
-                  page.LeftOut("left", 4.86, "both feet on one plate"),
-                  page.LeftOut("left", 28.9, "the trial ends before the next heel strike")],
+        left_out=[page.LeftOut("walkT01.c3d", "right", 4.21, "both feet on one plate"),
+                  page.LeftOut("walkT01.c3d", "left", 4.86, "both feet on one plate"),
+                  page.LeftOut("walkT01.c3d", "left", 28.9,
+                               "the trial ends before the next heel strike")],
         versions={"gaitval": "0.3.0", "numpy": "2.2.1"},
     )  # fmt: skip
     return replace(made, **changes)
