@@ -278,9 +278,11 @@ def _person(
     if level == "below" and (side := values.pop("amputation", None)):
         values["below_knee"] = affected[""] = side
     right, left = values.pop("right_leg", None), values.pop("left_leg", None)
+    measured = [leg for leg in (right, left) if leg]
+    if measured:
+        values["leg_length"] = values.get("leg_length") or sum(measured) / len(measured)
     if right and left:
-        legs: Mapping[Side, float] = {"right": right, "left": left}
-        values |= {"legs": legs, "leg_length": values.get("leg_length") or (right + left) / 2}
+        values["legs"] = {"right": right, "left": left}
     return Person(values.pop("subject"), affected=affected or None, table=table, **values)
 
 
