@@ -112,6 +112,8 @@ def patients(
 
 def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
     """Who has no row, or one found by a number, and what was estimated: a line for all."""
+    from gaitval.datasets.plausible import unusual_build
+    from gaitval_patients.strides import POSITIVE, turned
 
     def say(text: str) -> None:
         display.messages.print(text, markup=False, highlight=False, soft_wrap=True)
@@ -131,6 +133,16 @@ def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
     if numbered:
         more = f" and {len(numbered) - 3} more" if len(numbered) > 3 else ""
         say(f"By number: {', '.join(numbered[:3])}{more}; each page says whose row it used.")
+    for each in found:
+        who = each.subject
+        for doubt in unusual_build(who.mass_kg, who.height_m, who.age_years):
+            say(f"{each.strides.subject}: {doubt.message}.")
+    # Of more people `read_strides` has refused it.
+    if odd := turned(tuple(each.strides for each in found)):
+        say(
+            f"{', '.join(odd)}: nearer to healthy people's with the sign changed. So few people "
+            f"may walk like that; look whether it is so. {POSITIVE}."
+        )
     names = dict.fromkeys(
         name.replace("_", " ")
         for each in found

@@ -35,12 +35,34 @@ AXES: Final[Mapping[str, str]] = {
 
 TURNED: Final = 1.6
 """How many times nearer to healthy people's both sides of all people together must be with the sign
-changed, for the sign to be wrong: as of one person in `gaitval_bodies.unusual`."""
+changed, for the sign to be wrong: as of one person in `gaitval_bodies.unusual`. So much nearer must
+one side be to the other with its sign changed, too."""
+
+FEW: Final = 3
+"""People of whom a sign that is wrong by their shape is refused. Of 104 people, five alone are
+nearer to healthy people with a sign changed (a pelvis that tilts back, hips that turn in), and of
+400 drawn threes of each group none."""
+
+SOME: Final = 10
+"""People of whom a sign that is wrong on one side is refused. Of drawn tens of amputees or healthy
+people none has sides so unequal, of people with Parkinson's disease 3 in 100 have."""
+
+SIDED: Final = ("hip_adduction", "hip_rotation", "foot_progression")
+"""Angles whose sign may be wrong on one side without two pelves that differ."""
+
+NOBODY: Final = ("hip_flexion", "knee_angle")
+"""Angles that not even one person has with the sign changed."""
 
 ONE_PELVIS: Final = 2.0
 """deg, median of all people: by more than this right and left do not differ about one pelvis. 104
 people have a median of 0.7 and a maximum of 1.65; with left list, rotation or both turned the
 median is 3.7, 6.1 and 5.8."""
+
+POSITIVE: Final = (
+    "Flexion, adduction, internal rotation, anterior tilt, own side up and own side forward, and "
+    "toes towards the midline are positive"
+)
+"""What is positive, for messages."""
 
 _HEADER: Final = ("group", "subject", "trial", "side", "angle")
 _PERCENT: Final = tuple(f"p{each}" for each in range(SAMPLES))
@@ -70,7 +92,8 @@ def read_strides(path: Path) -> tuple[Strides, ...]:
     Raises
     ------
     RecordError : it is no such table, an angle of a person is missing, is there twice or is not a
-        number, or an angle has its sign changed in all people. Lists up to ten problems.
+        number, or an angle has its sign changed in all people, on both sides or on one. Of `FEW`
+        people it may be their gait, which `turned` says. Lists up to ten problems.
     """
     rows: dict[tuple[str, str], dict[str, Array]] = {}
     trials: dict[tuple[str, str], dict[str, str]] = {}
@@ -113,9 +136,14 @@ def read_strides(path: Path) -> tuple[Strides, ...]:
     if not problems:
         problems = [
             f"{name}: nearer to healthy people's with its sign changed, in all people together. "
-            "Flexion, adduction, internal rotation, anterior tilt, own side up and own side "
-            "forward, and toes towards the midline are positive"
+            f"{POSITIVE}"
             for name in turned(people)
+            if len(people) >= FEW or name in NOBODY
+        ]
+        problems += [
+            f"{name}: right is nearer to left with the sign of one side changed, in all people "
+            f"together. {POSITIVE}, on both sides"
+            for name in one_side_turned(people)
         ]
     if not problems and people and (apart := pelves_apart(people)) > ONE_PELVIS:
         problems = [
@@ -143,6 +171,21 @@ def pelves_apart(people: tuple[Strides, ...]) -> float:
         }
         found.append(left_strike(curves, *STRIKE_PRIOR).mismatch)
     return float(np.degrees(np.median(found)))
+
+
+def one_side_turned(people: tuple[Strides, ...]) -> list[str]:
+    """Angles of `SIDED` of which the means of right and left have opposite signs.
+
+    None of fewer than `SOME` people, who may really be so unequal.
+    """
+    found = []
+    for name in SIDED if len(people) >= SOME else ():
+        right, left = (
+            np.mean([each.angles[f"{name}_{side}"] for each in people], axis=0) for side in "rl"
+        )
+        if np.linalg.norm(right - left) > TURNED * np.linalg.norm(right + left):
+            found.append(name)
+    return found
 
 
 def turned(people: tuple[Strides, ...]) -> list[str]:

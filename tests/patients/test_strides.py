@@ -5,7 +5,9 @@ import csv
 import numpy as np
 import pytest
 from made_strides import stride_rows, write_strides
+from typer.testing import CliRunner
 
+from gaitval.cli.app import app
 from gaitval.errors import RecordError
 from gaitval_patients.people import person_of, read_people
 from gaitval_patients.strides import read_strides, turned
@@ -31,6 +33,43 @@ def test_a_turned_sign_of_all_people_is_found(tmp_path):
         if row[4] == "hip_2":
             row[5:] = [-value for value in row[5:]]
     with pytest.raises(RecordError, match="hip_flexion: nearer"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+
+
+@pytest.mark.parametrize("angle", ["hip_1", "hip_3", "foot_3"])
+def test_a_sign_of_one_side_is_found_in_ten_people(tmp_path, gait_data, angle):
+    """No pelvis shows it, and healthy people's mean lies between the sides."""
+    with (gait_data / "gps" / "strides.csv").open(encoding="utf-8") as file:
+        rows = [row for row in csv.reader(file) if row[0] == "transfemoral_amputee"]
+    assert len(read_strides(write_strides(tmp_path / "s.csv", rows))) == 18
+    for row in rows:
+        if row[3:5] == ["L", angle]:
+            row[5:] = [-float(value) for value in row[5:]]
+    with pytest.raises(RecordError, match="sign of one side changed"):
+        read_strides(write_strides(tmp_path / "s.csv", rows))
+
+
+def test_one_patient_may_walk_with_the_feet_turned_in(tmp_path):
+    """A single child with cerebral palsy is no wrong sign; knees that bend forwards are.
+
+    Pounds for kilograms may be a heavy person's, too.
+    """
+    rows = stride_rows("5", "g", "P")
+    for row in rows:
+        if row[4] == "foot_3":
+            row[5:] = [-value for value in row[5:]]
+    heavy = tmp_path / "people.csv"
+    heavy.write_text("Subject,Mass,Height\nP,154,1.7\n", encoding="utf-8")
+    table = str(write_strides(tmp_path / "s.csv", rows))
+    command = ["patients", table, "--people", str(heavy), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0
+    assert "foot_progression: nearer to healthy people's with the sign" in done.stderr
+    assert "P: 154 kg at 1.7 m is a body mass index of 53" in done.stderr
+    for row in rows:
+        if row[4] == "knee_2":
+            row[5:] = [-value for value in row[5:]]
+    with pytest.raises(RecordError, match="knee_angle: nearer"):
         read_strides(write_strides(tmp_path / "s.csv", rows))
 
 
