@@ -50,13 +50,13 @@ def found_patients(
                     "tables of groups with the same numbers one at a time, with --only."
                 )
     everybody = read_strides(strides)
-    groups = {each.group for each in everybody}
-    names = groups | {each.subject for each in everybody}
+    groups = sorted({each.group for each in everybody})
+    names = [*groups, *sorted({each.subject for each in everybody})]
     given = dict(_speed(text, names) for text in speeds)
     for who in (*healthy, *only):
         if who not in names:
             raise ConfigurationError(
-                f"{who}: no such group or person in {strides}. Groups: {', '.join(sorted(groups))}."
+                f"{who}: no such group or person in {strides}. Groups: {', '.join(groups)}."
             )
     # Of all, for a name is read beside the others, whoever is chosen.
     rows = own_rows([each.subject for each in everybody], tables)
@@ -134,10 +134,10 @@ FASTEST: Final = 3.0
 """m/s; nobody walks faster."""
 
 
-def _speed(text: str, names: set[str]) -> tuple[str, float]:
+def _speed(text: str, names: Sequence[str]) -> tuple[str, float]:
     who, _, value = text.partition("=")
     if who not in names:
-        some = ", ".join(sorted(names)[:MOST_NAMES])
+        some = ", ".join(names[:MOST_NAMES])
         more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
         raise ConfigurationError(
             f"--speed {text}: {who or 'nobody'} is no group or person of the table. Give "

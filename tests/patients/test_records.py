@@ -320,7 +320,7 @@ def test_a_child_is_not_estimated_from_adults(tmp_path, strides_table, cells, la
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("amputee=0.8", "amputee is no group or person of the table. Give WHO=M/S, with one of"),
+        ("amputee=0.8", "amputee is no group .* Give WHO=M/S, with one of ill, well, P1_off"),
         ("P2=quick", "quick is no speed. Give WHO=M/S, such as P2=1.1"),
         ("P2=80", r"80 m/s is no walking speed \(above 0, below 3\)"),
     ],
