@@ -200,7 +200,8 @@ def check_mass(request: Request, walks: Sequence[WalkingTrial]) -> float | None:
     if abs(ratio - 1.0) > MASS_TOLERANCE:
         hint = next(
             (words for factor, words in _MASS_HINTS if abs(ratio / factor - 1.0) < MASS_TOLERANCE),
-            "Check the mass, the unit of the forces, and that the trial is of this person.",
+            "Check the mass, the unit of the forces, and that the trial is of this person. If "
+            "something else carries a part of the body, say so with --aid.",
         ).format(mass=request.mass_kg * POUND)
         raise RecordError(
             f"The force plates carry {weight:.1f} kg over {len(shares)} whole gait cycles, but "

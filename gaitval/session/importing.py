@@ -8,7 +8,7 @@ from gaitval import wings
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
-from gaitval.errors import GaitvalError
+from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.folder_lock import held
 from gaitval.session.person import check_there, person_of_session
 from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
@@ -44,6 +44,7 @@ def import_files(
 
     Raises
     ------
+    ConfigurationError : motion or plates are to be changed by forces that an aid shares.
     ArtefactError : the folder cannot be written to, or holds a subject that no import wrote.
     SubjectError : a body that cannot be.
     RecordError, ScalingError : see `gaitval.session.session.work_out`.
@@ -54,6 +55,12 @@ def import_files(
     request = request_of(options, out, progress.noting(tell))
     # A typing error leaves no folder behind.
     check_there([request.static, *(path for name in FILES for path in getattr(request, name))])
+    if request.aid is not None and (request.consistent or request.correct):
+        raise ConfigurationError(
+            f"--{'consistent' if request.consistent else 'correct'} with --aid {request.aid}: what "
+            "the aid carries is not measured, and would be taken for an error of masses, motion or "
+            "plates. Leave one of them out."
+        )
     if request.correct:
         wings.load(wings.PARTS, "correctable")(request.correct)
     with held(out):

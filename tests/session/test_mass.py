@@ -7,9 +7,11 @@ import pytest
 from made_up_session import made_up_session
 
 from gaitval.configuration import Configuration
-from gaitval.errors import RecordError
+from gaitval.errors import ConfigurationError, RecordError
 from gaitval.session.average import check_mass
+from gaitval.session.importing import import_files
 from gaitval.session.session import work_out
+from gaitval.session.summary import verdicts
 
 
 @pytest.fixture(scope="module")
@@ -39,3 +41,29 @@ def test_a_foot_that_lands_beside_the_plates_at_the_end_of_a_cycle_hides_no_mass
 def test_a_cycle_half_of_whose_forces_are_missing_shows_no_mass(found):
     walk = ending_beside_the_plates(found.trials[0], 200)
     assert check_mass(found.request, [walk]) is None
+
+
+def test_what_an_aid_carries_is_no_fault_of_motion_or_mass(found, tmp_path):
+    """Residuals and weight hold it; --consistent took it from the masses, a third of the torso's.
+
+    Who forgot the aid is told of it.
+    """
+    half = [
+        replace(walk, forces=replace(walk.forces, force=0.6 * walk.forces.force))
+        for walk in found.trials
+    ]
+    with pytest.raises(RecordError, match=r"say so with --aid\."):
+        check_mass(found.request, half)
+    aided = found.request.model_copy(update={"aid": "crutches"})
+    assert check_mass(aided, half) == pytest.approx(0.6, abs=0.02)
+    judged = {row.id for row in verdicts(found)}
+    without = {row.id for row in verdicts(replace(found, request=aided))}
+    assert {each for each in judged - without if not each.startswith("residual-")} == {
+        "model-weight"
+    }
+    assert without == {each for each in judged if each.startswith(("ik-", "scaling-"))}
+    for asked in ({"consistent": True}, {"correct": ("plates",)}):
+        request = aided.model_copy(update=asked)
+        with pytest.raises(ConfigurationError, match="is not measured, and would be taken for"):
+            import_files(request, tmp_path / "out", configuration=Configuration())
+    assert not (tmp_path / "out").exists()
