@@ -11,6 +11,7 @@ from rich.table import Table
 from gaitval import wings
 from gaitval.cli import display
 from gaitval.cli.app import ConfigOption, Function, SetOption, command
+from gaitval.coordinates import SIDES
 
 if TYPE_CHECKING:
     from gaitval.session.importing import Imported
@@ -114,7 +115,9 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     page = out / FOLDER / "recording.html"
     display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
     path = imported.subject_file
-    two = "" if imported.found.body.chosen.symmetric else " --set scaling.symmetric=false"
+    # a prosthesis keeps them apart by itself
+    asked = not imported.found.body.chosen.symmetric and imported.subject.prosthesis not in SIDES
+    two = " --set scaling.symmetric=false" if asked else ""
     display.plain(f"Subject: {path}; continue with: gaitval subject {path}{two}")
     display.print_doubts(imported.found)
     if imported.subject.gait.not_recorded:
