@@ -220,18 +220,21 @@ def test_nothing_else_on_a_german_report_is_english(
 @pytest.mark.parametrize(
     ("language", "said"),
     [
-        ("en", "31 years, prosthesis on the left"),
-        ("de", "31 Jahre, Prothese links"),
-        pytest.param("pt", "31 anos, prótese no lado esquerdo", marks=pytest.mark.slow),  # as "de"
+        ("en", "31 years, prosthesis on the left, with crutches"),
+        ("de", "31 Jahre, Prothese links, mit Gehstützen"),
+        pytest.param(
+            "pt", "31 anos, prótese no lado esquerdo, com muletas", marks=pytest.mark.slow
+        ),  # as "de"
     ],
 )
-def test_a_prosthesis_stands_beside_the_persons_data(
+def test_a_prosthesis_and_an_aid_stand_beside_the_persons_data(
     run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, said: str
 ) -> None:
     only_html(monkeypatch)
     without_figures(monkeypatch)
     folder = Path(shutil.copytree(run_folder, tmp_path / "run"))
-    person = load_subject("S05").model_copy(update={"prosthesis": "left", "age_years": 31.0})
+    about = {"prosthesis": "left", "aid": "crutches", "age_years": 31.0}
+    person = load_subject("S05").model_copy(update=about)
     person.save(folder / "subject.toml")
     write_report(folder, [f"report.language={language}"])
     html = (folder / "report.html").read_text(encoding="utf-8")
