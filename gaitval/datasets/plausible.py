@@ -76,11 +76,12 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
             f"{mass:g} kg at {height:g} m is a body mass index of {index:.0f} kg/m². If the mass "
             f"is in pounds, give {mass * 0.45359237:.1f}",
         )  # fmt: skip
-    if age is None and height < SMALL:
+    if (age is None or age >= ADULT) and height < SMALL:
+        said = "no age was given" if age is None else f"{age:g} years old"
         yield QualityFlag(
             "build", "the person", height, SMALL, "m",
-            f"{height:g} m tall, and no age was given: the masses of the segments are those of an "
-            "adult. Give the age, if this is a child",
+            f"{height:g} m tall, and {said}: the masses of the segments are those of an adult. "
+            "Give the age in years, if this is a child",
         )  # fmt: skip
 
 

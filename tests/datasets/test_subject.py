@@ -299,6 +299,7 @@ def test_stored_measurements_count_more_than_markers(tmp_path):
     [
         ((130.0, 1.60, 40.0), ["body mass index of 51", "pounds, give 59.0"]),
         ((15.5, 0.95, None), ["no age was given"]),
+        ((22.0, 1.10, 72.0), ["72 years old", "age in years"]),  # months
         ((15.5, 0.95, 4.0), []),
         ((75.0, 1.75, None), []),
     ],
