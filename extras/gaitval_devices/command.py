@@ -70,7 +70,7 @@ def device(
 
     # Wrong devices are refused before the person is made, which takes seconds.
     given = [each for name in devices or () for each in load_devices(name)]
-    person = wearer(walker)
+    person = wearer(walker, given)
     worn = [*person.own, *given]
     names = "-".join(each.name for each in worn)
     folder = out or Path("reports") / f"{person.name}-{names}"

@@ -21,6 +21,7 @@ from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import WalkCurves, walk_curves
 from gaitval_devices.device import Device, devices_of
 from gaitval_devices.learning import EFFORT, adapt
+from gaitval_devices.of_subject import check_side
 from gaitval_devices.scores import RolloutScore, score_rollout
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
 
@@ -66,12 +67,14 @@ class Wearer:
     file: Path | None = None
 
 
-def wearer(name_or_path: str) -> Wearer:
+def wearer(name_or_path: str, worn: Sequence[Device] = ()) -> Wearer:
     """The person of a built-in subject, a run folder, or a subject file, which walks with the
-    general policy and may have `[[devices]]`. Raises SubjectError, PolicyError, ConfigurationError.
+    general policy and may have `[[devices]]`. Raises SubjectError, PolicyError, and
+    ConfigurationError, also if one of these or of those `worn` replaces a part of the sound leg.
     """
     if not name_or_path.lower().endswith(".toml"):
         stored = gaitval.load_policy(name_or_path)
+        check_side(stored.subject, worn)
         place = Path(name_or_path)
         return Wearer(
             stored.subject.identifier,
@@ -83,6 +86,7 @@ def wearer(name_or_path: str) -> Wearer:
     path = Path(name_or_path)
     subject = load_subject(path)
     own = devices_of({"devices": subject.devices}, str(path)) if subject.devices else ()
+    check_side(subject, (*own, *worn))
     configuration = Configuration()
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)

@@ -87,6 +87,15 @@ def test_a_subject_may_have_a_prosthesis(tmp_path):
 
 
 def test_a_wrong_device_is_refused_before_the_person_is_made(monkeypatch):
-    monkeypatch.setattr(study, "wearer", lambda _: pytest.fail("too early"))
+    monkeypatch.setattr(study, "wearer", lambda *_: pytest.fail("too early"))
     with pytest.raises(ConfigurationError, match="no such device"):
         command.device.app(["5", "jetpack"], standalone_mode=False)
+
+
+def test_the_command_puts_no_prosthesis_on_the_sound_leg(tmp_path):
+    """The main job refused it, and `gaitval device` let both legs be prostheses."""
+    path = tmp_path / "patient.toml"
+    left = load_subject("5").model_copy(update={"prosthesis": "left"})
+    path.write_text(left.to_toml(), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="prosthesis is on the left, but the device below"):
+        command.device.app([str(path), "below_knee"], standalone_mode=False)
