@@ -33,9 +33,11 @@ def check(given: Sequence[Mapping[str, Any]], where: str) -> None:
 
 def wearing(subject: Subject, devices: Sequence[str | Mapping[str, Any]]) -> Subject:
     """A subject with further `devices`, each a shipped one's name, a file, or a table. Raises
-    ConfigurationError.
+    ConfigurationError, also for a prosthesis on the sound leg (`check_side`).
     """
-    return subject.model_copy(update={"devices": (*subject.devices, *tables(devices))})
+    given = [each for device in devices for each in _devices(device)]
+    check_side(subject, given)
+    return subject.model_copy(update={"devices": (*subject.devices, *tables_of(given))})
 
 
 def tables(devices: Sequence[str | Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -125,6 +125,8 @@ def test_a_device_in_place_of_a_leg_is_on_the_side_of_the_prosthesis(name):
     patient = load_subject(5).model_copy(update={"prosthesis": "left"})
     with pytest.raises(ConfigurationError, match=r'on the left.*right leg.*sides = \["left"\]'):
         of_subject.check_side(patient, right)
+    with pytest.raises(ConfigurationError, match="on the left"):
+        of_subject.wearing(patient, [{"name": name, "sides": ["right"]}])  # live, cohort
     left = of_subject.devices_of({"devices": [{"name": name, "sides": ["left"]}]}, "x")
     of_subject.check_side(patient, left)
     of_subject.check_side(load_subject(5), right)  # what a device would do to a healthy person
