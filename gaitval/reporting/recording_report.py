@@ -62,9 +62,10 @@ class GateRow(NamedTuple):
     source : who published the limit.
     applies : whether the limit is meant for this value; one that is not is shown without a verdict.
     remedy : what to do if it is not kept.
+    target : what of the import it is of, such as a trial's file; empty where the title says it.
     """
 
-    name: str
+    title: str
     value: float | None
     limit: float
     unit: str
@@ -72,6 +73,12 @@ class GateRow(NamedTuple):
     source: str
     applies: bool = True
     remedy: str = ""
+    target: str = ""
+
+    @property
+    def name(self) -> str:
+        """Title and target."""
+        return f"{self.title} ({self.target})" if self.target else self.title
 
     @property
     def state(self) -> State:

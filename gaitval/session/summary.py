@@ -216,7 +216,7 @@ def limit_rows(found: Import) -> list[page.GateRow]:
         state = state_of(verdict.id, verdict.passed, reduced=reduced)
         rows.append(
             page.GateRow(
-                name=f"{verdict.title} ({verdict.target})",
+                title=verdict.title,
                 value=verdict.value,
                 limit=verdict.tolerance,
                 unit=verdict.unit,
@@ -224,6 +224,7 @@ def limit_rows(found: Import) -> list[page.GateRow]:
                 source=f"{verdict.citation.split('.')[0]}: {verdict.locator}",
                 applies=state != "not judged",
                 remedy=remedy(verdict.id, reduced=reduced),
+                target=verdict.target,
             )
         )
     # The landmark distances are already among the tolerances.

@@ -25,7 +25,7 @@ from gaitval.prediction.known import QUANTITIES
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.drawing import drawn, new_figure, svg
 from gaitval.reporting.page import _environment
-from gaitval.reporting.recording_report import write_recording_report
+from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import _failed_text as failed_text
 from gaitval.reporting.report import write_report
 from gaitval.reporting.translated import TranslatedWords
@@ -421,6 +421,21 @@ def test_a_page_in_portuguese(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert '<html lang="pt">' in html
     assert '<h2 id="angulos-articulares">Ângulos articulares</h2>' in html
     assert "Joint angles</h2>" not in html
+
+
+def test_the_limits_of_a_recording_are_translated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With a trial's name behind them they stayed English, though every title has its German."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    title = "Residual force over the peak ground reaction"
+    gate = GateRow(title, 3.1, 5.0, "%", True, "gaitval", target="walk.c3d")
+    write_recording_report(tmp_path, sample(gates=[gate]), ReportSettings(language="de"))
+    html = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    shown = re.sub(r"<[^>]*>", "", html)
+    assert "Residualkraft durch die Spitze der Bodenreaktion (walk.c3d)" in shown
+    assert gate.name == f"{title} (walk.c3d)"
 
 
 def test_a_language_without_catalogue_is_refused_with_those_there_are() -> None:
