@@ -105,7 +105,9 @@ def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
     request = Request.model_validate(given | known._asdict() | about)
     person, laboratory, guessed = request.who
     assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
-    tell("person", f"{person} of laboratory {laboratory}, trial {request.trial}{assumed}")
+    said = [(name, getattr(request, name)) for name in ("age", "prosthesis", "aid")]
+    also = "".join(f", {name} {value}" for name, value in said if value is not None)
+    tell("person", f"{person} of laboratory {laboratory}, trial {request.trial}{also}{assumed}")
     return request
 
 

@@ -66,7 +66,7 @@ def test_an_import_with_a_prosthesis_keeps_both_lengths(prosthesis, mean, tmp_pa
     """As the subject that it makes is scaled, in every command after it."""
     request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     given = request.model_copy(update={"prosthesis": prosthesis})
-    asked = []
+    asked, told = [], []
 
     def worked_out(*_, symmetric):
         asked.append(symmetric)
@@ -74,8 +74,15 @@ def test_an_import_with_a_prosthesis_keeps_both_lengths(prosthesis, mean, tmp_pa
 
     monkeypatch.setattr(importing, "work_out", worked_out)
     with pytest.raises(RecordError, match="enough"):
-        importing.import_files(given, tmp_path / "out", configuration=Configuration())
+        importing.import_files(
+            given,
+            tmp_path / "out",
+            configuration=Configuration(),
+            tell=lambda *said: told.append(said),
+        )
     assert asked == [mean]
+    about = "" if prosthesis is None else f", prosthesis {prosthesis}"  # on the page's decisions
+    assert any(step == "person" and about in text for step, text in told)
 
 
 def test_the_subject_has_what_was_said_of_a_prosthesis(found):
