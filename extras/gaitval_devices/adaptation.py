@@ -85,14 +85,14 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
     walker.set_parameters(before.mu)
     walker.reset(before.positions[0], before.velocities[0], float(before.phase[0]))
     steps, rows = walker.steps_per_action, len(before.time)
+    states = np.stack([before.positions, before.velocities], axis=1)
     logged = np.zeros((rows, len(walker.worn), len(LOGGED)))
     for first in range(0, rows, steps):
         at = max(first - 1, 0)
         loads, moments = before.ground_reaction[at, :, 2], before.moments[at]
         walker.sense(before.positions[at], before.velocities[at], loads, moments)
         for t in range(first, min(first + steps, rows)):
-            state = np.stack([before.positions[max(t - 1, 0)], before.velocities[max(t - 1, 0)]])
-            logged[t] = walker.led(state)
+            logged[t] = walker.led(states[max(t - 1, 0)], states[t])
     return logged
 
 

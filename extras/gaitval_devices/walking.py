@@ -97,6 +97,11 @@ class Worn(NamedTuple):
     controller: Controller | None
     implicit: bool
 
+    @property
+    def rigid(self) -> bool:
+        """Whether it turns as its joint does: neither strap nor socket lets it turn otherwise."""
+        return self.hinge.strap is None and self.hinge.socket is None
+
 
 def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
     """The hinges of a task's devices, those of the right side first."""
@@ -279,11 +284,12 @@ class DeviceWalker(Walker):
         for h, worn in enumerate(self.worn):
             if worn.implicit:
                 rows[:, h, 0] = account.moments[:, worn.joint]
-                rows[:, h, 3] = account.positions[:, ROOT_DOFS + worn.joint]
-                rows[:, h, 4] = account.velocities[:, ROOT_DOFS + worn.joint]
             else:
                 rows[:, h] = self._log[:, beside, LOGGED]
                 beside += 1
+            if worn.rigid:
+                rows[:, h, 3] = account.positions[:, ROOT_DOFS + worn.joint]
+                rows[:, h, 4] = account.velocities[:, ROOT_DOFS + worn.joint]
         return rows
 
     def _advance_outside(self, action: Action) -> float:
@@ -402,25 +408,27 @@ class DeviceWalker(Walker):
         self._control()
         self._time += self.action_seconds
 
-    def led(self, state: Array) -> Array:
-        """(H, 5) of the hinges after a physics step with a body that is led through `state`
-        (2, 31), as `logged` has them.
+    def led(self, before: Array, after: Array) -> Array:
+        """(H, 5) of the hinges after a physics step with a body that is led from a state `before`
+        to a state `after`, both (2, 31), as `logged` has them.
         """
-        unused = np.zeros(state.shape[1])
-        hinge_torques(self.physics_step, state, self._which, self._numbers, self.hinges, unused)
+        unused = np.zeros(before.shape[1])
+        hinge_torques(self.physics_step, before, self._which, self._numbers, self.hinges, unused)
         rows, beside = np.zeros((len(self.worn), len(LOGGED))), 0
         for h, worn in enumerate(self.worn):
+            angle, rate = after[:, ROOT_DOFS + worn.joint]
             if worn.implicit:
-                angle, rate = state[:, ROOT_DOFS + worn.joint]
+                # As in a walk, whose joints' own springs and dampers act by the state after a step.
                 rest = self.body.tables.positions[0, worn.joint]
                 rows[h, 0] = (
                     self.body.stiffness[worn.joint] * (rest - angle)
                     - self.body.total_damping[worn.joint] * rate
                 )
-                rows[h, 3:] = angle, rate
             else:
                 rows[h] = self.hinges[beside, LOGGED]
                 beside += 1
+            if worn.rigid:
+                rows[h, 3:] = angle, rate
         return rows
 
     def logged(self) -> Array:

@@ -10,7 +10,9 @@ from gaitval.model.tree import ROOT_DOFS
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import walk_curves
 from gaitval_devices.device import Device, load_devices
-from gaitval_devices.walking import DeviceEnvironment, with_devices
+from gaitval_devices.page import strap_loads
+from gaitval_devices.study import Outcome
+from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 
 CYCLES = 8.0
 
@@ -37,6 +39,27 @@ def test_what_a_spring_gives_is_what_the_muscles_need_not(person, plain):
     assert found.walk.limb[:, column].min() < -20.0
     assert found.walk.limb[:, column].max() < 1.0  # it pulls the foot down only
     np.testing.assert_array_equal(found.walk.rollout.positions, plain.rollout.positions)
+
+
+def apart(walk: DeviceWalk) -> list[float]:
+    """Degrees, as the report has them."""
+    return [each["apart"] for each in strap_loads(Outcome("", walk, None, 0.0, False, None))]
+
+
+def test_a_prosthesis_led_along_its_own_walk_gives_what_it_gave(person):
+    environment = DeviceEnvironment(with_devices(person.task, load_devices("below_knee")))
+    walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.6)
+    led = kinematics_kept(environment, walk.rollout).walk
+    np.testing.assert_allclose(led.limb, walk.limb, atol=1e-9)
+    assert apart(led) == apart(walk) == [0.0, 0.0, 0.0]
+
+
+def test_what_has_neither_strap_nor_socket_turns_with_the_joint(person, plain):
+    hinge = {"joint": "knee_angle", "damping": 1.0}
+    device = Device.model_validate({"name": "d", "source": "a test", "hinges": [hinge]})
+    environment = DeviceEnvironment(with_devices(person.task, [device]))
+    walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.3)
+    assert apart(walk) == apart(kept(person, plain, [device]).walk) == [0.0, 0.0]
 
 
 def test_an_added_mass_needs_its_weight_from_the_ground(person, plain):
