@@ -44,8 +44,9 @@ class KinematicsKept:
 
     Attributes
     ----------
-    walk : the motion without devices, with the torques that devices give along it, and with the
-        further ground reaction that their weight and inertia need.
+    walk : the motion without devices, with the torques that devices give along it, with the centre
+        of mass of the body that wears them, and with the further ground reaction that their weight
+        and inertia need.
     own : (T, 25) Nm, what is left for the muscles; at a prosthetic joint, what is missing.
     """
 
@@ -65,13 +66,15 @@ def kinematics_kept(environment: DeviceEnvironment, before: Rollout) -> Kinemati
     person = apply_parameters(task.person or task.model, before.mu)
     laden = apply_parameters(task.model, before.mu)
     force = before.ground_reaction
-    further = _further_force(person, laden, before)
+    tree = tree_arrays(laden)
+    centre = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, before.positions)
+    further = _further_force(person.mass, laden.mass, centre, before)
     vertical = np.maximum(force[..., 2], 0.0)
     share = vertical / np.maximum(vertical.sum(axis=1, keepdims=True), 1.0)
     carried = force + share[..., None] * further[:, None, :]
     moments = before.moments + _moments(laden, before, carried) - _moments(person, before, force)
     names = tuple(worn.name for worn in walker.worn)
-    changed = replace(before, ground_reaction=carried)
+    changed = replace(before, ground_reaction=carried, centre_of_mass=centre)
     walk = DeviceWalk(changed, names, *(logged[:, :, k] for k in range(len(LOGGED))))
     own = moments.copy()
     for h, joint in enumerate(walk.joints):
@@ -96,18 +99,14 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
     return logged
 
 
-def _further_force(person: BodyModel, laden: BodyModel, before: Rollout) -> Array:
-    """(T, 3) N, ground reaction that the added masses need in a motion."""
+def _further_force(person: float, laden: float, centre: Array, before: Rollout) -> Array:
+    """(T, 3) N, ground reaction that the added masses need in a motion; masses are in kg, and
+    `centre` (T, 3) m is that of mass of the laden body.
+    """
     step = float(before.time[1] - before.time[0])
-    momentum = []
-    for body in (laden, person):
-        tree = tree_arrays(body)
-        places = centres_of_mass(
-            tree.joint_position, tree.mass, tree.centre_of_mass, before.positions
-        )
-        momentum.append(body.mass * np.gradient(np.gradient(places, step, axis=0), step, axis=0))
-    further = momentum[0] - momentum[1]
-    further[:, 2] += (laden.mass - person.mass) * GRAVITY
+    moved = laden * centre - person * before.centre_of_mass
+    further = np.gradient(np.gradient(moved, step, axis=0), step, axis=0)
+    further[:, 2] += (laden - person) * GRAVITY
     return np.asarray(further, dtype=float)
 
 

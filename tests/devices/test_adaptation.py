@@ -6,7 +6,9 @@ import pytest
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.metrics.cycles import find_cycles
-from gaitval.model.tree import ROOT_DOFS
+from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import nominal_parameters
+from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import walk_curves
 from gaitval_devices.device import Device, load_devices
@@ -60,6 +62,21 @@ def test_what_has_neither_strap_nor_socket_turns_with_the_joint(person, plain):
     environment = DeviceEnvironment(with_devices(person.task, [device]))
     walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.3)
     assert apart(walk) == apart(kept(person, plain, [device]).walk) == [0.0, 0.0]
+
+
+def test_who_carries_a_load_has_another_centre_of_mass(person):
+    devices, mu = load_devices("foot_4kg"), nominal_parameters()
+    (part,) = devices[0].parts
+    task = with_devices(person.task, devices)
+    plain = walk_without(task, person.policy, mu, 0.3).rollout
+    found = kinematics_kept(DeviceEnvironment(task), plain).walk.rollout.centre_of_mass
+    body = person.task.model
+    total = body.mass * plain.centre_of_mass
+    frames = segment_frames(body, plain.positions)
+    for side in "rl":  # in the middle plane of each foot
+        foot = frames[:, SEGMENTS.index(f"foot_{side}")]
+        total += part.mass * (foot[:, :3, 3] + foot[:, :3, :3] @ np.array(part.centre))
+    np.testing.assert_allclose(found, total / (body.mass + 2 * part.mass), atol=1e-12)
 
 
 def test_an_added_mass_needs_its_weight_from_the_ground(person, plain):
