@@ -10,16 +10,27 @@ STEP = 0.0005
 
 
 def swung(
-    hinge, *, command=0.0, seconds=4.0, amplitude=0.3, rate=2 * np.pi, engaged=True, step=STEP
+    hinge,
+    *,
+    command=0.0,
+    seconds=4.0,
+    amplitude=0.3,
+    rate=2 * np.pi,
+    closes=0.0,
+    extra=0.0,
+    step=STEP,
 ):
-    """Angles, rates, torques on the limb and states of a hinge whose joint is led on a sine."""
+    """Angles, rates, torques on the limb and states of a hinge whose joint is led on a sine, with a
+    clutch that `closes` at that time, s, and `extra` damping.
+    """
     numbers, state = hinge_numbers(hinge), np.zeros(column.STATE)
     time = step * np.arange(round(seconds / step))
     angle, speed = amplitude * np.sin(rate * time), amplitude * rate * np.cos(rate * time)
     state[column.SPEED] = speed[0]
-    state[column.ENGAGED], state[column.COMMAND] = float(engaged), command
+    state[column.COMMAND], state[column.EXTRA] = command, extra
     torque, states = np.empty_like(time), np.empty((len(time), column.STATE))
     for t in range(len(time)):
+        state[column.ENGAGED] = float(time[t] >= closes)
         torque[t] = hinge_torque(step, angle[t], speed[t], numbers, state)
         states[t] = state
     return angle, speed, torque, states
@@ -164,16 +175,61 @@ def test_a_motor_drives_with_no_more_than_its_power_and_speed():
     np.testing.assert_allclose(torque[late][slow], 40.0, rtol=1e-3)  # it brakes with all
 
 
-def test_a_clutch_lets_go_and_a_ratchet_takes_up_slack():
+def test_an_open_clutch_lets_go_of_spring_and_damper_but_not_of_the_stance_damper():
+    hinge = Hinge(joint="knee_angle", spring=Spring(stiffness=50.0, rest=0.1), damping=2.0)
+    angle, speed, torque, _ = swung(hinge, closes=2.0, extra=3.0)
+    acts = STEP * np.arange(len(angle)) >= 2.0
+    expected = acts * (50.0 * (0.1 - angle) - 2.0 * speed) - 3.0 * speed
+    np.testing.assert_allclose(torque, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("pulls", "sign"), [("down", -1.0), ("up", 1.0)])
+def test_a_cable_pulls_one_way(pulls, sign):
+    hinge = Hinge(joint="knee_angle", spring=Spring(stiffness=50.0, rest=0.1, pulls=pulls))
+    angle, _, torque, _ = swung(hinge)
+    np.testing.assert_allclose(
+        torque, sign * np.maximum(sign * 50.0 * (0.1 - angle), 0.0), atol=1e-12
+    )
+
+
+RATCHET = Clutch.model_validate({"while": "loaded", "ratchet": True})
+
+
+@pytest.mark.parametrize(("pulls", "sign"), [("down", -1.0), ("up", 1.0)])
+def test_a_ratchet_takes_up_slack_from_where_its_clutch_closes(pulls, sign):
+    spring = Spring(stiffness=100.0, pulls=pulls)
+    hinge = Hinge(joint="ankle_angle", spring=spring, clutch=RATCHET)
+    angle, _, torque, _ = swung(hinge, closes=0.3, seconds=2.0)
+    first = round(0.3 / STEP)
+    # The highest angle, or the lowest, since it was last open.
+    rest = sign * np.maximum.accumulate(sign * angle[first - 1 :])[1:]
+    np.testing.assert_allclose(torque[first:], 100.0 * (rest - angle[first:]), atol=1e-12)
+    assert np.abs(torque[:first]).max() == 0.0
+    assert (sign * torque).min() >= 0.0
+
+
+def test_a_ratchet_in_a_strap_holds_the_angle_of_the_device():
+    strap = Strap(stiffness=200.0, damping=0.01)
     spring = Spring(stiffness=100.0, pulls="down")
-    hinge = Hinge(joint="ankle_angle", spring=spring, clutch=Clutch.model_validate(
-        {"while": "loaded", "ratchet": True}))  # fmt: skip
-    _, _, torque, _ = swung(hinge, engaged=False)
-    assert np.abs(torque).max() == 0.0
-    angle, _, torque, _ = swung(hinge, seconds=2.0)
-    lowest = np.minimum.accumulate(angle)
-    np.testing.assert_allclose(torque, -100.0 * (angle - lowest), atol=1e-12)
-    assert torque.max() <= 0.0
+    hinge = Hinge(joint="ankle_angle", spring=spring, clutch=RATCHET, strap=strap)
+    _, _, torque, states = swung(hinge, seconds=2.0)
+    turned = states[:, column.ANGLE]
+    rest = np.minimum.accumulate(np.concatenate([[0.0], turned[:-1]]))
+    # Without inertia the strap carries what the spring pulls.
+    np.testing.assert_allclose(torque, -100.0 * np.maximum(turned - rest, 0.0), atol=1e-9)
+    assert torque.min() < -10.0
+
+
+def test_a_motor_turns_spring_and_strap_until_they_hold_it():
+    motor = Motor(torque=10.0, speed=100.0, power=1e4, bandwidth=50.0)
+    strap = Strap(stiffness=400.0, damping=1.0, inertia=0.001)
+    spring = Spring(stiffness=100.0)
+    hinge = Hinge(joint="knee_angle", spring=spring, motor=motor, strap=strap)
+    _, _, torque, states = swung(hinge, command=8.0, amplitude=0.0)
+    # 8 Nm = (100 + 400) Nm/rad x angle; the strap's part of it is on the limb.
+    assert states[-1, column.ANGLE] == pytest.approx(0.016)
+    assert torque[-1] == pytest.approx(6.4)
+    assert states[-1, column.STORED] == pytest.approx(0.5 * 500.0 * 0.016**2)
 
 
 def test_a_cable_in_a_strap_never_pushes():
