@@ -58,6 +58,25 @@ def test_a_point_mass_moves_the_centre_as_theory_says(model):
     assert fitted(model, [device])["shank_l"] is model["shank_l"]
 
 
+@pytest.mark.parametrize(
+    ("segment", "next_joint"),
+    [("thigh_l", "shank_l"), ("shank_r", "foot_r"), ("upper_arm_l", "forearm_l")],
+)
+def test_a_part_lies_along_its_segment_and_beside_it(model, segment, next_joint):
+    """Three quarters of the way from a joint to the next one, 2 cm ahead and 5 cm outside."""
+    part = Part(name="p", segment=segment[:-2], mass=1.0, along=0.75, centre=(0.02, -0.05, 0.0))
+    outside = 0.05 if segment.endswith("_l") else -0.05
+    expected = 0.75 * model[next_joint].joint_position + [0.02, outside, 0.0]
+    np.testing.assert_allclose(part_place(part, model[segment], model)[0], expected)
+
+
+def test_a_part_at_the_height_of_the_shoulders_is_between_them(model):
+    part = Part(name="p", segment="torso", mass=1.0, along=1.0)
+    shoulders = [model[f"upper_arm_{side}"].joint_position for side in "rl"]
+    found, _ = part_place(part, model["torso"], model)
+    np.testing.assert_allclose(found, np.mean(shoulders, axis=0), atol=1e-12)
+
+
 def test_both_sides_mirror_each_other(model):
     part = Part(
         name="p",
@@ -79,4 +98,5 @@ def test_a_stump_of_a_uniform_limb_has_its_inertia(model):
     whole, rest = model["shank_r"], bare["shank_r"]
     assert rest.mass == pytest.approx(0.55 * whole.mass)
     np.testing.assert_allclose(rest.inertia, 0.55**3 * whole.inertia)
+    np.testing.assert_allclose(rest.centre_of_mass, 0.55 * whole.centre_of_mass)
     assert bare["shank_l"] is whole or bare["shank_l"].mass == model["shank_l"].mass

@@ -78,3 +78,9 @@ def test_the_sound_side_is_the_one_without_the_prosthesis(fitted, sign):
     ]
     assert found == pytest.approx([sign * 4.0, sign * 20.0])
     assert learning.SAMPLES > 0
+
+
+def test_work_on_the_centre_of_mass_is_of_each_kg_of_load():
+    """30 W without a load and 44 W with 10 kg: 1.4 W more for each."""
+    curves = made_curves(stance=(0.6, 0.6), force=(1.0, 1.0))
+    assert measured("com_work", curves, curves, (44.0, 30.0), 10.0) == pytest.approx(1.4)

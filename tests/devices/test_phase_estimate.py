@@ -53,3 +53,33 @@ def test_a_stumble_does_not_change_the_stride_time():
         estimate.see(time, load)
     assert estimate.stride_time == before
     assert estimate.phase == 0.0
+
+
+def test_the_switch_closes_at_its_threshold_and_opens_at_half_of_it():
+    estimate, seen = PhaseEstimate(40.0, 1.0), []
+    for number, load in enumerate((39.0, 40.0, 21.0, 19.0, 39.0, 40.0)):
+        estimate.see(0.2 * number, load)
+        seen.append(estimate.loaded)
+    assert seen == [False, True, True, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("stride", "counts"), [(0.5, False), (0.7, True), (1.5, True), (1.7, False)]
+)
+def test_only_a_plausible_stride_counts(stride, counts):
+    estimate = PhaseEstimate(40.0, 1.0)
+    for time, load in ((0.0, 600.0), (stride - 0.3, 0.0), (stride, 600.0)):
+        estimate.see(time, load)
+    # Between the stride time so far and the last one.
+    low, high = sorted((1.0, stride))
+    assert (low < estimate.stride_time < high) == counts
+    assert counts or estimate.stride_time == 1.0
+    assert estimate.phase == 0.0
+
+
+def test_the_phase_waits_at_1_for_a_strike_that_is_late():
+    estimate, phases = PhaseEstimate(40.0, 1.0), []
+    for time, load in ((0.0, 600.0), (0.7, 0.0), (1.0, 0.0), (1.3, 0.0)):
+        estimate.see(time, load)
+        phases.append(estimate.phase)
+    assert phases == [0.0, 0.7, 1.0, 1.0]
