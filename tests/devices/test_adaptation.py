@@ -7,7 +7,7 @@ from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.body import SEGMENTS
-from gaitval.model.parameters import nominal_parameters
+from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import walk_curves
@@ -84,6 +84,21 @@ def test_an_added_mass_needs_its_weight_from_the_ground(person, plain):
     more = found.walk.rollout.ground_reaction - plain.rollout.ground_reaction
     rows = slice(600, 2200)  # whole steps, without the ends
     assert more[rows, :, 2].sum(axis=1).mean() == pytest.approx(6.0 * 9.81, rel=0.05)
+
+
+def test_the_ankle_carries_the_further_force_of_the_ground(person, plain):
+    """Of a load at the back, whose foot is as before: moment of that force about the ankle."""
+    walk = kept(person, plain, load_devices("backpack")).walk.rollout
+    more = walk.ground_reaction[:, 0] - plain.rollout.ground_reaction[:, 0]
+    frames = segment_frames(apply_parameters(person.task.model, person.mu), walk.positions)
+    shank, foot = (frames[:, SEGMENTS.index(f"{name}_r")] for name in ("shank", "foot"))
+    arm = np.nan_to_num(walk.centre_of_pressure[:, 0]) - foot[:, :3, 3]
+    # Dorsiflexion turns about the shank's -y, and the muscles hold what the ground does.
+    needed = np.einsum("ti,ti->t", shank[:, :3, 1], np.cross(arm, more))
+    ankle = ACTUATED.index("ankle_angle_r")
+    change = walk.moments[:, ankle] - plain.rollout.moments[:, ankle]
+    np.testing.assert_allclose(change, needed, atol=1e-6)
+    assert np.abs(needed).max() > 5.0
 
 
 def test_an_inertia_at_the_foot_needs_more_moment_in_swing(person, plain):

@@ -159,6 +159,74 @@ def test_a_prosthesis_has_no_muscles(person):
     np.testing.assert_allclose(walk.limb[:, ankle], 400.0 * (0.12 - q) - 2.0 * qd, atol=1e-9)
 
 
+def test_a_knee_of_a_prosthesis_obeys_its_table(person):
+    """Its extension stop pushes below .05 rad, and its damper yields slowly under load."""
+    walk = walked(person, load_devices("above_knee"), cycles=0.95)
+    steps = WalkingEnvironment(person.task).walker.steps_per_action
+    q, qd = (
+        each[:, 6 + ACTUATED.index("knee_angle_r")]
+        for each in (walk.rollout.positions, walk.rollout.velocities)
+    )
+    # What it measured before each action; before the first one nothing is recorded.
+    seen = np.repeat(np.arange(steps, len(q), steps) - 1, steps)
+    q, qd, limb = q[steps:], qd[steps:], walk.limb[steps:, walk.hinges.index("knee_angle_r")]
+    load = walk.rollout.ground_reaction[seen, 0, 2]
+    stop = np.where(
+        walk.rollout.positions[seen, 6 + ACTUATED.index("knee_angle_r")] <= 0.05, 300.0, 0
+    )
+    for loaded, damping in ((load >= 40.0, 40.5), (load < 20.0, 0.5)):
+        wanted = stop * (0.05 - q) - damping * qd
+        assert loaded.sum() > 50
+        np.testing.assert_allclose(limb[loaded], wanted[loaded], atol=1e-9)
+    assert 20 < np.count_nonzero(stop) < len(stop) - 20
+
+
+def test_clutches_and_stance_dampers_act_when_their_tables_say(person):
+    """Too weak to change the walk, whose phase is then that of the reference."""
+    spring = {"stiffness": 1e-3, "rest": 3.0}
+    device = Device.model_validate(
+        {
+            "name": "d",
+            "source": "a test",
+            "hinges": [
+                {"joint": "hip_flexion", "spring": spring,
+                 "clutch": {"while": "phase", "phases": [0.9, 0.2]}},
+                {"joint": "knee_angle", "stance_damper": {"damping": 1e-3, "until": 0.3}},
+                {"joint": "ankle_angle", "spring": spring, "clutch": {"while": "loaded"}},
+            ],
+        }
+    )  # fmt: skip
+    walk = walked(person, [device], cycles=3.0)
+    late = walk.rollout.phase > 1.5
+    phase = walk.rollout.phase[late] % 1.0
+    # A twentieth of a cycle around each change is left out: the walker's steps are not exact.
+    for joint, on, off in (
+        ("hip_flexion_r", (phase > 0.95) | (phase < 0.15), (phase > 0.25) & (phase < 0.85)),
+        ("knee_angle_r", (phase > 0.05) & (phase < 0.25), (phase > 0.35) & (phase < 0.95)),
+        ("ankle_angle_r", (phase > 0.05) & (phase < 0.55), (phase > 0.70) & (phase < 0.95)),
+    ):
+        torque = walk.limb[late, walk.hinges.index(joint)]
+        assert (torque[on] != 0.0).all()
+        assert (torque[off] == 0.0).all()
+
+
+def test_a_controller_measures_the_torque_and_the_angle_of_its_device(person):
+    seen = []
+
+    class Curious:
+        def torque(self, measured):
+            if measured.side == "right":
+                seen.append((measured.torque, measured.angle, measured.speed))
+            return 10.0
+
+    walk = walked(person, load_devices("ankle_exo"), cycles=0.3, own=Curious)
+    steps = WalkingEnvironment(person.task).walker.steps_per_action
+    last = slice(steps - 1, -1, steps)  # of each action but the last
+    hinge = walk.hinges.index("ankle_angle_r")
+    logged = np.stack([each[last, hinge] for each in (walk.limb, walk.angle, walk.speed)], axis=1)
+    np.testing.assert_array_equal(np.array(seen[1:]), logged)
+
+
 def test_a_controller_sees_its_own_side_and_must_give_a_number(person):
     seen = []
 
