@@ -44,9 +44,14 @@ def learner(**training):
 
 def experience(made, seed):
     """Made up, but for the actions, which are the policy's with noise. Episodes of environment 0
-    end by falls and those of environment 1 by their length."""
+    end by falls and those of environment 1 by their length. One observation and one reward, at the
+    end of an episode, are so large that they are clipped: the reward in a second rollout alone, or
+    it would be no rarity."""
     random = np.random.default_rng(seed)
     observations = random.normal(0.3, 2.0, (STEPS + 1, COUNT, SIZE)).astype(np.float32)
+    observations[9, 1] *= 100.0
+    rewards = random.uniform(0.0, 1.0, (STEPS, COUNT)).astype(np.float32)
+    rewards[20, 0] += 1000.0 * seed
     policy = Policy(made.actor(), {})
     actions = policy.act(observations[:-1].reshape(-1, SIZE)).reshape(STEPS, COUNT, 26)
     fell, ended = (np.zeros((STEPS, COUNT), dtype=bool) for _ in range(2))
@@ -55,7 +60,7 @@ def experience(made, seed):
     return RolloutBuffer(
         observations=observations,
         actions=(actions + made.noise()).astype(np.float32),
-        rewards=random.uniform(0.0, 1.0, (STEPS, COUNT)).astype(np.float32),
+        rewards=rewards,
         fell=fell,
         ended=ended,
         final_observations=random.normal(size=(STEPS, COUNT, SIZE)).astype(np.float32),
