@@ -373,6 +373,13 @@ EQUAL: Final = (
         "a push of the default length leaves no rounding residue: policies of three rounds, walks, "
         "pushes and metrics.json of a training of S05 were equal before and after",
     ),
+    Equal(
+        "a427576373",
+        "e97536ab6c",
+        ("extras/gaitval_devices/walking.py",),
+        "what is logged of a hinge without strap or socket changed, and how hinges are led along a "
+        "kept motion; walks of S05 and S07 with four devices were equal before and after",
+    ),
 )
 """Oldest first."""
 
