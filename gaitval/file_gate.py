@@ -98,7 +98,7 @@ def _plain_lines(text: str) -> str:
 
 
 def csv_rows(
-    path: Path, refusal: Refusal, *, largest: int = TABLE, fix: str = "Check the path"
+    path: Path, refusal: Refusal, *, largest: int = TABLE
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """Line and cells, by their columns, of each row of a CSV file; as `csv.DictReader` gives them.
 
@@ -109,7 +109,7 @@ def csv_rows(
     GaitvalError : of type `refusal`, as `passed`, or it is not CSV in UTF-8.
     """
     try:
-        text = read_text(path, refusal, largest=largest, fix=fix)
+        text = read_text(path, refusal, largest=largest)
         reader = csv.DictReader(io.StringIO(text))
         for row in reader:
             yield reader.line_num, row

@@ -19,7 +19,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
 from gaitval.learning_control.correct import correct
-from gaitval.metrics.comparison import curves_of, foot_progression
+from gaitval.metrics.comparison import curves_of, foot_progression, rms
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.model.parameters import nominal_parameters
@@ -93,7 +93,7 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
     stood = [each for each in went if not each.fell]
     walked = {name: np.concatenate(each).mean(axis=0) for name, each in angles.items()}
     errors = {
-        f"{name}_{side[0]}": _rms(
+        f"{name}_{side[0]}": rms(
             walked[f"{name}_{side[0]}"] - patient.strides.angles[f"{name}_{side[0]}"]
         )
         for name in (PROFILE_ANGLES if walked else ())
@@ -162,7 +162,3 @@ def walk_all(
             said = f"{result['angle']:.2f}°, {result['falls']} falls from {result['starts']} starts"
         tell(f"{name}: {said} ({number} of {len(patients)})")
     return found
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
