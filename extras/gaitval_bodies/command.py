@@ -58,6 +58,7 @@ def body(
     from gaitval.reference.dynamic_fit import consistent_reference
     from gaitval.scaling.scaling import scale_subject
     from gaitval.session.stored import Session
+    from gaitval.study.stage import one_thread
     from gaitval_bodies.joints import legs_of_session, with_joints
     from gaitval_bodies.offsets import offset_of
     from gaitval_bodies.page import tables, write_body_page
@@ -88,9 +89,12 @@ def body(
     each_trial = []
     for own in (person, *others):
         record = own.record()
-        near = consistent_reference(record, model, configuration.contact)
-        fit, held = begin(record, model, prior_sd(person), configuration, own.has_kinetics, near)
-        each_trial.append(identified(fit, held, offset_of(person)))
+        with one_thread():
+            near = consistent_reference(record, model, configuration.contact)
+            fit, held = begin(
+                record, model, prior_sd(person), configuration, own.has_kinetics, near
+            )
+            each_trial.append(identified(fit, held, offset_of(person)))
     found = pooled(each_trial) if others else each_trial[0]
     if session is not None:
         if measured_by(person)["thigh_length"] != "markers":

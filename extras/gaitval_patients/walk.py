@@ -30,6 +30,7 @@ from gaitval.prediction.known import KINEMATIC_ACCURACY
 from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
+from gaitval.study.stage import one_thread
 from gaitval_patients.gentle_fit import gentle_reference
 from gaitval_patients.passive_foot import patient_record
 from gaitval_patients.records import Patient, two_sided
@@ -45,6 +46,7 @@ _PHASE: Final = np.linspace(0.0, 1.0, 101)
 Json = dict[str, Any]
 
 
+@one_thread()
 def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json:
     """The results of a patient's walk, for JSON.
 

@@ -8,6 +8,7 @@ from gaitval.interface.arguments import expect
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
+from gaitval.study.stage import one_thread
 
 
 def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> ReferenceMotion:
@@ -50,4 +51,5 @@ def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> Refer
     expect("subject", subject, Subject, "what load_subject(5) returns")
     configuration = load_configuration(settings=settings)
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
-    return consistent_reference(subject.record(), model, configuration.contact)
+    with one_thread():
+        return consistent_reference(subject.record(), model, configuration.contact)

@@ -252,15 +252,22 @@ def end_stage(begun: Begun, seconds: float) -> None:
             (folder / stage.workspace).parent.rmdir()
 
 
-def perform(stage: Stage) -> None:
-    """The work of `stage`, with one thread of linear algebra. Several threads round sums
-    differently: a reference, and all that follows from it, would depend on the number of processors
-    by 1e-8 rad.
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One thread of linear algebra in the block. Several threads round sums differently: a
+    reference, and all that follows from it, would depend on the number of processors by 1e-8 rad,
+    which a walk of 20 gait cycles makes 2 cm.
     """
     import scipy.linalg  # noqa: F401  a library that is loaded later would not be limited
     from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
     with threadpool_limits(1, "blas"):
+        yield
+
+
+def perform(stage: Stage) -> None:
+    """The work of `stage`, with `one_thread`."""
+    with one_thread():
         stage.run()
 
 

@@ -24,7 +24,7 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import STORED_FILES, asked, body_parameters
 from gaitval.study.run import general_policy
-from gaitval.study.stage import Run
+from gaitval.study.stage import Run, one_thread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +78,8 @@ class StoredPolicy(Displayed):
         self, model: BodyModel, mu: Array | None = None, near: "ReferenceMotion | None" = None
     ) -> WalkingTask:
         record, accuracy = self._asked
-        task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu, near=near)
+        with one_thread():
+            task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu, near=near)
         known = Run(self.folder, self.subject, self.configuration).told().record
         return replace(task, record=known)
 
