@@ -13,6 +13,7 @@ from gaitval.model.parameters import PARAMETERS, apply_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.rollout import Rollout
+from gaitval.study.stage import one_thread
 from gaitval.study.stored_policy import StoredPolicy
 
 CYCLES = 12
@@ -58,6 +59,7 @@ class Walked:
         return walker
 
     @cached_property
+    @one_thread()
     def walk(self) -> Rollout:
         """`CYCLES` gait cycles and those that settle. Raises PolicyError if it falls."""
         settling = self.stored.configuration.validation.settling_cycles

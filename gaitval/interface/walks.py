@@ -22,6 +22,7 @@ from gaitval.metrics.walk_comparison import Comparison
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.study.stage import one_thread
 from gaitval.study.stored_policy import StoredPolicy, stored_baseline
 
 Body = Literal["nominal", "identified"]
@@ -81,6 +82,7 @@ def load_policy(subject_or_folder: str | int | Path) -> StoredPolicy:
     return stored
 
 
+@one_thread()
 def rollout(
     policy: StoredPolicy,
     *,
