@@ -14,6 +14,7 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import Curve
+from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
 
 # Plausible ranges. They catch units and swapped columns, not unusual people: from two years on,
 # with steps as unequal as 20 to 80, who drag a foot or walk with an aid.
@@ -30,7 +31,6 @@ LEFT_PHASE = (0.2, 0.8)
 STANCE_FRACTION = (0.4, 0.9)
 VERTICAL_FORCE = (0.85, 1.1)  # body weights; exactly 1 for periodic gait and perfect calibration
 LEAST_WITH_AID = 0.1  # body weights on the feet of a person whose aid carries the rest
-LARGEST_COORDINATE = 10.0  # m, of a marker in its laboratory
 LARGEST_ANGLE = 3.0  # rad
 LARGEST_MOMENT = 5.0  # Nm/kg
 LARGEST_FORCE = 3.0  # body weights
@@ -115,13 +115,13 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
         and all(isinstance(value, int | float) for value in at)
         and np.all(np.isfinite(at))
     }
-    far = {name: at for name, at in positions.items() if np.abs(at).max() > LARGEST_COORDINATE}
+    away = from_middle(np.array([*positions.values()])) if positions else np.zeros(0)
+    far = [name for name, distance in zip(positions, away, strict=True) if distance > REACH_M]
     if far:
-        name, at = next(iter(far.items()))
         return [
-            f"markers: {len(far)} of {len(positions)} are more than {LARGEST_COORDINATE:g} m from "
-            f"the origin (the first is {name} at {at.tolist()}); this looks like millimetres. "
-            "Divide by 1000."
+            f"markers: {len(far)} of {len(positions)} are more than {REACH_M:g} m from the middle "
+            f"of the person (the first is {far[0]} at {positions[far[0]].tolist()}). Correct their "
+            f"places, or the unit{unit_of(away)}."
         ]
     problems = []
     for side in "RL":

@@ -9,12 +9,10 @@ from gaitval.arrays import Array, Flags, Index
 from gaitval.compiled import njit
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError, RecordError
+from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import PARENT, forward, tree_arrays
-
-LARGEST_DISTANCE = 50.0
-"""m, of a marker from the laboratory's origin; beyond it the markers are in millimetres."""
 
 
 class MarkerTrial(NamedTuple):
@@ -82,12 +80,13 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
     seen = np.asarray(np.isfinite(measured).all(axis=2))
     # A weight of 0 does not remove NaN from a sum, so unseen markers get a number.
     filled = np.where(seen[..., None], measured, 0.0)
-    far = np.abs(filled).max(axis=(0, 2))
-    if far.max() > LARGEST_DISTANCE:
+    frame = int(seen.sum(axis=1).argmax())
+    away = from_middle(filled[frame, seen[frame]]) if seen.any() else np.zeros(1)
+    # Half of them, for a single one may be astray: that is no error of the unit.
+    if np.median(away) > REACH_M:
         raise RecordError(
-            f"marker {names[int(far.argmax())]} is {far.max():.0f} m from the laboratory's origin "
-            f"(more than {LARGEST_DISTANCE:g} m): the markers look like millimetres; divide by "
-            "1000."
+            f"in frame {frame} half of the markers are more than {np.median(away):.0f} m from the "
+            f"middle of all, which no person is: their unit is wrong{unit_of(away)}. Give metres."
         )
     weight = seen * np.array([marker.weight for marker in markers], dtype=float)
     return MarkerTrial(

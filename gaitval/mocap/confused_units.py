@@ -2,6 +2,9 @@
 
 from typing import Final
 
+import numpy as np
+
+from gaitval.arrays import Array
 from gaitval.mocap.recording import PERSON_SPREAD_M
 
 _CONFUSED: Final = {
@@ -15,6 +18,9 @@ _CONFUSED: Final = {
 }
 """By the factor that corrects it."""
 
+REACH_M: Final = 2.0
+"""m. No marker on a tall adult with arms raised is so far from the middle of all markers."""
+
 ADULT_PELVIS: Final = (0.6, 1.1)
 """m, an adult's pelvis above the ankles."""
 
@@ -25,6 +31,18 @@ def looks_like(spread: float) -> str:
         if PERSON_SPREAD_M[0] <= spread * factor <= PERSON_SPREAD_M[1]:
             return f" (it looks like {what})"
     return ""
+
+
+def from_middle(points: Array) -> Array:
+    """Distance (M,) of each of the markers `points` (M, 3), m, from the median of all: small
+    wherever in the laboratory a person stands.
+    """
+    return np.asarray(np.linalg.norm(points - np.median(points, axis=0), axis=1))
+
+
+def unit_of(away: Array) -> str:
+    """`looks_like` of distances `from_middle`, half of which may be of markers that went astray."""
+    return looks_like(2.0 * float(np.median(away)))
 
 
 def wrong_factor(height: float) -> float | None:

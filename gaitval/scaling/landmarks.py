@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import ScalingError
+from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
 
 Place = Sequence[float] | Array
 
@@ -34,10 +35,6 @@ LANDMARK_NAMES = (
 """All landmarks that a marker can be on. Thigh and Shank are the wand markers of Plug-in Gait,
 which lie in the frontal plane of the segment; Knee.Axis is the end of an alignment device on the
 knee's axis; Toe is any marker beyond the metatarsal heads, Wrist a single marker on the wrist."""
-
-LARGEST_COORDINATE = 20.0
-"""A standing person is within this distance of the laboratory's origin, m; beyond it the markers
-are in millimetres."""
 
 WIDTHS = {"knee_width": (0.04, 0.17), "ankle_width": (0.03, 0.12), "elbow_width": (0.03, 0.12)}
 """Plausible widths across the epicondyles and malleoli, m."""
@@ -137,10 +134,11 @@ def landmarks_of(
         "Use a frame in which every marker was seen.",
     )
     points = {name: point for name, point in points.items() if np.isfinite(point).all()}
+    away = from_middle(np.array(list(points.values())))
     _fail(
-        f"markers more than {LARGEST_COORDINATE:g} m from the laboratory's origin",
-        [name for name, p in points.items() if np.abs(p).max() > LARGEST_COORDINATE],
-        "They look like millimetres: divide by 1000.",
+        f"markers more than {REACH_M:g} m from the middle of the person",
+        [name for name, distance in zip(points, away, strict=True) if distance > REACH_M],
+        f"Correct their places, or the unit{unit_of(away)}.",
     )
     return points
 

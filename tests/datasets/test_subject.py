@@ -203,7 +203,8 @@ def scaled(curve, factor):
 @pytest.mark.parametrize(
     ("change", "hint"),
     [
-        (in_millimetres, "this looks like millimetres"),
+        (in_millimetres, "28 of 28 .*looks like millimetres"),
+        (lambda t: t["markers"].update({"R.Heel": [30.0, 0.0, 0.0]}), r"1 of 28 .*or the unit\.$"),
         (in_isb_axes, "ISB axes"),
         (with_sides_exchanged, "L.ASIS .* is not to the left of R.ASIS"),
         (lambda t: t["markers"].update({"R.ASSI": [0, 0, 0]}), "R.ASSI.*did you mean R.ASIS"),
@@ -228,6 +229,12 @@ def scaled(curve, factor):
 )
 def test_markers_and_curves_are_refused_with_a_hint(change, hint):
     assert re.search(hint, refusal(edited(change)))
+
+
+def test_a_person_may_stand_far_from_the_laboratorys_origin():
+    tables = tomllib.loads(TEXT)
+    tables["markers"] = {k: [x + 40.0, y, z] for k, (x, y, z) in tables["markers"].items()}
+    assert make_subject(tables, "mine.toml").markers["R.ASIS"][0] > 40.0
 
 
 def test_construction_in_python_is_checked_too():

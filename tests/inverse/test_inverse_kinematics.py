@@ -142,6 +142,15 @@ def test_no_heading_is_special(walk, heading):
     assert np.all(steps < 1.7 * turns + 1e-3)
 
 
+def test_the_laboratorys_origin_may_be_far_away(walk):
+    model, _, markers, measured = walk
+    near = inverse_kinematics(model, markers, measured[:30], ranges=FREE)
+    away = measured[:30] + np.array([80.0, 0.0, 0.0])
+    far = inverse_kinematics(model, markers, away, ranges=FREE)
+    np.testing.assert_allclose(far.positions[:, 6:], near.positions[:, 6:], atol=ROUNDING)
+    np.testing.assert_allclose(far.positions[:, 3] - 80.0, near.positions[:, 3], atol=ROUNDING)
+
+
 def test_a_person_who_turns_round_keeps_a_continuous_rotation_vector(walk):
     model, positions, markers, _ = walk
     path = positions.copy()
@@ -352,7 +361,7 @@ def _on(markers, **changes):
         (lambda m, x: ([], x[:, :0], {}), ModelError, "there are none"),
         (lambda m, x: (m, x[:, 1:], {}), RecordError, r"shape \(frames, 56, 3\)"),
         (lambda m, x: (m, x[:0], {}), RecordError, r"\(0, 56, 3\)"),
-        (lambda m, x: (m, 1000 * x + 60, {}), RecordError, "look like millimetres"),
+        (lambda m, x: (m, 1000 * x, {}), RecordError, "looks like millimetres"),
         (lambda m, x: (m, np.nan * x, {}), RecordError, "no frame shows enough markers"),
         (
             lambda m, x: (m, np.where(np.arange(56)[:, None] < 2, x, np.nan), {}),

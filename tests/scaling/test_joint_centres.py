@@ -44,7 +44,7 @@ def test_place_and_heading_of_the_person_do_not_matter(markers):
     expected = measure(markers)
     c, s = np.cos(2.5), np.sin(2.5)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    moved = measure({name: turn @ place + [3.0, -2.0, 0.0] for name, place in markers.items()})
+    moved = measure({name: turn @ place + [300.0, -200.0, 0.0] for name, place in markers.items()})
     assert moved.right.thigh == pytest.approx(expected.right.thigh, abs=1e-12)
     assert moved.pelvic_tilt == pytest.approx(expected.pelvic_tilt, abs=1e-12)
     np.testing.assert_allclose(moved.left.metatarsals, expected.left.metatarsals, atol=1e-12)
@@ -111,9 +111,16 @@ def test_markers_of_another_shape_are_named(markers):
         measure(markers)
 
 
-def test_millimetres_are_recognised(markers):
-    with pytest.raises(ScalingError, match="millimetres: divide by 1000"):
-        measure({name: place * 1000 for name, place in markers.items()})
+@pytest.mark.parametrize(("factor", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres")])
+def test_other_units_than_metres_are_recognised(markers, factor, unit):
+    with pytest.raises(ScalingError, match=f"looks like {unit} that are called m"):
+        measure({name: place * factor for name, place in markers.items()})
+
+
+def test_a_marker_astray_is_named_and_no_other_unit_is_suspected(markers):
+    markers["R.Heel"] = markers["R.Heel"] + [30.0, 0.0, 0.0]
+    with pytest.raises(ScalingError, match=r"middle of the person: R\.Heel\. .*or the unit\.$"):
+        measure(markers)
 
 
 def test_y_up_is_recognised(markers):

@@ -149,7 +149,7 @@ def test_frames_with_gaps_do_not_count():
     subject = load_subject("S05")
     standing = {name: np.tile(at, (3, 1)) for name, at in subject.markers.items()}
     standing["R.Heel"] = standing["R.Heel"] + [[0, 0, 0], [np.nan] * 3, [0, 0, 0]]
-    standing["L.ASIS"] = standing["L.ASIS"] + [[0, 0, 0], [9.0] * 3, [0, 0, 0]]
+    standing["L.ASIS"] = standing["L.ASIS"] + [[0, 0, 0], [1.0] * 3, [0, 0, 0]]
     with_gap, _ = scale_by_pairs(standing, height_m=subject.height_m, sex=subject.sex)
     for points in standing.values():
         points[1:] = np.nan
