@@ -54,11 +54,12 @@ def plate_axes(corners: Array) -> Array:
 
     Parameters
     ----------
-    corners : (4, 3), in the order of the quadrants (see the module's docstring).
+    corners : (4, 3), in the order of the quadrants (see the module's docstring). Measured ones are
+        not exactly in a plane and at right angles: x is along the mean of both edges, z
+        perpendicular to both diagonals, and no corner counts more than another.
     """
-    x = corners[0] - corners[1]
-    z = np.cross(x, corners[0] - corners[3])
-    # Measured corners are not exactly at right angles, so y comes from z and x.
+    x = corners[0] - corners[1] + corners[3] - corners[2]
+    z = np.cross(corners[3] - corners[1], corners[0] - corners[2])
     y = np.cross(z, x)
     return np.column_stack([axis / np.linalg.norm(axis) for axis in (x, y, z)])
 

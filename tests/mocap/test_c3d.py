@@ -21,6 +21,7 @@ from gaitval.mocap import c3d_contents
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.c3d_plates import _zero_samples
 from gaitval.mocap.c3d_process import opened, samples_of
+from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
@@ -517,6 +518,26 @@ class TestPlates:
         np.testing.assert_allclose(found.force, peer["force"].T, rtol=1e-9)
         np.testing.assert_allclose(found.centre_of_pressure, 1e-3 * peer["center_of_pressure"].T)
         np.testing.assert_allclose(found.free_moment, 1e-3 * peer["Tz"].T, atol=1e-9)
+
+    @pytest.mark.parametrize("lifted", range(4))
+    def test_the_surface_is_the_plane_nearest_to_all_four_corners(self, lifted):
+        """By least squares, a corner that is d too high tilts a plate a long by d / (2 a)."""
+        corners = np.array([[0.3, 0.2, 0], [-0.3, 0.2, 0], [-0.3, -0.2, 0], [0.3, -0.2, 0]])
+        corners[lifted, 2] = 0.01
+        design = np.column_stack([corners[:, :2], np.ones(4)])
+        slope = np.linalg.lstsq(design, corners[:, 2], rcond=None)[0][:2]
+        np.testing.assert_allclose(np.abs(slope), [0.01 / 1.2, 0.01 / 0.8])
+        z = plate_axes(corners)[:, 2]
+        np.testing.assert_allclose(z[:2] / z[2], -slope, atol=1e-15)
+
+    @pytest.mark.parametrize("moved", range(4))
+    def test_no_corner_turns_a_plate_more_than_another(self, moved):
+        """Along its front or back edge, by the half of what the edge itself turns by."""
+        corners = np.array([[0.3, 0.2, 0], [-0.3, 0.2, 0], [-0.3, -0.2, 0], [0.3, -0.2, 0]])
+        corners[moved, 1] += 0.006
+        axes = plate_axes(corners)
+        assert abs(axes[1, 0] / axes[0, 0]) == pytest.approx(0.5 * 0.006 / 0.6)
+        np.testing.assert_allclose(axes.T @ axes, np.eye(3), atol=1e-15)
 
     def test_wbds_treadmill_as_another_laboratory_computed_it(self, gait_data):
         """The .mot was made by a third party from the same C3D, with a low-pass filter.
