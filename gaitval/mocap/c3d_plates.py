@@ -15,6 +15,7 @@ from gaitval.mocap.force_plates import (
     CALIBRATIONS,
     CERTAIN_LOAD_N,
     CHANNELS,
+    UNLOADED_N,
     make_plate,
     plate_axes,
     plate_or_fault,
@@ -126,6 +127,10 @@ def _plate(
 
         calibration = stored_calibration(where, contents, kind, index, CALIBRATIONS[kind])
     channels = _unwrapped(where, contents, numbers)
+    if kind == 1:
+        # Its programs divide by the force, and have no centre of pressure without one.
+        idle = np.abs(channels[:, 2:3]) < UNLOADED_N
+        channels[:, 3:] = np.where(idle & np.isnan(channels[:, 3:]), 0.0, channels[:, 3:])
     if not np.isfinite(channels).all():
         missing = np.asarray(~np.isfinite(channels).all(axis=1))
         longest = max(end - begin for begin, end in zip(*runs(missing), strict=True))
@@ -157,7 +162,7 @@ def _plate(
     if normal[np.abs(normal) > CERTAIN_LOAD_N].sum() < 0:
         force, moment = -force, -moment
     plate = make_plate(str(index + 1), corners, force, moment)
-    _check_moments(where, plate, centre)
+    _check_moments(where, kind, plate, centre)
     return plate
 
 
@@ -265,8 +270,10 @@ def _zero_samples(contents: Contents, per_frame: int, count: int) -> tuple[int, 
     return (first, last) if last <= count else (0, 0)
 
 
-def _check_moments(where: str, plate: Plate, centre: Array) -> None:
-    """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it."""
+def _check_moments(where: str, kind: int, plate: Plate, centre: Array) -> None:
+    """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it. A
+    plate of `kind` 1 has the centre of pressure itself.
+    """
     strong = np.linalg.norm(plate.force, axis=1) > CERTAIN_LOAD_N
     if np.count_nonzero(strong) < 10:
         return
@@ -275,9 +282,14 @@ def _check_moments(where: str, plate: Plate, centre: Array) -> None:
     # Nmm read as Nm put the point a thousand times too far away; Nm read as Nmm keep it at the
     # middle.
     if np.median(away) > 5 * reach or away.max() < reach / 500:
+        why = (
+            "channels 4 and 5 are in the wrong unit, or no centres of pressure. Check ANALOG:UNITS "
+            "(mm or m), or export the plate with its moments (type 2)."
+            if kind == 1
+            else "the moments are in the wrong unit, or the origin or calibration is wrong. Check "
+            "ANALOG:UNITS (Nmm or Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
+        )
         raise RecordError(
             f"{where}: under load its centre of pressure is {np.median(away):.3g} m from the "
-            f"middle of the plate (median), but its corners are {reach:.3g} m from it: the "
-            "moments are in the wrong unit, or the origin or calibration is wrong. Check "
-            "ANALOG:UNITS (Nmm or Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
+            f"middle of the plate (median), but its corners are {reach:.3g} m from it: {why}"
         )

@@ -321,6 +321,21 @@ class TestPlates:
         for each in recording.plates:
             assert_carries(each)
 
+    @pytest.mark.parametrize("idle", [np.nan, 0.0])
+    def test_type_1_has_no_centre_of_pressure_without_a_load(self, tmp_path, recwarn, idle):
+        course = np.r_[np.zeros(12), np.ones(20)]
+        plate = plate_of(1, scale=course)
+        plate.channels[:12, 3:] = idle
+        assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0], course)
+        assert not recwarn
+
+    def test_type_1_whose_centre_of_pressure_was_never_computed(self, tmp_path):
+        plate = plate_of(1)
+        plate.channels[:, 3:5] = 0.0
+        found = read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0]
+        assert "channels 4 and 5" in found.fault
+        assert "CAL_MATRIX" not in found.fault
+
     @pytest.mark.parametrize("depth_sign", [-1, 1])
     def test_four_sensors_of_type_3(self, tmp_path, depth_sign):
         axes, centre, half_x, half_y, depth = (
