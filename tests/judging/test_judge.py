@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import gaitval_judge
 from gaitval.cli import app as cli
+from gaitval.coordinates import RANGES
 from gaitval.errors import GaitvalError, RecordError
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
@@ -258,6 +259,55 @@ def test_an_angle_beyond_what_a_knee_can_do_is_noticed(everything, tmp_path):
         Request(model=everything.model, ik=with_columns(everything.ik, tmp_path / "i.mot", bent))
     )
     assert ("angle-range", "knee_angle_l") in failed(found)
+
+
+def test_an_angle_is_beyond_its_range_by_as_much_as_it_is(everything, tmp_path):
+    """In degrees, on either side; of a knee, healthy people's, and at its edge by nothing."""
+    low, high = np.degrees(RANGES["knee_angle_r"])
+    for extreme, beyond in ((high + 7.0, 7.0), (low - 4.0, 4.0), (high, 0.0), (low, 0.0)):
+
+        def reaching(name, values, extreme=extreme):
+            if name != "knee_angle_r":
+                return values
+            middle = np.full_like(values, (low + high) / 2)
+            middle[5] = extreme
+            return middle
+
+        path = with_columns(everything.ik, tmp_path / "ik.mot", reaching)
+        found = judge(Request(model=everything.model, ik=path))
+        seen = value(found, "angle_beyond_range", "knee_angle_r")
+        assert seen == pytest.approx(beyond, abs=1e-6)
+
+
+def test_coordinates_that_are_not_in_the_motion_are_named_unless_something_holds_them(
+    everything, tmp_path
+):
+    """A locked one, and one that another determines, need no column."""
+    lost = {"elbow_flex_r", "elbow_flex_l", "lumbar_bending"}
+    table = read_storage(everything.ik)
+    kept = [i for i, name in enumerate(table.columns) if name not in lost]
+    columns = tuple(table.columns[i] for i in kept)
+    path = tmp_path / "ik.mot"
+    write_storage(path, StorageTable(columns, table.time, table.values[:, kept], table.in_degrees))
+    found = judge(Request(model=everything.model, ik=path))
+    (said,) = [one for one in found.findings if "are not in the file" in one]
+    assert said.startswith("Motion: 3 coordinates")
+    assert all(name in said for name in lost)
+    held = r'(<Coordinate name="elbow_flex_r">.*?<locked>)false'
+    model = edited(everything.model, tmp_path / "locked.osim", held, r"\1true")
+    follows = (
+        '<ConstraintSet name="constraints"><objects><CoordinateCouplerConstraint name="follows">'
+        "<coupled_coordinates_function><LinearFunction><coefficients>1 0</coefficients>"
+        "</LinearFunction></coupled_coordinates_function>"
+        "<independent_coordinate_names>elbow_flex_r</independent_coordinate_names>"
+        "<dependent_coordinate_name>elbow_flex_l</dependent_coordinate_name>"
+        "</CoordinateCouplerConstraint></objects></ConstraintSet></Model>"
+    )
+    model = edited(model, tmp_path / "coupled.osim", "</Model>", follows)
+    found = judge(Request(model=model, ik=path))
+    (said,) = [one for one in found.findings if "are not in the file" in one]
+    assert "1 coordinates" in said
+    assert said.endswith("lumbar_bending.")
 
 
 # ---- What is given, and what can be judged of it. ----
