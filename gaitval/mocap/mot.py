@@ -40,8 +40,9 @@ def read_storage(path: Path) -> StorageTable:
     Raises
     ------
     RecordError
-        The file is of another kind or cut off in a row, a column appears twice, or the time is
-        missing. Counts of the header unlike the rows are a `RecordWarning`.
+        The file is of another kind or cut off in a row, a column appears twice, the time is
+        missing, or `inDegrees` is neither yes nor no. Counts of the header unlike the rows are a
+        `RecordWarning`.
     """
     path = Path(path)
     lines = text_lines(path)
@@ -101,9 +102,19 @@ def read_storage(path: Path) -> StorageTable:
         columns=tuple(labels[1:]),
         time=table[:, 0],
         values=table[:, 1:],
-        in_degrees=header.get("indegrees", "no").lower() in ("yes", "true", "1"),
+        in_degrees=_in_degrees(path, header.get("indegrees", "no")),
         name=name or path.stem,
     )
+
+
+def _in_degrees(path: Path, said: str) -> bool:
+    """Whether angles are in degrees, by what the header at `path` says, as OpenSim reads it."""
+    if said.lower() not in ("yes", "y", "no", "n"):
+        raise RecordError(
+            f"{path}: inDegrees is {said!r}, which OpenSim does not know: write yes if the angles "
+            "are in degrees, no if they are in radians."
+        )
+    return said.lower() in ("yes", "y")
 
 
 def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:

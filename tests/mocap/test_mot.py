@@ -54,6 +54,16 @@ class TestStorage:
         assert read.columns == ("a", "b")
         np.testing.assert_array_equal(read.values, [[1, 2], [3, 4]])
 
+    @pytest.mark.parametrize("said", ["yes", "y", "YES", "no", "n", None])
+    def test_degrees_are_what_opensim_takes_for_degrees(self, tmp_path, said):
+        opensim = pytest.importorskip("opensim")
+        line = "" if said is None else f"inDegrees={said}\n"
+        path = tmp_path / "a.mot"
+        path.write_text(
+            f"walk\nversion=1\n{line}nRows=2\nnColumns=2\nendheader\ntime\ta\n0\t1\n1\t2\n"
+        )
+        assert read_storage(path).in_degrees == opensim.Storage(str(path)).isInDegrees()
+
     @pytest.mark.parametrize(
         ("text", "words"),
         [
@@ -65,6 +75,11 @@ class TestStorage:
             ("endheader\ntime\ta\ta\n0\t1\t2\n", "column a appears 2 times"),
             ("endheader\ntime\ta\n0\t1\n0.1\n", "line 4 has 1 fields, but the header has 2"),
             ("endheader\ntime\ta\n0\tone\n", "'one' is not a number"),
+            ("inDegrees=true\nendheader\ntime\ta\n0\t1\n", "inDegrees is 'true'"),
+            (
+                "nRows=3\nendheader\ntime\ta\n0\t1\n1\n",
+                "there are 2 rows, the last of them incomplete",
+            ),
             ("DataType=Vec3\nendheader\ntime\ta\n0\t1,2,3\n", "DataType is Vec3"),
         ],
     )
@@ -84,11 +99,19 @@ class TestStorage:
         with pytest.warns(RecordWarning, match=words):
             assert read_storage(tmp_path / "a.sto").values.tolist() == [[1.0], [2.0]]
 
+    def test_rows_beyond_the_count_of_the_header_are_whole(self, tmp_path):
+        (tmp_path / "a.sto").write_text("nRows=2\nendheader\ntime\ta\n0\t1\n1\t2\n2\t3\n")
+        with pytest.warns(RecordWarning, match="rows is 2, but there are 3"):
+            assert len(read_storage(tmp_path / "a.sto").time) == 3
+
     def test_a_last_row_off_the_clock_is_left_out(self, tmp_path):
         """Half a millisecond late, as in opensim-jam; later is another fault."""
         rows = "".join(f"{0.0005 * i:.4f}\t{i}\n" for i in range(10))
         path = tmp_path / "a.sto"
         path.write_text(f"endheader\ntime\ta\n{rows}0.0055\t0\n")
+        with pytest.warns(RecordWarning, match="the last of 11 samples"):
+            assert len(read_storage(path).time) == 10
+        path.write_text(f"endheader\ntime\ta\n{rows}0.0053\t0\n")
         with pytest.warns(RecordWarning, match="the last of 11 samples"):
             assert len(read_storage(path).time) == 10
         path.write_text(f"endheader\ntime\ta\n{rows}0.0255\t0\n")
@@ -113,6 +136,7 @@ class TestGroundReaction:
         [
             ("ground_force_{}1", "ground_torque_{}1", "1"),
             ("ground_force_r_{}", "ground_torque_r_{}", "r"),
+            ("ground_force_{}_2", "ground_torque_{}_2", "2"),
             ("1_ground_force_{}", "1_ground_torque_{}", "1"),
             ("ground_force_{}", "ground_torque_{}", "1"),
             ("ground_force_calcn_l_{}", "ground_moment_calcn_l_m{}", "calcn_l"),
@@ -132,6 +156,24 @@ class TestGroundReaction:
         assert plate.name == "fp1"
         np.testing.assert_allclose(plate.free_moment[-1], TORQUE)
 
+    def test_other_columns_are_no_plate(self, tmp_path):
+        """A muscle's force and the velocity of a point, and a clock that begins later."""
+        for form in ("ground_force_{}", "FP1_{}"):
+            torque_form = "ground_torque_{}" if "ground" in form else "FP1_m{}"
+            table = read_storage(forces(tmp_path / "a.mot", form=form, torque_form=torque_form))
+            more = replace(
+                table,
+                columns=("soleus_force_x", "com_vx", *table.columns),
+                time=table.time + 0.5,
+                values=np.hstack([table.values[:, :2], table.values]),
+            )
+            if form == "FP1_{}":
+                more = replace(more, columns=more.columns[1:], values=more.values[:, 1:])
+            write_storage(tmp_path / "b.mot", more)
+            _, start, (plate,) = read_ground_reaction(tmp_path / "b.mot")
+            assert start == pytest.approx(0.5)
+            np.testing.assert_allclose(plate.force[-1], FORCE)
+
     def test_a_plate_without_a_name_beside_one_that_is_called_1(self, tmp_path):
         """As in a stair trial of AddBiomechanics: ground_force_vx and 1_ground_force_vx."""
         first = read_storage(
@@ -140,14 +182,15 @@ class TestGroundReaction:
         second = read_storage(
             forces(tmp_path / "b.mot", form="1_ground_force_{}", torque_form="1_ground_torque_{}")
         )
-        both = replace(
-            first,
-            columns=first.columns + second.columns,
-            values=np.hstack([first.values, second.values]),
-        )
-        write_storage(tmp_path / "c.mot", both)
-        _, _, plates = read_ground_reaction(tmp_path / "c.mot")
-        assert sorted(plate.name for plate in plates) == ["1", "2"]
+        for one, other in ((first, second), (second, first)):
+            both = replace(
+                one,
+                columns=one.columns + other.columns,
+                values=np.hstack([one.values, other.values]),
+            )
+            write_storage(tmp_path / "c.mot", both)
+            _, _, plates = read_ground_reaction(tmp_path / "c.mot")
+            assert sorted(plate.name for plate in plates) == ["1", "2"]
 
     def test_no_centre_of_pressure_where_unloaded(self, tmp_path):
         _, _, (plate,) = read_ground_reaction(forces(tmp_path / "a.mot"))

@@ -49,6 +49,10 @@ class TestTrc:
             f"DataRate is {header:g} Hz, but the times go at 100 Hz" in str(w.message) for w in seen
         ] == [True] * told
 
+    def test_a_rate_that_no_rounding_explains_is_refused(self, tmp_path):
+        path = trc(tmp_path / "a.trc", changes={3: "101\t101\t20\t3\tmm\t100\t1\t20"})
+        refuse(read_trc, path, "DataRate is 101 Hz", "100 Hz")
+
     def test_counted_unlabelled_markers(self, tmp_path):
         path = trc(tmp_path / "a.trc", changes={3: "100\t100\t20\t4\tmm\t100\t1\t20"})
         lines = path.read_text().splitlines()
@@ -149,6 +153,7 @@ class TestTrc:
         [
             ({3: "100\t100\t20\t4\tmm\t100\t1\t20"}, "NumMarkers is 4, but there are 3", 20),
             ({3: "100\t100\t30\t3\tmm\t100\t1\t30"}, "NumFrames is 30, but there are 20", 19),
+            ({3: "100\t100\t10\t3\tmm\t100\t1\t10"}, "NumFrames is 10, but there are 20", 20),
         ],
     )
     def test_counts_of_the_header_unlike_the_rows(self, tmp_path, changes, words, frames):
