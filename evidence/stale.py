@@ -375,7 +375,7 @@ EQUAL: Final = (
     ),
     Equal(
         "a427576373",
-        "e97536ab6c",
+        "baca2c15d3",
         ("extras/gaitval_devices/walking.py",),
         "what is logged of a hinge without strap or socket changed, and how hinges are led along a "
         "kept motion; walks of S05 and S07 with four devices were equal before and after",
