@@ -23,8 +23,8 @@ HEADERS: Final[Mapping[str, str]] = {
     "mass": r"(body ?)?(mass|weight)",
     "height": r"(body ?)?(height|stature)",
     "leg_length": r"leg ?len(gth)?|leg_length_m",
-    "right_leg": r"leg ?length right|right leg ?length|leg_length_right_m",
-    "left_leg": r"leg ?length left|left leg ?length|leg_length_left_m",
+    "right_leg": r"leg ?length \(?r(ight)?\)?|r(ight)? leg ?length|leg_length_right_m",
+    "left_leg": r"leg ?length \(?l(eft)?\)?|l(eft)? leg ?length|leg_length_left_m",
     "speed": r"((gait|walking) ?)?(speed|velocity)|walking_speed_m_s|og_comf",
     "amputation": r"(amputation|prosthetic|prosthesis) side|amputated (side|leg|limb)|"
     r"side of (the )?(amputation|prosthesis)",

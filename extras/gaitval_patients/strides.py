@@ -43,9 +43,9 @@ FEW: Final = 3
 nearer to healthy people with a sign changed (a pelvis that tilts back, hips that turn in), and of
 400 drawn threes of each group none."""
 
-SOME: Final = 10
-"""People of whom a sign that is wrong on one side is refused. Of drawn tens of amputees or healthy
-people none has sides so unequal, of people with Parkinson's disease 3 in 100 have."""
+SOME: Final = 20
+"""People of whom a sign that is wrong on one side is refused. Of 400 drawn twenties of healthy
+people or of people with Parkinson's disease none has sides so unequal; of 400 tens 13 have."""
 
 SIDED: Final = ("hip_adduction", "hip_rotation", "foot_progression")
 """Angles whose sign may be wrong on one side without two pelves that differ."""

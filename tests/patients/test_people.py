@@ -204,9 +204,12 @@ def test_a_level_may_stand_beside_the_side_and_the_side_under_any_header(tmp_pat
 
 
 @pytest.mark.parametrize("cells", ["A,0.86,", "A,,0.86"])
-def test_one_leg_that_was_measured_is_the_length_of_both(tmp_path, cells):
+@pytest.mark.parametrize(
+    "names", ["Right leg length,Left leg length", "Leg length (right) [m],Leg length (L)"]
+)
+def test_one_leg_that_was_measured_is_the_length_of_both(tmp_path, cells, names):
     """It was read as none, and both legs were estimated from the stature."""
-    person = table(tmp_path, "Subject,Right leg length,Left leg length", cells)["A"]
+    person = table(tmp_path, f"Subject,{names}", cells)["A"]
     assert (person.leg_length, person.legs) == (0.86, None)
 
 
