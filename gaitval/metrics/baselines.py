@@ -78,14 +78,16 @@ def nearest_trial(subject: Subject) -> Prediction | None:
 
 
 def line_of_trials(subject: Subject) -> Prediction | None:
-    """The straight line on speed through the two other trials of `subject` at the nearest speeds;
-    None without two different speeds.
+    """The straight line on speed through the two other trials of `subject` at the nearest speeds,
+    of two trials at one speed the first; None without two different speeds.
     """
     speed = subject.walking_speed_m_s
-    trials = sorted(_other_trials(subject), key=lambda t: abs(t.walking_speed_m_s - speed))[:2]
-    speeds = [trial.walking_speed_m_s for trial in trials]
-    if len(set(speeds)) < 2:
+    nearest = sorted(_other_trials(subject), key=lambda t: abs(t.walking_speed_m_s - speed))
+    others = [each for each in nearest if each.walking_speed_m_s != nearest[0].walking_speed_m_s]
+    if not others:
         return None
+    trials = [nearest[0], others[0]]
+    speeds = [trial.walking_speed_m_s for trial in trials]
     return Prediction(
         name="line through two trials",
         told="the person's " + " and ".join(trial.trial for trial in trials),

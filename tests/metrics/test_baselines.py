@@ -168,6 +168,11 @@ def test_a_line_through_two_trials_is_exact_on_a_line_of_speed(monkeypatch):
     np.testing.assert_allclose(found.curves.moments["knee_angle_l"], expected, atol=1e-9)
     same = TRIED.model_copy(update={"trials": (TRIED.trials[0], TRIED.trials[0])})
     assert line_of_trials(same) is None, "one speed has no line"
+    near, far = TRIED.trials[:2]
+    twice = near.model_copy(update={"name": "again"})
+    three = TRIED.model_copy(update={"trials": (near, twice, far)})
+    two = TRIED.model_copy(update={"trials": (near, far)})
+    assert line_of_trials(three).told == line_of_trials(two).told, "a speed twice is one"
     one = TRIED.model_copy(update={"trials": TRIED.trials[:1]})
     assert line_of_trials(one) is None
 
