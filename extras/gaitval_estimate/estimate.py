@@ -232,8 +232,9 @@ def estimate(trial: Trial, people: Sequence[Sequence[Trial]], *, angles: bool = 
         errors.append(np.mean(truth.kinetics**2, axis=(0, 2)))
     weights = _weights(remains, own, errors)
     missed = [r - weights[:, None] * f for r, f in zip(remains, own, strict=True)]
-    # With few people the band is wider than the normal distribution's, by Student's t.
-    wide = student.ppf(0.5 + 0.5 * BAND, len(people) - 1) * np.sqrt(1.0 + 1.0 / len(people))
+    # With few people the band is wider than the normal distribution's, by Student's t. What was
+    # missed is of people who were left out, so it has the error of the others' mean in it.
+    wide = student.ppf(0.5 + 0.5 * BAND, len(people) - 1)
     half_width = wide * np.sqrt(np.mean(np.square(missed), axis=(0, 1)))
     half_width = half_width if angles else WIDER_ELSEWHERE * half_width
     of = deviation(trial, people)
