@@ -380,6 +380,13 @@ EQUAL: Final = (
         "what is logged of a hinge without strap or socket changed, and how hinges are led along a "
         "kept motion; walks of S05 and S07 with four devices were equal before and after",
     ),
+    Equal(
+        "a427576373",
+        "f71e63bc5a",
+        ("gaitval/scaling/*.py",),
+        "only for who has a prosthesis, or masses that differ between the sides; the unit of "
+        "markers; reports/identification/skin.json of the ten was equal to the last bit",
+    ),
 )
 """Oldest first."""
 
