@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Run, Stage
 from gaitval_devices.device import Device, devices_of, load_devices, tables_of
+from gaitval_devices.sound_leg import check_side
 
 if TYPE_CHECKING:
     from gaitval.simulation.walker import Walker, WalkingTask
@@ -72,19 +72,6 @@ def live_walker(
 
     worn = with_devices(task, devices_of({"devices": list(given)}, "devices"))
     return worn, EndlessWalker(worn)
-
-
-def check_side(subject: Subject, worn: Sequence[Device]) -> None:
-    """Raise ConfigurationError if one of the devices `worn` replaces a part of the leg on another
-    side than the `prosthesis` of the `subject`.
-    """
-    for device in worn:
-        if device.stumps and subject.prosthesis in SIDES and device.sides != (subject.prosthesis,):
-            raise ConfigurationError(
-                f"{subject.identifier}: the prosthesis is on the {subject.prosthesis}, but the "
-                f"device {device.name} replaces a part of the {' and '.join(device.sides)} leg. "
-                f'Write sides = ["{subject.prosthesis}"] beside its name in [[devices]].'
-            )
 
 
 def folder_of(subject: Subject) -> str:

@@ -21,8 +21,8 @@ from gaitval_devices.adaptation import kinematics_kept, walk_without
 from gaitval_devices.curves import WalkCurves, walk_curves
 from gaitval_devices.device import Device, devices_of
 from gaitval_devices.learning import EFFORT, adapt
-from gaitval_devices.of_subject import check_side
 from gaitval_devices.scores import RolloutScore, score_rollout
+from gaitval_devices.sound_leg import check_side
 from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
 
 CYCLES: Final = 20.0

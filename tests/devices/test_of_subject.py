@@ -13,6 +13,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.study.stage import Observer, Run, open_run
 from gaitval_devices import of_subject
+from gaitval_devices.sound_leg import check_side
 
 EXO = """
 [[devices]]
@@ -124,11 +125,11 @@ def test_a_device_in_place_of_a_leg_is_on_the_side_of_the_prosthesis(name):
     right = of_subject.devices_of({"devices": [{"name": name, "sides": ["right"]}]}, "x")
     patient = load_subject(5).model_copy(update={"prosthesis": "left"})
     with pytest.raises(ConfigurationError, match=r'on the left.*right leg.*sides = \["left"\]'):
-        of_subject.check_side(patient, right)
+        check_side(patient, right)
     with pytest.raises(ConfigurationError, match="on the left"):
         of_subject.wearing(patient, [{"name": name, "sides": ["right"]}])  # live, cohort
     left = of_subject.devices_of({"devices": [{"name": name, "sides": ["left"]}]}, "x")
-    of_subject.check_side(patient, left)
-    of_subject.check_side(load_subject(5), right)  # what a device would do to a healthy person
+    check_side(patient, left)
+    check_side(load_subject(5), right)  # what a device would do to a healthy person
     exo = of_subject.devices_of({"devices": [{"name": "hip_exo"}]}, "x")
-    of_subject.check_side(patient, exo)
+    check_side(patient, exo)

@@ -544,7 +544,8 @@ def import_of(recorded: Recorded) -> SimpleNamespace:
         person.model, person.measured, recorded.places, load_marker_set("wbds")
     )
     body = SimpleNamespace(placement=placement)
-    return SimpleNamespace(body=body, trials=[walk], weight_ratio=None)
+    request = SimpleNamespace(aid=None)
+    return SimpleNamespace(request=request, body=body, trials=[walk], weight_ratio=None)
 
 
 def misplace_one(recorded: Recorded, size: float) -> Recorded:
