@@ -69,6 +69,7 @@ MEASURES = {
     "published experiments*": {
         "code": (
             "@device walk",
+            "extras/gaitval_devices/adaptation.py",
             "extras/gaitval_devices/curves.py",
             "extras/gaitval_devices/experiments.py",
             "evidence/devices.py:experiments",
