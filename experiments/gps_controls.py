@@ -9,17 +9,13 @@ to 0.1 degree, and mean and standard deviation of their scores. `python -m evide
 scores` scores all four groups against the shipped file.
 """
 
-import argparse
-import csv
-import io
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from gaitval.artefacts import write_text
+from experiments.shipped import csv_text, parser_of, ship
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import HARMONICS_CAP, periodic_through
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
@@ -93,13 +89,10 @@ def controls_file(data: Path) -> str:
     rounded = (healthy.groupby(level="angle").mean() / STEP).round() * STEP
     curves = {name: rounded.loc[name].to_numpy() for name in PROFILE_ANGLES}
     own = profiles(table, curves)["control"]
-    text = io.StringIO()
-    text.write(HEADER.format(people=len(own), step=STEP))
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["percent", *PROFILE_ANGLES, "side", "total"])
+    rows: list[list[object]] = [["percent", *PROFILE_ANGLES, "side", "total"]]
     for percent in range(101):
         values = (f"{curves[name][percent]:.1f}" for name in PROFILE_ANGLES)
-        writer.writerow([percent, *values, 0, 0])
+        rows.append([percent, *values, 0, 0])
     # (people, sides, scores)
     scores = np.array(
         [
@@ -116,10 +109,10 @@ def controls_file(data: Path) -> str:
     )
     # between people, of one side
     spread = np.sqrt(scores.var(axis=0, ddof=1).mean(axis=0))
-    writer.writerow(["score", *(f"{value:.2f}" for value in scores.mean(axis=(0, 1)))])
-    writer.writerow(["sd", *(f"{value:.2f}" for value in spread)])
-    writer.writerow(["people", *[len(own)] * (len(PROFILE_ANGLES) + 2)])
-    return text.getvalue()
+    rows.append(["score", *(f"{value:.2f}" for value in scores.mean(axis=(0, 1)))])
+    rows.append(["sd", *(f"{value:.2f}" for value in spread)])
+    rows.append(["people", *[len(own)] * (len(PROFILE_ANGLES) + 2)])
+    return HEADER.format(people=len(own), step=STEP) + csv_text(rows)
 
 
 def differences(data: Path) -> dict[str, tuple[float, float]]:
@@ -157,9 +150,7 @@ def swing_delays(data: Path) -> np.ndarray:
 
 def main() -> None:
     """Command line; see the module's docstring."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("data", type=Path)
-    parser.add_argument("--check", action="store_true")
+    parser = parser_of(__doc__)
     parser.add_argument("--swing", action="store_true", help="over ground and on a belt")
     arguments = parser.parse_args()
     if arguments.swing:
@@ -167,13 +158,7 @@ def main() -> None:
         print(f"later on the treadmill, median: {np.median(later):.1f} % of the cycle; "
               f"{np.sum(later > 0)} of {len(later)} people later")  # fmt: skip
         return
-    text = controls_file(arguments.data)
-    if not arguments.check:
-        write_text(FILE, text)
-    elif FILE.read_text(encoding="utf-8") != text:
-        sys.exit(
-            f"{FILE} is not what the data give. Run `python -m experiments.gps_controls DATA`."
-        )
+    ship({FILE: controls_file}, arguments, "gps_controls")
 
 
 if __name__ == "__main__":

@@ -10,18 +10,14 @@ over ground (WBDS), and computes the mean of both sides together and the standar
 people of one side. It has no moments.
 """
 
-import argparse
-import csv
-import io
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from experiments.gps_controls import strides
-from gaitval.artefacts import write_text
+from experiments.shipped import csv_text, parser_of, ship
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "healthy_bands.csv"
 ADULTS = FILE.with_name("adult_bands.csv")
@@ -87,27 +83,13 @@ def bands_file(data: Path) -> str:
 
 
 def _table(columns: Mapping[str, Sequence[str]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue()
+    return csv_text([tuple(columns), *zip(*columns.values(), strict=True)])
 
 
 def main() -> None:
     """Command line; see the module's docstring."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("data", type=Path)
-    parser.add_argument("--check", action="store_true")
-    arguments = parser.parse_args()
-    for file, make in ((FILE, bands_file), (ADULTS, adults_file)):
-        text = make(arguments.data)
-        if not arguments.check:
-            write_text(file, text)
-        elif file.read_text(encoding="utf-8") != text:
-            sys.exit(
-                f"{file} is not what the data give. Run `python -m experiments.healthy_bands DATA`."
-            )
+    files = {FILE: bands_file, ADULTS: adults_file}
+    ship(files, parser_of(__doc__).parse_args(), "healthy_bands")
 
 
 if __name__ == "__main__":

@@ -13,10 +13,6 @@ at every percent of the cycle, and the standard deviation between people that it
   people, on speed alone, with the forces of each scaled so that their mean carries the body.
 """
 
-import argparse
-import csv
-import io
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -24,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from experiments.gps_controls import strides
-from gaitval.artefacts import write_text
+from experiments.shipped import csv_text, parser_of, ship
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -167,27 +163,15 @@ def _lines(
 
 def norms_file(data: Path) -> str:
     """The contents of the shipped file."""
-    text = io.StringIO()
-    text.write(HEADER.format(speed=SPEED, age=AGE))
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ["curve", "percent", "mean", "speed", "speed2", "age", "sd", "people", "slowest", "fastest"]
+    names = "curve", "percent", "mean", "speed", "speed2", "age", "sd", "people"
+    return HEADER.format(speed=SPEED, age=AGE) + csv_text(
+        [(*names, "slowest", "fastest"), *rows(data)]
     )
-    writer.writerows(rows(data))
-    return text.getvalue()
 
 
 def main() -> None:
     """Command line; see the module's docstring."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("data", type=Path)
-    parser.add_argument("--check", action="store_true")
-    arguments = parser.parse_args()
-    text = norms_file(arguments.data)
-    if not arguments.check:
-        write_text(FILE, text)
-    elif FILE.read_text(encoding="utf-8") != text:
-        sys.exit(f"{FILE} is not what the data give. Run `python -m experiments.norms DATA`.")
+    ship({FILE: norms_file}, parser_of(__doc__).parse_args(), "norms")
 
 
 if __name__ == "__main__":

@@ -10,21 +10,15 @@ angles have the foot leave the ground, less the mean of the same in the ten buil
 foot (`told.rolled_ankle`) that is nearest to the measured one by least squares.
 """
 
-import argparse
-import csv
-import io
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from evidence.anybody.patients import HEALTHY, SPEEDS, tables, true_moments
+from experiments.shipped import csv_text, parser_of, ship
 from gaitval.arrays import Array
-from gaitval.artefacts import write_text
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.model.body import BodyModel
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
 from gaitval_patients.cohort import found_patients
@@ -73,13 +67,12 @@ def bias() -> float:
     return float(np.mean(found))
 
 
-def figures(patient: Patient, moment: Array, usual: float) -> tuple[float, float]:
-    """`later` and `larger` of a patient with the measured `moment` (101,) Nm/kg of the sound side;
-    `usual` as `bias` gives it.
+def figures(patient: Patient, side: Side, moment: Array, usual: float) -> tuple[float, float]:
+    """`later` and `larger` of a patient with the measured `moment` (101,) Nm/kg of the sound
+    `side`; `usual` as `bias` gives it.
     """
-    others = builtin_subjects()
-    subject, side = patient.subject, _sound(patient)
-    model: BodyModel = scale_subject(subject, symmetric=not two_sided(patient.person)).model
+    others, subject = builtin_subjects(), patient.subject
+    model = scale_subject(subject, symmetric=not two_sided(patient.person)).model
     record = with_others_kinetics(subject, others)
     stance = dict(feet(record.angles, subject.left_phase, model).stance)
     later = ends(moment) - stance[side] - usual
@@ -89,39 +82,22 @@ def figures(patient: Patient, moment: Array, usual: float) -> tuple[float, float
     return later, float(expected @ moment / (expected @ expected))
 
 
-def _sound(patient: Patient) -> Side:
-    return "left" if patient.person.amputation == "right" else "right"
-
-
 def table(data: Path) -> str:
     """The file."""
     truth, usual = true_moments(data), bias()
     strides, people = tables(data)
-    rows: list[Sequence[str]] = []
+    rows = []
     for each in found_patients(strides, people, SPEEDS, [HEALTHY]):
         moment = truth.get((each.subject.identifier, "intact"))
         if each.person.amputation is not None and moment is not None:
-            later, larger = figures(each, moment, usual)
+            later, larger = figures(each, opposite(each.person.amputation), moment, usual)
             rows.append((each.subject.identifier, f"{later:.4f}", f"{larger:.3f}"))
-    text = io.StringIO()
-    text.write(HEADER.format(people=len(rows)))
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("person", "later", "larger"))
-    writer.writerows(rows)
-    return text.getvalue()
+    return HEADER.format(people=len(rows)) + csv_text([("person", "later", "larger"), *rows])
 
 
 def main() -> None:
     """Command line; see the module's docstring."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("data", type=Path)
-    parser.add_argument("--check", action="store_true")
-    arguments = parser.parse_args()
-    text = table(arguments.data)
-    if arguments.check:
-        sys.exit(0 if text == FILE.read_text(encoding="utf-8") else f"{FILE}: is another")
-    write_text(FILE, text)
-    print(text, end="")
+    ship({FILE: table}, parser_of(__doc__).parse_args(), "sound_sides")
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ def wearing(subject: Subject, devices: Sequence[str | Mapping[str, Any]]) -> Sub
     """A subject with further `devices`, each a shipped one's name, a file, or a table. Raises
     ConfigurationError, also for a prosthesis on the sound leg (`check_side`).
     """
-    given = [each for device in devices for each in _devices(device)]
+    given = _all_of(devices)
     check_side(subject, given)
     return subject.model_copy(update={"devices": (*subject.devices, *tables_of(given))})
 
@@ -44,7 +44,11 @@ def tables(devices: Sequence[str | Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The whole tables of `devices`, each a shipped one's name, a file, or a table. Raises
     ConfigurationError.
     """
-    return tables_of([each for device in devices for each in _devices(device)])
+    return tables_of(_all_of(devices))
+
+
+def _all_of(devices: Sequence[str | Mapping[str, Any]]) -> list[Device]:
+    return [each for device in devices for each in _devices(device)]
 
 
 def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:

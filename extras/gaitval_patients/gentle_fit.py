@@ -2,8 +2,9 @@
 
 `reference.dynamic_fit` puts weight on Newton's laws in three steps. From a patient's angles, the
 first is too large for some: the steps end in a motion that obeys the laws and has an ankle 13
-degrees off. Such a fit is begun again with less weight, an amputee's also from one whose sound foot
-leaves the ground earlier (`SHORTER`), and of all the one with the smallest sum of squares is taken.
+degrees off. Such a fit is started again with less weight, an amputee's also from one whose sound
+foot leaves the ground earlier (`SHORTER`), and of all the one with the smallest sum of squares is
+taken.
 
 How well a quantity is known differs, too (`_as_known`): an ankle's moment is expected in the time
 of this foot, a prosthetic knee does not do what healthy ones do, and amputees walk on a broader
@@ -19,7 +20,7 @@ from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.contact.law import contact_law
-from gaitval.coordinates import COORDINATES, SIDES, Side
+from gaitval.coordinates import COORDINATES, SIDES, Side, opposite
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 from gaitval.inverse.motion_rates import cardan_coordinates, root_states
@@ -47,7 +48,7 @@ GENTLE: Final = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Weights of Newton's laws on the pelvis, one after the other."""
 
 POOR: Final = float(np.radians(2.0))
-"""rad, mean root-mean-square change of the recorded angles above which a fit is begun again."""
+"""rad, mean root-mean-square change of the recorded angles above which a fit is started again."""
 
 ANKLE_MOMENT: Final = 0.025
 """Nm/kg. Where the force acts below a foot is free in the fit, so with the 0.05 of other joints the
@@ -55,9 +56,9 @@ ankle gave way to all that is less known: by 0.06 to 0.1 in amputees, as much as
 them may be off by."""
 SHORTER: Final = (0.03, 0.02, 0.01)
 """Of the cycle, by which an amputee's sound foot leaves the ground earlier in the fits of which the
-last one is begun: sound feet do so about 0.03 later than the angles say (`sound_side`), and where
-that asks for a force of a foot that has left the ground, no fit begun from the angles finds its way
-back to the ground (two of twelve amputees)."""
+last one is started: sound feet do so about 0.03 later than the angles say (`sound_side`), and where
+that asks for a force of a foot that has left the ground, no fit started from the angles finds its
+way back to the ground (two of twelve amputees)."""
 PROSTHETIC_KNEE: Final = 0.25
 """Nm/kg, the size (RMS) of a healthy knee's moment. A prosthetic knee stands on its stop, extended,
 and has no muscle that would hold it bent (Segal et al. 2006, J Rehabil Res Dev 43:857, from
@@ -76,7 +77,7 @@ def gentle_reference(
     accuracy: RecordAccuracy,
     amputation: Side | None = None,
 ) -> ReferenceMotion:
-    """`dynamic_fit.consistent_reference`, with moments as well as they are known here, and begun
+    """`dynamic_fit.consistent_reference`, with moments as well as they are known here, and started
     again, with less weight on the laws, where it moves the recorded angles by more than `POOR`.
 
     Parameters
@@ -85,18 +86,18 @@ def gentle_reference(
     amputation : side of a prosthetic knee.
     """
 
-    def begun(each: GaitRecord) -> tuple[ReferenceMotion, Problem]:
+    def started(each: GaitRecord) -> tuple[ReferenceMotion, Problem]:
         # toes bend until the foot leaves the ground, so each record has its own
         built = build_reference(each, model, contact)
         asked = fit_problem(built, each, model, contact, Accuracy(record=accuracy), 0.0)
         return built, _as_known(asked, accuracy, amputation)
 
-    built, problem = begun(record)
+    built, problem = started(record)
     fits = [solve_problem(problem)]
     if _moved_by(problem, fits[0]) > POOR:
         fits.append(_gently(problem))
         if amputation is not None:
-            shorter = [begun(_shorter(record, amputation, by))[1] for by in SHORTER]
+            shorter = [started(_shorter(record, amputation, by))[1] for by in SHORTER]
             fits.append(_gently(shorter[0]))
             for each in (*shorter[1:], problem):
                 fits[-1] = solve_problem(each, start=(fits[-1].change, fits[-1].common))
@@ -105,8 +106,7 @@ def gentle_reference(
 
 def _shorter(record: GaitRecord, amputation: Side, by: float) -> GaitRecord:
     """`record` whose sound foot leaves the ground `by` so much of the cycle earlier."""
-    sound: Side = "left" if amputation == "right" else "right"
-    stance = dict(record.stance_fraction)
+    sound, stance = opposite(amputation), dict(record.stance_fraction)
     return over_stance(record, stance | {sound: stance[sound] - by})
 
 

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.identity import identity
 from gaitval.datasets.stored_gait import Gait, StanceFraction
 from gaitval.datasets.subject import Subject, make_subject
@@ -233,8 +233,7 @@ def _stances(
     how = "the ball of the foot furthest back"
     found = {f"stance_{side}": Estimate(seen[side], STANCE_BIAS[1], how) for side in SIDES}
     if amputation is not None:
-        sound: Side = "left" if amputation == "right" else "right"
-        usual = expected_of(identifier)
+        sound, usual = opposite(amputation), expected_of(identifier)
         found[f"stance_{sound}"] = Estimate(
             seen[sound] + usual.later,
             float(np.hypot(STANCE_BIAS[1], usual.later_sd)),

@@ -92,8 +92,8 @@ def read_strides(path: Path) -> tuple[Strides, ...]:
     Raises
     ------
     RecordError : it is no such table, an angle of a person is missing, is there twice or is not a
-        number, or an angle has its sign changed in all people, on both sides or on one. Of `FEW`
-        people it may be their gait, which `turned` says. Lists up to ten problems.
+        number, or an angle has its sign changed in all people, on both sides or on one. Of fewer
+        than `FEW` people it may be their gait, which `turned` says. Lists up to ten problems.
     """
     rows: dict[tuple[str, str], dict[str, Array]] = {}
     trials: dict[tuple[str, str], dict[str, str]] = {}
