@@ -7,7 +7,10 @@ from typing import Final
 
 from gaitval.errors import RecordError
 
-METRES: Final[dict[str, float]] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+METRES: Final[dict[str, float]] = {
+    **{"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    **{"in": 0.0254, "ft": 0.3048},
+}
 """Units of length that files name, in metres."""
 
 NEWTONS: Final[dict[str, float]] = {"n": 1.0, "kn": 1e3}
@@ -19,6 +22,8 @@ _SPELLINGS: Final = (
     (r"centimet(?:er|re)s?", "cm"),
     (r"met(?:er|re?)s?|mete", "m"),
     (r"newtons?|nt", "n"),
+    (r"inch(?:es)?", "in"),
+    (r"f(?:oo|ee)t", "ft"),
 )
 """Other spellings; the files of c3d.org have `nt`, `ntmm`, and `mete`, cut to four letters."""
 

@@ -203,7 +203,7 @@ class TestVicon:
         [
             ("Trajectories", "Somethings", ("no section Trajectories", "devices")),
             (",N,N,N,", ",lb,N,N,", ("'lb'", "Force Plate #1 - Force")),
-            (",mm,mm,mm", ",ft,mm,mm", ("'ft'", "not a known unit")),
+            (",mm,mm,mm", ",px,mm,mm", ("'px'", "not a known unit")),
             (" - CoP", " - Centre", ("has no cop", "Export Force, Moment and CoP")),
             ("Fx,Fy,Fz", "Fy,Fx,Fz", ("Fy, Fx, Fz", "Fx, Fy, Fz")),
             ("\n100\n", "\nfast\n", ("'fast'", "(Hz)")),

@@ -220,7 +220,10 @@ def assert_carries(plate: Any, factor: Array | float = 1.0) -> None:
 
 
 class TestMarkers:
-    @pytest.mark.parametrize(("unit", "metres"), [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)])
+    @pytest.mark.parametrize(
+        ("unit", "metres"),
+        [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("inches", 0.0254), ("ft", 0.3048)],
+    )
     def test_units_become_metres(self, tmp_path, unit, metres):
         places = np.arange(24.0).reshape(2, 4, 3) + 1
         path = write(tmp_path / "a.c3d", markers=places / metres, names=list("abcd"), unit=unit)
