@@ -34,7 +34,7 @@ SIDES: Final = (
 """Words and letters for right and left; of those with equally many partners, the first."""
 
 COMPUTED: Final = re.compile(
-    r"[HKASEW]JC|JC$|^MID(?!F)|GROUND$|CENT(?:RE|ER)OF|^COM$|HIPCENT|"
+    r"[HKASEW]JC|JC$|^MID(?:[AP]SIS?|HIPS?|PELVIS|KNEES?|ANKLES?|TOP|BOTTOM)|GROUND$|CENT(?:RE|ER)OF|^COM$|HIPCENT|"
     r"ANGLES?$|MOMENTS?$|FORCES?$|POWERS?$|"
     r"PROJ$|^USERMO|^[LR](?:CVM|VWM|MWP|HO)$|^(?:HC|OT|C7O|MIDFH|MIDFRONT)$"
 )

@@ -77,6 +77,7 @@ def test_computed_points_are_known_and_markers_are_not() -> None:
         "LHipAngles",
         "CentreOfMass",
         "midASIS",
+        "MidHip",
     ]
-    marks = ["RTOE", "LASI", "RFOO", "R.Midfoot.Sup", "RFEA"]
+    marks = ["RTOE", "LASI", "RFOO", "R.Midfoot.Sup", "RFEA", "Middenvoet_1_rechts", "MidThigh_R"]
     assert computed([*sums, *marks]) == set(sums)
