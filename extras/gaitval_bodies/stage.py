@@ -72,9 +72,9 @@ def write(run: Run) -> None:
     write_json(run.folder / FILE, in_words(found, model, settings.method))
 
 
-def shown(folder: Path) -> "tuple[dict[str, str], Draw]":
-    """Of a run `folder`: what is `said` and the `method` by which the walker's body was found, and
-    what draws the bars.
+def shown(folder: Path) -> "tuple[dict[str, str], list[Bar], Draw]":
+    """Of a run `folder`: what is `said` and the `method` by which the walker's body was found, the
+    bars, and what draws them.
 
     Raises
     ------
@@ -95,4 +95,4 @@ def shown(folder: Path) -> "tuple[dict[str, str], Draw]":
             f"{path}: is not what a study writes ({error}). Remove it and run `gaitval subject` "
             "again."
         ) from error
-    return texts, partial(draw, found)
+    return texts, found, partial(draw, found)

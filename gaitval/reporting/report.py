@@ -206,16 +206,34 @@ class ParameterRow(NamedTuple):
         return _place(self.z + self.contraction) - self.spread_place
 
 
-def _parameters(found: FoundParameters | None) -> list[ParameterRow] | None:
-    """Rows of mu and of combinations."""
+def _parameters(
+    found: FoundParameters | None, bars: Sequence[tuple[str, float, float]] = ()
+) -> list[ParameterRow] | None:
+    """Rows of mu and of combinations.
+
+    Parameters
+    ----------
+    found : with the posterior's means.
+    bars : name, mean and SD about what was expected, in prior SDs, where a parameter was not
+        expected to be as scaled.
+    """
     if found is None:
         return None
     grown = found.profiles or [[0.0] * 4] * len(found.names)
+    moved = {name: mean for name, mean, _ in bars}
+
+    def expected(i: int) -> float:
+        shift = moved.get(found.names[i].replace("_", " "))
+        if shift is None:
+            return found.nominal[i]
+        # what was stored has six digits: no -0.0000
+        return round(found.posterior_mean[i] - shift * found.prior_standard_deviation[i], 6) + 0.0
+
     return [
         *(
             ParameterRow(
                 name=name.replace("_", " "),
-                prior_mean=found.nominal[i],
+                prior_mean=expected(i),
                 prior_sd=found.prior_standard_deviation[i],
                 mean=found.posterior_mean[i],
                 sd=found.standard_deviation[i],
@@ -377,10 +395,11 @@ def _context(folder: Path) -> dict[str, Any]:
     walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
     drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
-    body = None
+    body, bars = None, []
     looked_for = "identification" in metrics.told["angles"]
     if looked_for and (folder / "body.json").is_file() and "body" in wings.names(wings.PARTS):
-        body, drawn["body"] = wings.load(wings.PARTS, "body").shown(folder)
+        body, bars, drawn["body"] = wings.load(wings.PARTS, "body").shown(folder)
+    shared = body is not None and body["method"] == "shared"  # the table is of the bars' posterior
     return {
         "subject": subject,
         "metrics": metrics,
@@ -404,7 +423,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "as_measured": tables.as_measured(metrics),
         "bursts": tables.bursts(metrics),
         "body": body,
-        "parameters": _parameters(metrics.identification),
+        "shared": shared,
+        "parameters": _parameters(metrics.identification, bars if shared else ()),
         "statistics": whole and curve_statistics.tables(whole, subject),
         "correlated": _correlated(metrics.identification),
         "correction": _correction(metrics.correction),

@@ -1,5 +1,6 @@
 """What a study's report says of the body: from the run's record, kept as numbers, drawn later."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -9,11 +10,17 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.metrics.results import read_metrics
+from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import write_urdf
+from gaitval.reporting.report import _parameters
 from gaitval_bodies import stage as body_stage
 from gaitval_bodies.bars import bars, in_words
 from gaitval_bodies.methods import WORDS
+from gaitval_bodies.offsets import offset_of
 from gaitval_bodies.words import sentences
+
+STORED = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline" / "metrics.json"
 
 
 @pytest.fixture
@@ -40,8 +47,9 @@ def run_in(folder, method):
 
 def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
     folder, found = written
-    texts, draw = body_stage.shown(folder)
+    texts, shown, draw = body_stage.shown(folder)
     assert texts == {"said": sentences(found, MODEL), "method": "posterior"}
+    assert [name for name, *_ in shown] == [name for name, *_ in bars(found, MODEL)]
     picture = draw()
     for name, *_ in bars(found, MODEL):
         assert f"<!-- {name} -->" in picture
@@ -52,11 +60,28 @@ def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written,
     monkeypatch.setattr("gaitval_bodies.shared_errors.identified", None)  # is not asked again
     (folder / body_stage.FOUND).parent.mkdir(parents=True)
     write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
-    before, _ = body_stage.shown(folder)
+    before, *_ = body_stage.shown(folder)
     body_stage.write(run_in(folder, "shared"))
-    texts, draw = body_stage.shown(folder)
+    texts, _, draw = body_stage.shown(folder)
     assert texts == {"said": before["said"], "method": "shared"}
     assert f"<!-- {bars(found, MODEL)[0][0]} -->" in draw()
+
+
+def test_the_table_of_the_report_expects_what_the_posterior_began_with():
+    # S05's knee was expected 8 mm further forward than scaled, by other people's records. Measured
+    # from the scaled body it would seem to move forward, while the picture shows it move back.
+    found = read_metrics(STORED).identification
+    shown = [(each["name"], each["mean"], each["sd"]) for each in found.words["bars"]]
+    rows = {row.name: row for row in _parameters(found, shown)}
+    offset, sd = offset_of(load_subject("S05")), found.prior_standard_deviation
+    for i, name in enumerate(PARAMETERS):
+        expected = found.nominal[i] + offset[i] * sd[i]
+        assert rows[name.replace("_", " ")].prior_mean == pytest.approx(expected, abs=2e-5)
+    assert rows["knee x"].prior_mean > 0.007 > rows["knee x"].mean > 0.0
+    assert rows["knee x"].place < 50.0
+    for name, mean, _ in shown[: len(PARAMETERS) - 2]:
+        assert rows[name].z == pytest.approx(mean, abs=1e-3)
+    assert [row.prior_mean for row in _parameters(found)[:14]] == found.nominal
 
 
 @pytest.mark.parametrize(
