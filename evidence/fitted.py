@@ -68,7 +68,7 @@ def baselines(_: Namespace) -> list[evidence.Row]:
     """Skills, means, ankles, goals and time of the ten stored baselines."""
     stored = stored_baselines()
     (evidence.FOLDER / "fitted.csv").unlink(missing_ok=True)  # all its rows are made here
-    return [*_skills(stored), *_means(stored), _ankles(), *_goals(stored), _time()]
+    return [*_skills(stored), *_means(stored), ankles(), *_goals(stored), _time()]
 
 
 def _skills(stored: list[Stored]) -> list[evidence.Row]:
@@ -115,7 +115,7 @@ def values_of(stored: list[Stored], measure: str) -> list[float]:
     ]
 
 
-def _ankles() -> evidence.Row:
+def ankles() -> evidence.Row:
     """Positive work of the two recorded ankles, after the correction of the plates."""
     phase = np.arange(1000) / 1000
     apart = []
