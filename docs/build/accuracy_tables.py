@@ -16,6 +16,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from evidence.marked_table import with_table
 from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
 from gaitval.metrics.policy_comparison import push_limit
@@ -323,13 +325,14 @@ def skill_table(baselines: Sequence[Stored]) -> str:
     """Errors of the walkers beside those of predictions without a model, over all subjects."""
     lines = []
     for title, (kind, name) in SKILLS.items():
-        ours, guesses = [], []
-        for stored in baselines:
+        ours, guesses, whose = [], [], []
+        for person, stored in enumerate(baselines):
             for curve in (f"{name}_r", f"{name}_l"):
                 error, predictions = stored.walk()["errors"][kind][curve], stored.predictions()
                 if error is not None and predictions:
                     ours.append(error["rmse"])
                     guesses.append(predictions[0]["rmse"][kind][curve])
+                    whose.append(person)
         if not ours:
             continue
         unit = baselines[0].metrics["units"][kind]
@@ -340,12 +343,27 @@ def skill_table(baselines: Sequence[Stored]) -> str:
                 f"{title}, {unit}",
                 f"{statistics.mean(ours):.{digits}f} ± {statistics.stdev(ours):.{digits}f}",
                 f"{statistics.mean(guesses):.{digits}f} ± {statistics.stdev(guesses):.{digits}f}",
-                f"{1.0 - statistics.mean(ours) / statistics.mean(guesses):.2f}",
+                f"{1.0 - statistics.mean(ours) / statistics.mean(guesses):.2f} "
+                + "({:.2f} to {:.2f})".format(*_between_people(ours, guesses, whose)),
                 f"{better} of {len(ours)}",
             ]
         )
-    headings = ("RMSE, mean ± SD", "walker", "guess", "skill", "walker nearer")
+    headings = ("RMSE, mean ± SD", "walker", "guess", "skill (90 %)", "walker nearer")
     return table(headings, lines)
+
+
+def _between_people(
+    ours: Sequence[float], guesses: Sequence[float], whose: Sequence[int]
+) -> tuple[float, float]:
+    """The 90 % interval of a skill, by drawing people again, each with both sides."""
+    people = np.unique(whose)
+    sums = np.array(
+        [[np.sum(np.asarray(of)[np.equal(whose, p)]) for of in (ours, guesses)] for p in people]
+    )
+    drawn = np.random.default_rng(0).integers(len(people), size=(10_000, len(people)))
+    walker, guess = sums[drawn].sum(axis=1).T
+    low, high = np.quantile(1.0 - walker / guess, [0.05, 0.95])
+    return float(low), float(high)
 
 
 def unrecorded_table(baselines: Sequence[Stored]) -> str:
@@ -607,7 +625,8 @@ ABOUT_SKILL = """\
 The walkers are fitted to the record. The guess is not: it is a straight line on dimensionless speed
 through the nine other people, which knows only walking speed and leg length. Skill is
 1 − RMSE / RMSE of the guess: 1 is perfect, and below 0 the guess is nearer to the record than the
-walker. Last column: curves (of each side) where the walker is nearer. Forces and moments are those
+walker; in brackets its 90 % interval, by drawing people again. Last column: curves (of each side)
+where the walker is nearer. Forces and moments are those
 of the corrected records; against the records as measured the skill of the moments is below zero,
 because the guess copies the fault of the plates ([Fitted and predicted](../docs/held-out.md)).
 """
