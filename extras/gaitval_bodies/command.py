@@ -78,7 +78,7 @@ def body(
     )
     person = load_subject(subject)
     for warning in implausible(person, configuration, person.record()):
-        display.messages.print(f"Warning: {warning}", highlight=False)
+        display.messages.print(f"Warning: {warning}")
     model = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     if trials and not person.trials:
         raise SubjectError(

@@ -197,7 +197,7 @@ def _studies(
     if all_data is not None:
         found = wbds_studies(all_data, out / "subjects", trials=trials or ())
         for line in found.missing:
-            display.messages.print(line, markup=False, highlight=False, soft_wrap=True)
+            display.messages.print(line, soft_wrap=True)
         studies += found.studies
     studies += virtual_people(virtual)
     asked = with_settings(studies, settings or (), None if config is None else str(config))
@@ -224,7 +224,7 @@ def _shown() -> "Iterator[Any]":
         told = progress_line(state)
         bar.update(task, total=state.total, completed=state.done, told=told)
         if state.outcome is not None or (state.found and not state.workers):
-            console.print(outcome_line(state), markup=False, highlight=False, soft_wrap=True)
+            console.print(outcome_line(state), soft_wrap=True)
 
     with bar:
         yield tell

@@ -13,6 +13,7 @@ from rich.progress import (
     TimeRemainingColumn,
     TransferSpeedColumn,
 )
+from rich.text import Text
 
 from gaitval.cli import display
 from gaitval.cli.app import Added, Command, Group
@@ -48,12 +49,10 @@ def data_list(folder: FolderOption = None) -> None:
     for state in datasets(folder):
         dataset = state.dataset
         missing = f"missing: {', '.join(state.missing)}" if state.missing else "complete"
-        display.output.print(f"[bold]{dataset.name}[/]  {dataset.title}", highlight=False)
+        display.output.print(Text(dataset.name, style="bold"), "", dataset.title)
         display.output.print(
             f"  {dataset.size / 1e9:.2f} GB, {dataset.licence}, doi:{dataset.doi}\n"
             f"  {dataset.citation}\n  {state.folder}: {missing}",
-            highlight=False,
-            markup=False,
         )
 
 
@@ -93,7 +92,6 @@ def data_fetch(
             how += f", continued from {file.resumed_from / 1e6:.0f} MB"
         display.output.print(
             f"{file.path}: {how}; MD5 {file.md5} as stated by the {file.hash_from}",
-            highlight=False,
             soft_wrap=True,
         )
 

@@ -87,4 +87,4 @@ def device(
 
 
 def _say(line: str) -> None:
-    display.messages.print(line, highlight=False)
+    display.messages.print(line)

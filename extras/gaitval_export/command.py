@@ -53,7 +53,6 @@ def export(
     found = Walked.of(walker)
     display.messages.print(
         f"Writing: {found.stored.subject.identifier} for {to}, from {found.stored.folder}.",
-        highlight=False,
     )
     paths = export_to(to, out, found)
     display.plain(f"{out}: {', '.join(str(path.relative_to(out)) for path in paths)}")

@@ -90,7 +90,7 @@ def check(
         need("mujoco")  # the second engine: before minutes of walking
     folder = find_baseline(baseline)
     stored = stored_metrics(folder / METRICS, fewer=fewer is not None)
-    display.messages.print(f"Baseline: {folder}", markup=False, highlight=False, soft_wrap=True)
+    display.messages.print(f"Baseline: {folder}", soft_wrap=True)
     commit = _prepared(junit, history)
     with display.live_view() as live:
         now = walk_again(folder, live, quick=quick)

@@ -52,9 +52,7 @@ def check(folder: Path) -> list[Row]:
     stored = known.stored(folder)
     with display.live_view() as live:
         live.started("device", folder.name)
-        now = known.walk_again(
-            folder, lambda line: display.messages.print(line, highlight=False, markup=False)
-        )
+        now = known.walk_again(folder, display.messages.print)
     return rows(stored, now)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.table import Table
+from rich.text import Text
 
 from gaitval.cli import display
 from gaitval.errors import ToleranceError
@@ -26,7 +27,7 @@ def print_moved(rows: Sequence[Row]) -> None:
             _number(row.current),
             f"{row.margin:g}",
             row.unit,
-            "[red]lost[/]" if row.change == "lost" else row.change,
+            Text("lost", style="red") if row.change == "lost" else row.change,
         )
     display.output.print(table)
 
@@ -48,9 +49,7 @@ def judge_moved(
         )
     kept = sum(row.change == "kept" for row in rows)
     improved = "" if kept == len(rows) else f", {len(rows) - kept} improved (table above)"
-    display.output.print(
-        f"Figures: {kept} measures within their margins of {baseline}{improved}", highlight=False
-    )
+    display.output.print(f"Figures: {kept} measures within their margins of {baseline}{improved}")
 
 
 def _number(value: float | None) -> str:

@@ -98,7 +98,7 @@ def patients(
     if walk:
         from gaitval_patients.cohort import walked
 
-        walks = walked(found, out, lambda text: display.messages.print(text, highlight=False))
+        walks = walked(found, out, display.messages.print)
         fallen = [each["name"] for each in walks if each["falls"]]
         display.plain(
             f"{len(walks) - len(fallen)} of {len(walks)} walk from every start without a fall"
@@ -116,7 +116,7 @@ def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
     from gaitval_patients.strides import POSITIVE, turned
 
     def say(text: str) -> None:
-        display.messages.print(text, markup=False, highlight=False, soft_wrap=True)
+        display.messages.print(text, soft_wrap=True)
 
     nobody = [each.strides.subject for each in found if not each.person.table]
     if nobody and people:

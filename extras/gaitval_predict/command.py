@@ -101,7 +101,7 @@ def predict(
         display.print_groups(metrics)
     else:
         print_distances(metrics)
-    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
 
 
@@ -164,7 +164,7 @@ def print_distances(metrics: "Metrics") -> None:
         display.output.print(
             f"The uncertainty of the prediction is that of {errors.trials} recorded trials "
             f"{whose}, each predicted from the same person's others, from as far in speed.",
-            markup=False, highlight=False, soft_wrap=True,
+            soft_wrap=True,
         )  # fmt: skip
     else:
         display.plain(

@@ -95,7 +95,6 @@ def virtual(
     display.messages.print(
         f"Walking: virtual person {number} of seed {seed}, drawn around {person.identifier} "
         f"({person.source}).",
-        highlight=False,
     )
     if c3d:
         from gaitval_virtual.recording import recorded_person

@@ -58,7 +58,6 @@ def screen(
         "Step: a standard deviation of what is known of the parameter (no unit: a factor, "
         "coefficient or logarithm). Mean ± SD over the bodies that could walk before and after "
         "the step (column walks; without an SD there was only one).",
-        highlight=False,
     )
     if out is not None:
         display.plain(f"Table: {out}")

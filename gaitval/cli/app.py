@@ -202,15 +202,13 @@ class _Commands(Group):
         except GaitvalError as error:
             # Without one, where the command itself could not be loaded.
             of = ctx.invoked_subcommand or "gaitval"
-            display.messages.print(f"[bold red]{of}:[/]", end=" ")
-            display.messages.print(
-                str(error), style="red", markup=False, highlight=False, soft_wrap=True
-            )
+            display.messages.print(f"{of}:", style="bold red", end=" ")
+            display.messages.print(str(error), style="red", soft_wrap=True)
             for option in error.goes_on:
                 line = shlex.join(["gaitval", *sys.argv[1:]])
                 display.messages.print(
                     f"To continue without it: {line} {option}",
-                    markup=False, highlight=False, soft_wrap=True,
+                    soft_wrap=True,
                 )  # fmt: skip
             raise typer.Exit(error.exit_code) from None
         except OSError as error:
@@ -222,7 +220,7 @@ class _Commands(Group):
                 f"{error.filename or 'a file of the run, or a temporary one'}: cannot be "
                 f"{'read or ' * (error.errno in FAILED)}written: {told}, or give another folder "
                 "with --out. Finished work is kept.",
-                style="red", markup=False, highlight=False, soft_wrap=True,
+                style="red", soft_wrap=True,
             )  # fmt: skip
             raise typer.Exit(GaitvalError.exit_code) from None
         except KeyboardInterrupt:
@@ -406,7 +404,7 @@ def _register(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        display.output.print(f"gaitval {__version__}", highlight=False)
+        display.output.print(f"gaitval {__version__}")
         raise typer.Exit
 
 
@@ -487,8 +485,6 @@ def main() -> None:
             "your input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
             "happens; finished work is kept.",
             style="red",
-            markup=False,
-            highlight=False,
             soft_wrap=True,
         )
         sys.exit(INTERNAL)

@@ -3,13 +3,13 @@
 import csv
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, Final, get_args
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import (
     BarColumn,
     Progress,
@@ -19,6 +19,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
@@ -37,9 +38,32 @@ VERDICT_ROWS = 10
 PLAIN_SECONDS = 30.0
 """Time between lines of progress if the output is not a terminal."""
 
+HIDDEN: Final = dict.fromkeys(
+    {*range(32), *range(127, 160), *range(0x202A, 0x202F), *range(0x2066, 0x206A)} - {9, 10},
+    "\ufffd",
+)
+"""Control characters but tab and line feed, and those that turn the direction of a text."""
+
+
+class Terminal(Console):
+    """Shows names and texts from files as they are: no markup or emoji in them is followed, and no
+    control character reaches the terminal, which could be a command to it.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, highlight=False, **options)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """As `Console.render`; rich's own control codes have segments of their own."""
+        for each in super().render(renderable, options):
+            yield each if each.control else each._replace(text=each.text.translate(HIDDEN))
+
+
 # Tables are not squeezed into 80 columns without a terminal.
-output = Console(width=None if sys.stdout.isatty() else 120)
-messages = Console(stderr=True)
+output = Terminal(width=None if sys.stdout.isatty() else 120)
+messages = Terminal(stderr=True)
 
 
 class Live(Observer):
@@ -58,7 +82,7 @@ class Live(Observer):
 
     def say(self, message: str) -> None:
         """Print a line as it is."""
-        self.console.print(message, markup=False, highlight=False, soft_wrap=True)
+        self.console.print(message, soft_wrap=True)
 
     def skipped(self, stage: str) -> None:
         """Say that a stage was up to date."""
@@ -169,7 +193,7 @@ def live_view() -> Iterator[Live]:
 
 def plain(text: str) -> None:
     """Print a line of `text` with paths in it: unwrapped, without markup or colours."""
-    output.print(text, markup=False, highlight=False, soft_wrap=True)
+    output.print(text, soft_wrap=True)
 
 
 def _label(name: str) -> str:
@@ -260,7 +284,7 @@ def print_tolerances(metrics: "Metrics") -> None:
     for name in columns:
         table.add_column(name)
     for row in metrics.tolerances:
-        verdict = "goal" if row.reached else "pass" if row.passed else "[red]fail[/]"
+        verdict = "goal" if row.reached else "pass" if row.passed else Text("fail", style="red")
         table.add_row(
             row.title,
             target_text(row.target),
@@ -316,7 +340,7 @@ def print_import(found: "Import") -> None:
         table.add_column(name)
     for row in limit_rows(found):
         value = "not measured" if row.value is None else f"{row.value:.3g}"
-        verdict = f"[red]{row.state}[/]" if row.failed else row.state
+        verdict = Text(row.state, style="red" if row.failed else "")
         table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
     output.print(table)
     table = Table(title="Distance of measured and model markers in walking")
@@ -359,9 +383,7 @@ def print_import_verdict(found: "Import") -> None:
     for row in rows:
         if row.failed:
             text = failure(row.name, row.value, row.limit, row.unit, row.remedy)
-            output.print(
-                f"FAILED: {text}.", style="red", markup=False, highlight=False, soft_wrap=True
-            )
+            output.print(f"FAILED: {text}.", style="red", soft_wrap=True)
 
 
 def print_doubts(found: "Import") -> None:
@@ -371,7 +393,7 @@ def print_doubts(found: "Import") -> None:
     for trial, doubt in found.doubts:
         missing = doubt.check == ONE_SIDE
         text = f"Not recorded: {doubt}." if missing else f"Warning: {trial}: {doubt}."
-        output.print(text, style="yellow", markup=False, highlight=False, soft_wrap=True)
+        output.print(text, style="yellow", soft_wrap=True)
 
 
 def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:

@@ -37,7 +37,7 @@ def subjects(
 
     if build is not None:
         wings.load(wings.PARTS, "build_subjects")(build, out)
-        display.output.print(f"Wrote the subjects to {out}", highlight=False)
+        display.output.print(f"Wrote the subjects to {out}")
         return
     table = Table(title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)")
     for name in ("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"):

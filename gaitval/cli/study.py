@@ -252,7 +252,7 @@ def report(
 ) -> None:
     """Write the report: report.html and report.pdf, and the numbers behind its figures as CSV."""
     folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
-    display.output.print(f"Report: {folder / 'report.html'} and report.pdf", highlight=False)
+    display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
 
 
 DeviceOption = Annotated[
@@ -319,7 +319,7 @@ def subject_command(
 
     metrics = read_metrics(run.folder)
     display.print_groups(metrics)
-    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf", highlight=False)
+    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
 
 
@@ -355,7 +355,7 @@ def baseline(
     target = target or folder / "baseline"
     if seal:
         stored.seal_again(target)
-        display.output.print(f"Sealed {target}", highlight=False)
+        display.output.print(f"Sealed {target}")
         return
     stored.store_baseline(folder, target, identifier)
-    display.output.print(f"Stored {target}", highlight=False)
+    display.output.print(f"Stored {target}")

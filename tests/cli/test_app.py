@@ -14,7 +14,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from rich.console import Console
 from stage_order import STAGES
 from typer.testing import CliRunner
 
@@ -47,7 +46,7 @@ def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
     """Messages as text without colours, in one place."""
     text = io.StringIO()
     monkeypatch.delenv("FORCE_COLOR", raising=False)
-    monkeypatch.setattr(display, "messages", Console(file=text, width=200))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=200))
     # Where GITHUB_ACTIONS is set, typer colours its help for a terminal, though there is none.
     monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)
     return text  # type: ignore[return-value]
@@ -55,6 +54,27 @@ def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
 
 def gaitval(*arguments: str) -> Any:
     return CliRunner().invoke(cli.app, arguments)
+
+
+def test_a_name_from_a_file_is_no_command_to_the_terminal(
+    tmp_path: Path, plain_messages: io.StringIO
+) -> None:
+    """An OSC code would set the window's title; a carriage return would write over the line."""
+    path = tmp_path / "subject.toml"
+    path.write_text('"\\u001b]0;title\\u0007\\r\\u202ekey" = 1\n', encoding="utf-8")
+    assert gaitval("scale", str(path), "-o", str(tmp_path / "run")).exit_code == 2
+    assert "title" in plain_messages.getvalue()
+    assert not set("\x1b\x07\r\u202e") & set(plain_messages.getvalue())
+
+
+def test_a_folder_may_be_called_as_markup_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = io.StringIO()
+    monkeypatch.setattr(display, "output", display.Terminal(file=text, width=400))
+    folder = tmp_path / "[/red] [bold]a :smile:"
+    assert gaitval("scale", "5", "-o", str(folder)).exit_code == 0
+    assert f"Body model in {folder / 'model.urdf'}" in text.getvalue()
 
 
 def test_help_lists_every_command() -> None:
@@ -548,7 +568,7 @@ def test_check_refuses_a_missing_or_damaged_file(
 
 def observed(*, terminal: bool) -> tuple[Any, io.StringIO]:
     text = io.StringIO()
-    return display.Live(Console(file=text, force_terminal=terminal, width=160)), text
+    return display.Live(display.Terminal(file=text, force_terminal=terminal, width=160)), text
 
 
 def test_a_stage_that_does_not_say_how_far_it_is_shows_its_time() -> None:
@@ -605,7 +625,7 @@ def test_output_that_is_not_a_terminal_has_no_control_characters(tmp_path: Path)
 
 
 def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(display, "output", Console(width=200))
+    monkeypatch.setattr(display, "output", display.Terminal(width=200))
     with display.output.capture() as captured:
         display.print_tolerances(
             SimpleNamespace(
@@ -646,7 +666,7 @@ def test_tolerance_table_shows_failures(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_push_table_names_phases_and_directions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(display, "output", Console(width=200))
+    monkeypatch.setattr(display, "output", display.Terminal(width=200))
     with display.output.capture() as captured:
         display.print_pushes(
             SimpleNamespace(

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rich.console import Console
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -46,7 +45,7 @@ EXAMPLES = [
 @pytest.fixture(autouse=True)
 def messages(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
-    monkeypatch.setattr(display, "messages", Console(file=text, width=200))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=200))
     monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)
     return text
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.cli import display
@@ -21,7 +20,7 @@ STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
-    monkeypatch.setattr(display, "messages", Console(file=text, width=400))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=400))
     return text
 
 

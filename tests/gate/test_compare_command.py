@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from html_page import only_html
-from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json, write_json
@@ -24,7 +23,7 @@ Device = Callable[..., Path]
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
-    monkeypatch.setattr(display, "messages", Console(file=text, width=600))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=600))
     only_html(monkeypatch)
     return text
 

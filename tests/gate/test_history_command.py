@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 from html_page import only_html
-from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.cli import display
@@ -21,7 +20,7 @@ COMMITS = ("1234e67a", "1235e671")
 def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
     for name in ("output", "messages"):
-        monkeypatch.setattr(display, name, Console(file=text, width=200))
+        monkeypatch.setattr(display, name, display.Terminal(file=text, width=200))
     only_html(monkeypatch)
     return text
 

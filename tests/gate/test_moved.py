@@ -4,7 +4,6 @@ import io
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from gaitval.cli import display
 from gaitval.errors import ToleranceError
@@ -19,7 +18,7 @@ def row(change: Outcome) -> Row:
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
-    monkeypatch.setattr(display, "output", Console(file=text, width=200))
+    monkeypatch.setattr(display, "output", display.Terminal(file=text, width=200))
     return text
 
 

@@ -19,7 +19,6 @@ from typing import Any
 import ezc3d
 import numpy as np
 import pytest
-from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.cli import app as cli
@@ -48,7 +47,7 @@ UP_IS_Z = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 def plain_messages(monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
     """Messages of the command line as text without colours."""
     text = io.StringIO()
-    monkeypatch.setattr(display, "messages", Console(file=text, width=200))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=200))
     return text  # type: ignore[return-value]
 
 

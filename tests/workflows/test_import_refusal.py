@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from html_page import pdf_in_ci
 from made_up_session import MadeUpSession, made_up_session
-from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.cli import app as cli
@@ -109,7 +108,7 @@ def test_the_command_says_what_is_missing_and_the_line_that_fills_it_in(
         "--sex", request.sex, "--out", str(tmp_path / "out"),
     ]  # fmt: skip
     text = io.StringIO()
-    monkeypatch.setattr(display, "output", Console(file=text, width=200))
+    monkeypatch.setattr(display, "output", display.Terminal(file=text, width=200))
     monkeypatch.setattr("sys.argv", ["gaitval", *command])
     assert CliRunner().invoke(cli.app, command).exit_code == 0
     assert "Not recorded: " in text.getvalue()
@@ -152,7 +151,7 @@ def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(
     request, session, tmp_path, monkeypatch
 ):
     text = io.StringIO()
-    monkeypatch.setattr(display, "messages", Console(file=text, width=200))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=200))
     asked = session.request
     command = [
         "import", "--static", str(asked.static), "--trial", str(asked.trials[0]),

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from html_page import without_figures
 from quick_settings import QUICK
-from rich.console import Console
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json
@@ -30,7 +29,7 @@ def predict(out: Path, *arguments: str) -> str:
 def plain(monkeypatch):
     monkeypatch.setattr("gaitval.study.predicted_tasks.SPEEDS", 2)
     without_figures(monkeypatch)
-    monkeypatch.setattr(display, "messages", Console(file=io.StringIO(), width=200))
+    monkeypatch.setattr(display, "messages", display.Terminal(file=io.StringIO(), width=200))
 
 
 @pytest.mark.slow  # its verdicts are tested in test_nothing_judges_itself.py
