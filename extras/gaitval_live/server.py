@@ -32,9 +32,10 @@ MOST_BYTES: Final = 2_000
 MOST_CONNECTIONS: Final = 24
 """At the same time; a browser opens six."""
 PATIENCE: Final = 20.0
-"""s for which a connection may say nothing that has said the secret."""
+"""s for which a connection may say nothing."""
 GREETING: Final = 2.0
-"""s for which one may that has not: idle ones of others shall not keep the page out."""
+"""s in which the secret must be said: others' connections that are idle, or say one letter a
+second, shall not keep the page out."""
 QUIET: Final = 1.0
 """s without anything new after which the page is told that the walk is still there."""
 POLICY: Final = (
@@ -110,7 +111,7 @@ class _Handler(BaseHTTPRequestHandler):
     """One connection of a browser."""
 
     protocol_version = "HTTP/1.1"
-    timeout = GREETING
+    timeout = PATIENCE
     server_version, sys_version = "gaitval", ""
     server: LiveServer
 
@@ -121,6 +122,18 @@ class _Handler(BaseHTTPRequestHandler):
         """Small messages go at once."""
         self.request.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         super().setup()
+        self._stranger = threading.Timer(GREETING, self._hang_up)
+        self._stranger.daemon = True
+        self._stranger.start()
+
+    def finish(self) -> None:
+        """Also where the secret was never said."""
+        self._stranger.cancel()
+        super().finish()
+
+    def _hang_up(self) -> None:
+        with suppress(OSError):  # it has gone
+            self.connection.shutdown(socket.SHUT_RDWR)
 
     def _name(self, *, acts: bool) -> str | None:
         """What is asked for, behind the secret; None if whoever asks may not."""
@@ -136,7 +149,7 @@ class _Handler(BaseHTTPRequestHandler):
         allowed = site == "same-origin" or (site == "none" and not acts)
         if not (secret and here and from_here and allowed):
             return None
-        self.connection.settimeout(PATIENCE)
+        self._stranger.cancel()
         return name
 
     def do_GET(self) -> None:

@@ -6,7 +6,7 @@ import re
 import socket
 import struct
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -242,4 +242,22 @@ def test_who_says_nothing_does_not_keep_the_page_out(server):
         assert status(server) == 200
     finally:
         for each in idle:
+            each.close()
+
+
+def test_who_says_a_letter_now_and_then_does_not_keep_the_page_out(server):
+    slow = []
+    for _ in range(MOST_CONNECTIONS):
+        slow.append(socket.create_connection(server.server_address[:2]))
+        time.sleep(0.02)  # until it is taken; of those that come at once some are lost
+    began = time.monotonic()
+    try:
+        while time.monotonic() < began + GREETING + 0.5:
+            for each in slow:
+                with suppress(OSError):  # it was hung up on
+                    each.send(b"G")
+            time.sleep(0.25)
+        assert status(server) == 200
+    finally:
+        for each in slow:
             each.close()
