@@ -6,6 +6,7 @@ can be told equal, bit for bit, or where it began to differ.
 """
 
 import json
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -130,6 +131,8 @@ def read_log(path: Path) -> Log:
     for name, kind in kinds.items():
         if not isinstance(first.get(name), kind):
             raise RecordError(f"{path}, line 1: {name} is missing or no {kind.__name__}.")
+    if not 0.0 < first["speed"] < math.inf:
+        raise RecordError(f"{path}, line 1: speed is {first['speed']:g}; give one above 0 m/s.")
     devices = first.get("devices", [])  # logs of before have none
     if not isinstance(devices, list) or not all(isinstance(each, dict) for each in devices):
         raise RecordError(f"{path}, line 1: devices is no list of tables.")

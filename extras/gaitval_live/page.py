@@ -44,6 +44,9 @@ def served(
     try:
         server = LiveServer(session, scene, port=port)
     except OSError as error:
+        if writer is not None:  # of a walk that never began
+            writer.close()
+            writer.path.unlink()
         raise ConfigurationError(
             f"--port {port}: cannot be listened on ({error.strerror}). Give another, or 0 for one "
             "that is free."

@@ -164,3 +164,13 @@ def test_devices_are_in_the_log_and_walk_again(person, tmp_path):
     writer.path.write_text(text)
     with pytest.raises(RecordError, match="devices is no list of tables"):
         read_log(writer.path)
+
+
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0])
+def test_a_speed_that_is_none_is_refused(written, tmp_path, speed):
+    rows = written.read_text().split("\n")
+    rows[0] = json.dumps({**json.loads(rows[0]), "speed": speed})
+    path = tmp_path / "speed.jsonl"
+    path.write_text("\n".join(rows))
+    with pytest.raises(RecordError, match="speed is"):
+        read_log(path)
