@@ -308,6 +308,7 @@
   const say = (text, fell = false) => {
     set("#news", text);
     find("#news").className = fell ? "fell" : "";
+    find("#hint").hidden = true; // on a narrow page it is where the news are, and who pushes has read it
   };
   let push = null; // the last one: when it acted, and what is said of it
   const nameOf = (forward, left) => {
@@ -462,11 +463,14 @@
     };
   }
   const speed = find("#speed");
-  const showSpeed = () => set("#speed-wanted", `${Number(speed.value).toFixed(2)} m/s`);
+  /* What a slider is at, beside it and for a screen reader, which else says a number without a unit. */
+  function showAt(input, output, text) {
+    output.textContent = text;
+    input.ariaValueText = text;
+  }
+  const showSpeed = () => showAt(speed, find("#speed-wanted"), `${Number(speed.value).toFixed(2)} m/s`);
   const sendSpeed = sender((value) => ({ do: "speed", value }));
   Object.assign(speed, { min: scene.speed.lowest.toFixed(2), max: scene.speed.highest.toFixed(2) });
-  speed.value = scene.speed.now;
-  showSpeed();
   set(
     "#speed-ends",
     `${scene.speed.lowest.toFixed(2)} to ${scene.speed.highest.toFixed(2)} m/s can be predicted; recorded at ` +
@@ -480,11 +484,10 @@
   const worn = find("#worn");
   find("#device").hidden = scene.devices.length === 0;
   set("#device-name", scene.devices.join(", "));
-  worn.checked = scene.devices.length > 0;
   worn.addEventListener("change", () => act({ do: "device", on: worn.checked }));
 
   const size = find("#size");
-  const showSize = () => set("#size-now", `${size.value} N`);
+  const showSize = () => showAt(size, find("#size-now"), `${size.value} N`);
   size.addEventListener("input", showSize);
   showSize();
   const pushBy = (forward, left) => now && give(forward * Number(size.value), left * Number(size.value));
@@ -514,18 +517,16 @@
     const value = Object.assign(document.createElement("output"), { htmlFor: id });
     const input = Object.assign(document.createElement("input"), { type: "range", id, step: "any" });
     Object.assign(input, { min: parameter.lowest, max: parameter.highest });
-    input.value = parameter.nominal;
-    const show = () => (value.textContent = `${(factor * Number(input.value)).toFixed(digits)} ${unit}`.replace(/^-(0\.0*) /, "$1 "));
+    const show = () => showAt(input, value, `${(factor * Number(input.value)).toFixed(digits)} ${unit}`.replace(/^-(0\.0*) /, "$1 "));
     const send = sender((wanted) => ({ do: "body", name: parameter.name, value: wanted }));
     const change = () => {
       show();
       send(Number(input.value));
     };
     input.addEventListener("input", change);
-    show();
     row.append(label, value, input);
     find("#parameters").append(row);
-    return { input, parameter, change };
+    return { input, parameter, show, change };
   });
   find("#nominal").addEventListener("click", () => {
     for (const { input, parameter, change } of dials) {
@@ -534,6 +535,17 @@
       change();
     }
   });
+
+  /* A page that is loaded again, or a second one, comes to a walk that was changed already. */
+  function begin(moment) {
+    speed.value = moment.speed;
+    showSpeed();
+    dials.forEach(({ input, show }, i) => {
+      input.value = moment.mu[i];
+      show();
+    });
+    if (moment.rate > 0) find("#rate").value = moment.rate;
+  }
 
   const PUSHES = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
   const LOOK = { 0: "oblique", 1: "front", 2: "side", 3: "top" };
@@ -565,10 +577,13 @@
   await watch((moment) => {
     moment.came = performance.now();
     const begins = now === null;
-    if (!begins && moment.step === now.step && moment.rate === now.rate) return;
+    // A person who starts again while the clock stands makes no step.
+    if (!begins && ["step", "time", "rate", "worn"].every((name) => moment[name] === now[name])) return;
     before = now;
     now = moment;
-    if (!begins) happened();
+    if (begins) begin(moment);
+    else happened();
+    if (before?.worn !== now.worn) worn.checked = now.worn === 1;
     if (before?.rate !== now.rate && pace.fine < 1) resize();
     const text = now.rate > 0 ? "Pause" : "Go on";
     if (pauseButton.textContent !== text) pauseButton.textContent = text;

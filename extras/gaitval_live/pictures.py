@@ -50,7 +50,6 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
         "speed": {
             "lowest": walk.blend.slowest,
             "highest": walk.blend.fastest,
-            "now": walk.speed,
         },
         "parameters": [
             {

@@ -1,14 +1,17 @@
 """The page in Chromium, with graphics by software."""
 
 import re
+import socket
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 from page_in_browser import chromium, overflow, violations
 
 from evidence.browser import FLAGS
 from gaitval import wings
+from gaitval.errors import ConfigurationError
 from gaitval_live.page import _leading, served
 from gaitval_live.walk import LiveWalk
 
@@ -83,6 +86,55 @@ def test_it_walks_is_pushed_and_is_for_everybody(person, request, dark):
     words = server.session.written.read_text()
     for done in ("push", "speed", "body", "clock"):
         assert f'"do": "{done}"' in words
+
+
+def test_a_port_that_is_taken_leaves_no_log(person, tmp_path):
+    person = replace(person, folder=tmp_path)
+    walk = LiveWalk(person)
+    with (
+        socket.create_server(("127.0.0.1", 0)) as taken,
+        pytest.raises(ConfigurationError, match="free"),
+        served(person, walk, port=taken.getsockname()[1]),
+    ):
+        pass
+    assert not list((tmp_path / "walks").iterdir())
+
+
+@pytest.mark.slow
+def test_a_page_that_is_loaded_again_says_what_walks(person, request):
+    """And a second page; a person who starts again while the clock stands is seen there."""
+    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
+    walk = LiveWalk(person, person.speeds[1], worn)
+    with (
+        served(person, walk) as server,
+        looked_at(request.config, server.address) as page,
+    ):
+        page.get_by_role("checkbox", name="hip exo").uncheck()
+        page.get_by_label("friction of the ground").fill("0.7")
+        page.get_by_label("walking speed").fill(f"{person.speeds[2]:.2f}")
+        page.get_by_label("Slow motion").select_option("0.5")
+        until(page, "document.getElementById('live').dataset.worn === '0'")
+        changed = time.monotonic()
+        while walk.speed < 0.99 * person.speeds[2] or walk.mu[1] > 0.701:
+            assert time.monotonic() - changed < 60.0
+            page.wait_for_timeout(100)
+        page.reload()
+        until(page, "+document.getElementById('live').dataset.frames > 5")
+        assert not page.get_by_role("checkbox", name="hip exo").is_checked()
+        assert page.get_by_label("Slow motion").input_value() == "0.5"
+        for label, value, unit in (
+            ("friction of the ground", 0.7, ""),
+            ("walking speed", person.speeds[2], "m/s"),
+        ):
+            slider = page.get_by_label(label)
+            assert float(slider.input_value()) == pytest.approx(value, abs=0.006)
+            assert slider.get_attribute("aria-valuetext") == f"{value:.2f} {unit}"
+        page.get_by_role("button", name="Pause").click()
+        page.get_by_role("button", name="Go on").wait_for()
+        seen = page.locator("canvas").screenshot()
+        page.get_by_role("button", name="Start again").click()
+        page.wait_for_timeout(1000)
+        assert page.locator("canvas").screenshot() != seen
 
 
 @pytest.mark.slow
