@@ -1,5 +1,6 @@
 """Stored policies, their walks, and how these compare with a record, from Python."""
 
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Literal, get_args
@@ -62,7 +63,7 @@ def load_policy(subject_or_folder: str | int | Path) -> StoredPolicy:
     there = Path(str(subject_or_folder))
     # a folder that is called as a subject is ./5, or a Path
     is_path = isinstance(subject_or_folder, Path) or builtin_name(str(subject_or_folder)) is None
-    if is_path and there.is_dir():
+    if is_path and os.path.isdir(there):  # False as well for a name that no folder can have
         return StoredPolicy.load(there)
     subject = load_subject(subject_or_folder).model_copy(update={"devices": ()})
     identifier = subject.identifier

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import gaitval as gv
 from evidence.unrecorded_verdicts import expected
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError, PolicyError, RecordError
+from gaitval.errors import ConfigurationError, PolicyError, RecordError, SubjectError
 from gaitval.interface import walks
 from gaitval.metrics.walk_comparison import Comparison
 from gaitval.reference import dynamic_fit
@@ -28,6 +28,11 @@ def test_a_policy_is_stored_whole(policy: StoredPolicy, tmp_path: Path):
     (tmp_path / "correction.json").unlink()
     with pytest.raises(PolicyError, match=r"correction\.json"):
         gv.load_policy(tmp_path)
+
+
+def test_a_name_that_no_file_can_have_is_no_subject() -> None:
+    with pytest.raises(SubjectError, match="no such subject"):
+        gv.load_policy("a" * 5000)
 
 
 def test_references_are_fitted_and_walked_with_one_thread_of_linear_algebra(
