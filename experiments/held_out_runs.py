@@ -12,6 +12,8 @@ import argparse
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
+
 from gaitval.artefacts import read_json, write_json
 from gaitval.cli.display import live_view
 from gaitval.configuration import load_configuration
@@ -62,6 +64,25 @@ def reference_errors(run: Run) -> dict[str, dict[str, float]]:
     }
 
 
+def likeness(walk: dict[str, Any], run: Run) -> dict[str, dict[str, dict[str, float]]]:
+    """Pearson's correlation of each moment and force with the compared record, and the relative
+    RMSE, in % of the mean of both curves' peak to peak (Ren et al. 2008, J Biomech 41:2750).
+    """
+    _, record = run.compared()
+    truth = by_kind(recorded_curves(record))
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for kind in ("moments", "forces"):
+        found[kind] = {}
+        for name, error in walk["errors"][kind].items():
+            walked = walk["curves"][kind][name]["mean"]
+            size = 0.5 * (np.ptp(walked) + np.ptp(truth[kind][name]))
+            found[kind][name] = {
+                "correlation": error["correlation"],
+                "relative_rmse": float(100.0 * error["rmse"] / size),
+            }
+    return found
+
+
 def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
     """Keep what a comparison needs of `metrics.json`, and the errors of the reference."""
     walk = metrics["walks"][metrics["final"]]
@@ -76,6 +97,7 @@ def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
             for kind, errors in walk["errors"].items()
         },
         "errors_as_measured": walk["errors_as_measured"],
+        "likeness": likeness(walk, run),
         "reference_errors": reference_errors(run),
         "starts": walk["starts"],
         "measures": metrics["measures"],
