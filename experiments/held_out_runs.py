@@ -97,7 +97,6 @@ def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
             for kind, errors in walk["errors"].items()
         },
         "errors_as_measured": walk["errors_as_measured"],
-        "likeness": likeness(walk, run),
         "reference_errors": reference_errors(run),
         "starts": walk["starts"],
         "measures": metrics["measures"],
@@ -133,7 +132,11 @@ def kinematics(names: list[str], work: Path) -> None:
     for name in names or BUILTIN:
         folder = work / f"{name}-kinematics"
         with live_view() as live, open_run(load_subject(name), configuration, folder, live) as run:
-            store("kinematics", name, walked(run), run)
+            metrics = walked(run)
+            store("kinematics", name, metrics, run)
+            alike = likeness(metrics["walks"][metrics["final"]], run)
+            path = STORE / "kinematics" / f"{name}.json"
+            write_json(path, read_json(path) | {"likeness": alike})
 
 
 def holdout(names: list[str], work: Path) -> None:
