@@ -10,16 +10,15 @@ import json
 import subprocess
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 import evidence
 from evidence import ROOT
+from evidence.likeness import printed
 from evidence.marked_table import with_table
 from gaitval.artefacts import write_text
-from gaitval.constants import STANDARD_GRAVITY
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.baselines import others_line
@@ -36,8 +35,6 @@ GROUPS = {
 }
 NEAR = 0.15
 """Change of speed up to which copying the nearest trial is hard to beat."""
-KEYS = {"relative_rmse": 1, "correlation": 2}
-"""Figures of `experiments.held_out_runs.likeness`, with their digits."""
 Stored = dict[str, Any]
 MEASURES = {
     "poison tests that fail": {
@@ -275,43 +272,6 @@ def poison_row() -> evidence.Row:
     )
     failed, passed = evidence.pytest_counts(done.stdout.strip().splitlines()[-1])
     return evidence.none_may("poison tests that fail", failed, "tests", failed + passed)
-
-
-def printed(found: dict[str, Stored]) -> str:
-    """Kinetics from kinematics in the figures that other methods print: means over people and
-    sides, ± the standard deviation over people.
-    """
-    lines = ["| curve | RMSE | relative RMSE % | correlation |", "|---|---|---|---|"]
-    for kind, names in (GROUPS["forces"], GROUPS["moments"]):
-        for name in names:
-            each = {key: [_mean_of(one, kind, name, key) for one in found.values()] for key in KEYS}
-            rmse = _spread([mean(one["errors"][kind], (name,)) for one in found.values()], 2)
-            noun, unit = f"{name} force", "% BW"
-            if kind == "moments":
-                noun, unit = f"{JOINTS[name]} moment", "Nm/kg"
-                heights = [load_subject(person).height_m for person in found]
-                shares = [
-                    100.0 * mean(one["errors"][kind], (name,)) / (STANDARD_GRAVITY * height)
-                    for one, height in zip(found.values(), heights, strict=True)
-                ]
-                unit += f"; {_spread(shares, 2)} % BW·h"
-            cells = [noun, f"{rmse} {unit}"]
-            cells += [_spread(each[key], digits) for key, digits in KEYS.items()]
-            lines.append("| " + " | ".join(cells) + " |")
-    arms = [
-        np.mean([row["value"] for row in one["measures"] if row["measure"] == "pressure_arm_rmse"])
-        for one in found.values()
-    ]
-    lines.append(f"| force ahead of the ankle | {_spread(arms, 0)} mm | | |")
-    return "\n".join(lines)
-
-
-def _mean_of(found: Stored, kind: str, name: str, key: str) -> float:
-    return float(np.mean([found["likeness"][kind][f"{name}_{side}"][key] for side in "rl"]))
-
-
-def _spread(values: Sequence[float], digits: int) -> str:
-    return f"{np.mean(values):.{digits}f} ± {np.std(values, ddof=1):.{digits}f}"
 
 
 def table(kinds: dict[str, dict[str, Stored]]) -> str:
