@@ -389,6 +389,13 @@ EQUAL: Final = (
         "inDegrees is read elsewhere in mot.py; with the fault there, tests/mocap/test_mot.py "
         "fails as before",
     ),
+    Equal(
+        "b7f1df4361",
+        "cddbf0c617",
+        ("gaitval/mocap/units.py",),
+        "inches and feet are read, which were refused; the walks of halves were made again, and "
+        "their files are the same",
+    ),
 )
 """Oldest first."""
 
