@@ -27,6 +27,7 @@ from evidence.fitted import (
 )
 from evidence.held_out import mean, rmse_of, split_by_speed, stored
 from evidence.marked_table import with_table
+from evidence.skill_interval import skill_interval
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.configuration import RecordSettings, load_configuration
@@ -105,8 +106,6 @@ FROM = evidence.option(
     "--from", type=Path, dest="clones", required=True, help="folder of the clones, OWNER+NAME"
 )
 PAGE = evidence.ROOT / "docs" / "how-to" / "estimate.md"
-DRAWS, SEED = 10_000, 36
-"""Of the bootstrap over people."""
 MEASURES = {
     "unseen speed*": {
         "code": (
@@ -135,6 +134,7 @@ MEASURES = {
             "experiments/held_out_runs.py:walked,kinematics,store",
             "evidence/held_out.py:mean,rmse_of,split_by_speed,stored",
             "evidence/fit.py:kinematics,lower_end,SKILLS",
+            "evidence/skill_interval.py",
         ),
         "data": ("reports/general/policy.safetensors", "extras/gaitval_estimate/fits.json"),
         "results": ("reports/held_out/kinematics/*.json",),
@@ -160,6 +160,7 @@ MEASURES = {
             "gaitval/metrics/reference_curves.py",
             "extras/gaitval_estimate/*.py",
             "evidence/fit.py:seen,_wider,_without_plates,_subject_of,_without_markers_say,lower_end,SKILLS",
+            "evidence/skill_interval.py",
         ),
         "data": ("extras/gaitval_estimate/fits.json",),
         "allowed": 30,
@@ -176,6 +177,7 @@ MEASURES = {
             "experiments/estimate_fits.py",
             "gaitval/metrics/baselines.py",
             "evidence/fit.py:estimates,_estimate_of,lower_end,SKILLS",
+            "evidence/skill_interval.py",
         ),
         "data": ("extras/gaitval_estimate/fits.json",),
     },
@@ -555,6 +557,4 @@ def _means_elsewhere(folder: Path) -> Iterator[tuple[NormalForm, float]]:
 
 def lower_end(ours: Array, guess: Array) -> float:
     """Lower end of the 90 % interval of the skill, by drawing people with replacement."""
-    draws = np.random.default_rng(SEED).integers(len(ours), size=(DRAWS, len(ours)))
-    skills = 1.0 - ours[draws].mean(axis=1) / guess[draws].mean(axis=1)
-    return float(np.quantile(skills, 0.05))
+    return skill_interval(ours, guess)[0]

@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -27,14 +28,14 @@ def printed(found: Mapping[str, Stored]) -> str:
     identifier of the person.
     """
     lines = ["| curve | RMSE | relative RMSE, % | correlation |", "|---|---|---|---|"]
+    heights = [load_subject(person).height_m for person in found]
     for noun, (kind, name) in CURVES.items():
         rmse = [
-            _both([one["errors"][kind][f"{name}_{side}"] for side in "rl"])
+            fmean([one["errors"][kind][f"{name}_{side}"] for side in "rl"])
             for one in found.values()
         ]
         size = f"{_spread(rmse, 1)} % BW"
         if kind == "moments":
-            heights = [load_subject(person).height_m for person in found]
             shares = [
                 100.0 * each / (STANDARD_GRAVITY * height)
                 for each, height in zip(rmse, heights, strict=True)
@@ -44,20 +45,16 @@ def printed(found: Mapping[str, Stored]) -> str:
             [one["likeness"][kind][f"{name}_{side}"] for side in "rl"] for one in found.values()
         ]
         relative, correlation = (
-            _spread([_both([side[key] for side in each]) for each in alike], digits)
+            _spread([fmean([side[key] for side in each]) for each in alike], digits)
             for key, digits in (("relative_rmse", 1), ("correlation", 3))
         )
         lines.append(f"| {noun} | {size} | {relative} | {correlation} |")
     arms = [
-        _both([row["value"] for row in one["measures"] if row["measure"] == "pressure_arm_rmse"])
+        fmean([row["value"] for row in one["measures"] if row["measure"] == "pressure_arm_rmse"])
         for one in found.values()
     ]
     lines.append(f"| arm of the force at the ankle | {_spread(arms, 1)} mm | | |")
     return "\n".join(lines)
-
-
-def _both(sides: Sequence[float]) -> float:
-    return float(np.mean(sides))
 
 
 def _spread(values: Sequence[float], digits: int) -> str:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from evidence.marked_table import with_table
+from evidence.skill_interval import skill_interval
 from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
 from gaitval.metrics.policy_comparison import push_limit
 from gaitval.metrics.tolerances import Verdict
@@ -325,16 +326,19 @@ def skill_table(baselines: Sequence[Stored]) -> str:
     """Errors of the walkers beside those of predictions without a model, over all subjects."""
     lines = []
     for title, (kind, name) in SKILLS.items():
-        ours, guesses, whose = [], [], []
-        for person, stored in enumerate(baselines):
-            for curve in (f"{name}_r", f"{name}_l"):
-                error, predictions = stored.walk()["errors"][kind][curve], stored.predictions()
-                if error is not None and predictions:
-                    ours.append(error["rmse"])
-                    guesses.append(predictions[0]["rmse"][kind][curve])
-                    whose.append(person)
-        if not ours:
+        walked = []  # by person, (sides, 2): errors of the walker and of the guess
+        for stored in baselines:
+            errors, predictions = stored.walk()["errors"][kind], stored.predictions()
+            both = [
+                (errors[curve]["rmse"], predictions[0]["rmse"][kind][curve])
+                for curve in (f"{name}_r", f"{name}_l")
+                if errors[curve] is not None and predictions
+            ]
+            walked += [both] if both else []
+        if not walked:
             continue
+        ours, guesses = zip(*chain.from_iterable(walked), strict=True)
+        low, high = skill_interval(*np.array([np.mean(each, axis=0) for each in walked]).T)
         unit = baselines[0].metrics["units"][kind]
         digits = _digits(unit)
         better = sum(a < b for a, b in zip(ours, guesses, strict=True))
@@ -344,26 +348,12 @@ def skill_table(baselines: Sequence[Stored]) -> str:
                 f"{statistics.mean(ours):.{digits}f} ± {statistics.stdev(ours):.{digits}f}",
                 f"{statistics.mean(guesses):.{digits}f} ± {statistics.stdev(guesses):.{digits}f}",
                 f"{1.0 - statistics.mean(ours) / statistics.mean(guesses):.2f} "
-                + "({:.2f} to {:.2f})".format(*_between_people(ours, guesses, whose)),
+                f"({low:.2f} to {high:.2f})",
                 f"{better} of {len(ours)}",
             ]
         )
     headings = ("RMSE, mean ± SD", "walker", "guess", "skill (90 %)", "walker nearer")
     return table(headings, lines)
-
-
-def _between_people(
-    ours: Sequence[float], guesses: Sequence[float], whose: Sequence[int]
-) -> tuple[float, float]:
-    """The 90 % interval of a skill, by drawing people again, each with both sides."""
-    people = np.unique(whose)
-    sums = np.array(
-        [[np.sum(np.asarray(of)[np.equal(whose, p)]) for of in (ours, guesses)] for p in people]
-    )
-    drawn = np.random.default_rng(0).integers(len(people), size=(10_000, len(people)))
-    walker, guess = sums[drawn].sum(axis=1).T
-    low, high = np.quantile(1.0 - walker / guess, [0.05, 0.95])
-    return float(low), float(high)
 
 
 def unrecorded_table(baselines: Sequence[Stored]) -> str:

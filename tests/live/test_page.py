@@ -50,6 +50,15 @@ def looked_at(config, address, **options):
     assert not wrong
 
 
+@contextmanager
+def in_hip_exo(person, config):
+    """The walk of who wears one, and its page."""
+    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
+    walk = LiveWalk(person, person.speeds[1], worn)
+    with served(person, walk) as server, looked_at(config, server.address) as page:
+        yield walk, page
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_it_walks_is_pushed_and_is_for_everybody(person, request, dark):
@@ -103,12 +112,7 @@ def test_a_port_that_is_taken_leaves_no_log(person, tmp_path):
 @pytest.mark.slow
 def test_a_page_that_is_loaded_again_says_what_walks(person, request):
     """And a second page; a person who starts again while the clock stands is seen there."""
-    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
-    walk = LiveWalk(person, person.speeds[1], worn)
-    with (
-        served(person, walk) as server,
-        looked_at(request.config, server.address) as page,
-    ):
+    with in_hip_exo(person, request.config) as (walk, page):
         page.get_by_role("checkbox", name="hip exo").uncheck()
         page.get_by_label("friction of the ground").fill("0.7")
         page.get_by_label("walking speed").fill(f"{person.speeds[2]:.2f}")
@@ -139,12 +143,7 @@ def test_a_page_that_is_loaded_again_says_what_walks(person, request):
 
 @pytest.mark.slow
 def test_a_device_is_taken_off_and_put_on(person, request):
-    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
-    walk = LiveWalk(person, person.speeds[1], worn)
-    with (
-        served(person, walk) as server,
-        looked_at(request.config, server.address) as page,
-    ):
+    with in_hip_exo(person, request.config) as (walk, page):
         box = page.get_by_role("checkbox", name="hip exo")
         assert box.is_checked()
         box.uncheck()

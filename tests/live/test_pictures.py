@@ -19,7 +19,7 @@ def test_a_scene_is_json_with_every_segment_and_parameter(person, walk):
     for each in scene["parameters"]:
         assert each["lowest"] <= each["nominal"] <= each["highest"]
     speed = scene["speed"]
-    assert speed["lowest"] < speed["highest"]
+    assert speed["lowest"] < walk.speed < speed["highest"]
 
 
 def test_a_message_has_the_poses_of_the_walk(person, walk):
