@@ -397,6 +397,13 @@ EQUAL: Final = (
         "their files are the same; a table stands elsewhere; names are printed as they are "
         "(tests/cli)",
     ),
+    Equal(
+        "965f7c7053",
+        "f4c469082b",
+        ("evidence/fit.py", "evidence/skill_interval.py"),
+        "the interval of a skill is drawn elsewhere: fit kinematics and fit estimates give the "
+        "same values",
+    ),
 )
 """Oldest first."""
 
