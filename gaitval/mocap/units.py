@@ -7,10 +7,7 @@ from typing import Final
 
 from gaitval.errors import RecordError
 
-METRES: Final[dict[str, float]] = {
-    **{"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-    **{"in": 0.0254, "ft": 0.3048},
-}
+METRES: Final[dict[str, float]] = {"in": 0.0254, "ft": 0.3048, "m": 1.0, "cm": 1e-2, "mm": 1e-3}
 """Units of length that files name, in metres."""
 
 NEWTONS: Final[dict[str, float]] = {"n": 1.0, "kn": 1e3}

@@ -328,7 +328,7 @@ def test_a_truncated_c3d(raw: Path, laboratory: Laboratory, share: float) -> Non
         ("walk.trc", lambda text: text.replace(".", ","), "decimal comma"),
         ("forces.mot", lambda text: text.replace(".", ","), "decimal comma"),
         ("walk.trc", lambda text: text.replace("\t", ";"), "not separated by tabs"),
-        ("walk.trc", lambda text: text.replace("\tmm\t", "\tfeet\t"), "Units is 'feet'"),
+        ("walk.trc", lambda text: text.replace("\tmm\t", "\tpixels\t"), "Units is 'pixels'"),
         ("walk.trc", lambda text: text.replace("150\t150", "100\t150"), "DataRate is 100 Hz"),
         ("forces.mot", lambda text: text.replace("ground_force_v", "f"), "no ground reaction"),
     ],
