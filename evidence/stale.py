@@ -404,6 +404,12 @@ EQUAL: Final = (
         "the interval of a skill is drawn elsewhere: fit kinematics and fit estimates give the "
         "same values",
     ),
+    Equal(
+        "f4c469082b",
+        "9b3c8b7ba6",
+        ("gaitval/mocap/units.py",),
+        "the same units in one line: tests/mocap",
+    ),
 )
 """Oldest first."""
 
