@@ -203,25 +203,23 @@ class _Commands(Group):
             # Without one, where the command itself could not be loaded.
             of = ctx.invoked_subcommand or "gaitval"
             display.messages.print(f"{of}:", style="bold red", end=" ")
-            display.messages.print(str(error), style="red", soft_wrap=True)
+            display.plain(str(error), "red", display.messages)
             for option in error.goes_on:
                 line = shlex.join(["gaitval", *sys.argv[1:]])
-                display.messages.print(
-                    f"To continue without it: {line} {option}",
-                    soft_wrap=True,
-                )  # fmt: skip
+                display.plain(f"To continue without it: {line} {option}", to=display.messages)
             raise typer.Exit(error.exit_code) from None
         except OSError as error:
             from gaitval.disk_errors import FAILED, why_unwritable
 
             if (told := why_unwritable(error)) is None:
                 raise
-            display.messages.print(
+            display.plain(
                 f"{error.filename or 'a file of the run, or a temporary one'}: cannot be "
                 f"{'read or ' * (error.errno in FAILED)}written: {told}, or give another folder "
                 "with --out. Finished work is kept.",
-                style="red", soft_wrap=True,
-            )  # fmt: skip
+                "red",
+                display.messages,
+            )
             raise typer.Exit(GaitvalError.exit_code) from None
         except KeyboardInterrupt:
             raise typer.Exit(_interrupted()) from None
@@ -479,13 +477,13 @@ def main() -> None:
             sys.exit(_interrupted() if _signal == signal.SIGINT else 128 + _signal)
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
-        display.messages.print(
+        display.plain(
             f"internal error: {type(error).__name__}: {error}\n"
             "This is a fault of gaitval or of this machine (out of memory?), not of "
             "your input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
             "happens; finished work is kept.",
-            style="red",
-            soft_wrap=True,
+            "red",
+            display.messages,
         )
         sys.exit(INTERNAL)
 

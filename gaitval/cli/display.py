@@ -20,7 +20,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.segment import Segment
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from gaitval import file_gate
@@ -29,6 +29,7 @@ from gaitval.study.stage import BESIDE, INTERRUPTED, Observer
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
+    from gaitval.metrics.tolerances import Verdict
     from gaitval.metrics.walk_results import PushRecovery
     from gaitval.session.session import Import
 
@@ -82,7 +83,7 @@ class Live(Observer):
 
     def say(self, message: str) -> None:
         """Print a line as it is."""
-        self.console.print(message, soft_wrap=True)
+        plain(message, to=self.console)
 
     def skipped(self, stage: str) -> None:
         """Say that a stage was up to date."""
@@ -191,9 +192,11 @@ def live_view() -> Iterator[Live]:
         live.close()
 
 
-def plain(text: str) -> None:
-    """Print a line of `text` with paths in it: unwrapped, without markup or colours."""
-    output.print(text, soft_wrap=True)
+def plain(text: str, style: str = "", to: Console | None = None) -> None:
+    """Print a line of `text` with paths in it, unwrapped and as it is, in one `style`: to `output`,
+    or to the console `to`.
+    """
+    (to or output).print(text, style=style, soft_wrap=True)
 
 
 def _label(name: str) -> str:
@@ -218,9 +221,8 @@ def print_csv(path: Path, title: str) -> None:
 def print_rows(rows: Sequence[Sequence[str]], title: str) -> None:
     """Print `rows`, the header first, as a table with a `title`."""
     header, *others = rows
-    table = Table(title=title)
-    for name in header:
-        table.add_column(name.replace("_", " "), overflow="fold")
+    columns = (Column(name.replace("_", " "), overflow="fold") for name in header)
+    table = Table(*columns, title=title)
     for row in others:
         table.add_row(*map(Text, row))
     output.print(table)
@@ -247,25 +249,25 @@ def print_verdict(metrics: "Metrics") -> None:
         value_text,
     )
 
+    def of(row: "Verdict") -> str:
+        where = target_text(row.target)
+        return f" ({where})" if where else ""
+
     plain(f"\n{sentence(metrics)}")
     failed = failed_limits(metrics)
     shown = failed or limit_verdicts(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
-        where = target_text(each.worst.target)
         said = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
         plain(
             f"  {each.first.role:<11}{each.first.title}: {each.value_text()}"
-            + (f" ({where})" if where else "")
-            + f", limit {each.limit_text()}, {said}"
+            f"{of(each.worst)}, limit {each.limit_text()}, {said}"
             + ("" if each.passed else f". {each.remedy}")
         )
     narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
     for row in narrow[: max(VERDICT_ROWS - len(shown), 0)]:
-        where = target_text(row.target)
         plain(
-            f"  {'narrow':<11}{row.title}: {value_text(row)}"
-            + (f" ({where})" if where else "")
-            + f", {spread_text(row)}, {close_text(row)}"
+            f"  {'narrow':<11}{row.title}: {value_text(row)}{of(row)}, {spread_text(row)}, "
+            f"{close_text(row)}"
         )
     if len(shown) > VERDICT_ROWS:
         more = len(shown) - VERDICT_ROWS
@@ -276,13 +278,10 @@ def print_tolerances(metrics: "Metrics") -> None:
     """Print every verdict of `metrics`, a row for each limit and target, failed ones in red."""
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
-    table = Table(title=f"{metrics.subject.identifier}: every limit and value")
-    columns = (
-        *("limit", "of", "value", "in repeats", "limit is"),
-        *("goal", "role", "status", "verdict"),
+    table = Table(
+        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "verdict"),
+        title=f"{metrics.subject.identifier}: every limit and value",
     )
-    for name in columns:
-        table.add_column(name)
     for row in metrics.tolerances:
         verdict = "goal" if row.reached else "pass" if row.passed else Text("fail", style="red")
         table.add_row(
@@ -305,9 +304,8 @@ def print_groups(metrics: "Metrics") -> None:
 
     rows = group_rows(metrics)
     where = f"{metrics.subject.identifier} ({metrics.subject.source})"
-    table = Table(title=f"{where}: mean RMSE, and skill against predictions without a model")
-    for name in ("group", "", "walker", *rows[0].guesses):
-        table.add_column(name)
+    title = f"{where}: mean RMSE, and skill against predictions without a model"
+    table = Table("group", "", "walker", *rows[0].guesses, title=title)
     for row in rows:
         cells = [
             f"not recorded: {row.origin}"
@@ -322,10 +320,9 @@ def print_groups(metrics: "Metrics") -> None:
 
 def print_pushes(recovery: "PushRecovery") -> None:
     """Print the largest push survived in `recovery` by phase and direction; left is positive."""
-    table = Table(title="Largest push survived, N (degrees from straight ahead, left positive)")
-    table.add_column("phase")
-    for direction in recovery.directions:
-        table.add_column(f"{direction:g}", justify="right")
+    title = "Largest push survived, N (degrees from straight ahead, left positive)"
+    directions = (Column(f"{each:g}", justify="right") for each in recovery.directions)
+    table = Table("phase", *directions, title=title)
     for phase, forces in zip(recovery.phases, recovery.largest, strict=True):
         table.add_row(f"{phase:g}", *(f"{force:g}" for force in forces))
     output.print(table)
@@ -335,17 +332,15 @@ def print_import(found: "Import") -> None:
     """Print the published limits of the import `found`, and its spatiotemporal parameters."""
     from gaitval.session.summary import limit_rows, scaling_methods, spatiotemporal_rows
 
-    table = Table(title=f"{found.request.identifier}: the recording against published limits")
-    for name in ("measure", "value", "at most", "unit", "verdict"):
-        table.add_column(name)
+    title = f"{found.request.identifier}: the recording against published limits"
+    table = Table("measure", "value", "at most", "unit", "verdict", title=title)
     for row in limit_rows(found):
         value = "not measured" if row.value is None else f"{row.value:.3g}"
         verdict = Text(row.state, style="red" if row.failed else "")
         table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
     output.print(table)
-    table = Table(title="Distance of measured and model markers in walking")
-    for name in ("scaling", "RMS cm", "largest cm", ""):
-        table.add_column(name)
+    title = "Distance of measured and model markers in walking"
+    table = Table("scaling", "RMS cm", "largest cm", "", title=title)
     for method in scaling_methods(found):
         table.add_row(
             method.name,
@@ -354,9 +349,7 @@ def print_import(found: "Import") -> None:
             "used" if method.chosen else "",
         )
     output.print(table)
-    table = Table(title="Gait")
-    for name in ("parameter", "right", "left", "unit"):
-        table.add_column(name)
+    table = Table("parameter", "right", "left", "unit", title="Gait")
     for entry in spatiotemporal_rows(found.trials):
         sides = [_mean_and_deviation(pair, entry.digits) for pair in (entry.right, entry.left)]
         table.add_row(entry.name, *sides, entry.unit)
@@ -383,7 +376,7 @@ def print_import_verdict(found: "Import") -> None:
     for row in rows:
         if row.failed:
             text = failure(row.name, row.value, row.limit, row.unit, row.remedy)
-            output.print(f"FAILED: {text}.", style="red", soft_wrap=True)
+            plain(f"FAILED: {text}.", "red")
 
 
 def print_doubts(found: "Import") -> None:
@@ -393,7 +386,7 @@ def print_doubts(found: "Import") -> None:
     for trial, doubt in found.doubts:
         missing = doubt.check == ONE_SIDE
         text = f"Not recorded: {doubt}." if missing else f"Warning: {trial}: {doubt}."
-        output.print(text, style="yellow", soft_wrap=True)
+        plain(text, "yellow")
 
 
 def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:

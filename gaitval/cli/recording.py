@@ -39,9 +39,10 @@ def subjects(
         wings.load(wings.PARTS, "build_subjects")(build, out)
         display.output.print(f"Wrote the subjects to {out}")
         return
-    table = Table(title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)")
-    for name in ("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"):
-        table.add_column(name)
+    table = Table(
+        *("subject", "person, trial", "sex", "age", "mass kg", "height m", "speed m/s"),
+        title="Built-in subjects (Fukuchi, Fukuchi & Duarte 2018, CC BY 4.0)",
+    )
     for person in builtin_subjects():
         table.add_row(
             person.identifier,
