@@ -15,8 +15,7 @@ from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
-from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.links import link
+from gaitval.reporting.drawing import link, new_figure, svg
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
 from gaitval_devices.curves import JOINTS, WalkCurves

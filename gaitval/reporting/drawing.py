@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import matplotlib
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 
+from gaitval.coordinates import Side
 from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
@@ -69,6 +71,17 @@ def new_figure(
     """
     with matplotlib.rc_context(SETTINGS | {"axes.linewidth": axes_line}):
         yield Figure(figsize=(width, height), layout=None if placed else "constrained")
+
+
+def link(
+    axes: Axes, kind: Literal["cycle", "stance"], side: Side | Literal["both"], number: int
+) -> None:
+    """Let the replay on the page (`replay.js`) show its moment in the panel `axes` of a `side`.
+
+    The horizontal axis is 0 to 100 % of the gait cycle or of the stance of the foot of this side
+    (`kind`); `number` is that of the panel among those of its figure, kind and side.
+    """
+    axes.set_gid(f"{kind}.{side}.{number}")
 
 
 def drawn(draw: Draw, language: str = SOURCE) -> str:

@@ -24,8 +24,8 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
-from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.links import link
+from gaitval.metrics.whole_body import AXES
+from gaitval.reporting.drawing import link, new_figure, svg
 
 COLOURS: Final[Mapping[Side, str]] = {"right": "#00558f", "left": "#d96b0a"}
 STYLES: Final[Mapping[Side, Any]] = {"right": "-", "left": (0, (6, 1.5))}
@@ -97,6 +97,32 @@ def learning(training: Mapping[str, Array]) -> str:
             axes.set_xlabel("samples, millions")
             axes.set_ylim(bottom=min(0.0, float(np.nanmin(training[column]))))
         return svg(figure, "learning")
+
+
+_PATHS: Final = {"forward": "Forward", "left": "To the left", "up": "Up"}
+
+
+def centre_of_mass(metrics: Metrics) -> str:
+    """Path of the centre of mass in `metrics` without steady travel, simulated and recorded, mm."""
+    known = "record" if metrics.is_recorded_at_all else "prediction"
+    recorded = 1e3 * np.array(metrics.record.centre_of_mass)
+    walked = metrics.walk.centre_of_mass
+    with new_figure(2.3) as figure:
+        for axes, axis, column in zip(figure.subplots(1, 3), AXES, range(3), strict=True):
+            link(axes, "cycle", "right", column)
+            axes.set_xlim(0, 100)
+            axes.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+            draw_record(axes, recorded[:, column], label=known)
+            if walked is not None:
+                path = 1e3 * np.array(walked)[:, column]
+                axes.plot(
+                    PERCENT, path, color=COLOURS["right"], linewidth=WALK_WIDTH, zorder=3,
+                    label="simulated",
+                )  # fmt: skip
+            axes.set_title(f"{_PATHS[axis]}, mm")
+            axes.set_xlabel("% of right gait cycle")
+        legend(figure, axes)
+        return svg(figure, "com")
 
 
 _MARKED = (10, 50, 90)

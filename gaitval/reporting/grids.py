@@ -19,7 +19,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import Side
 from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.norms import Norm
-from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.drawing import link, new_figure, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
     BAND_COLOUR,
@@ -31,7 +31,6 @@ from gaitval.reporting.figures import (
     WALK_WIDTH,
     band,
 )
-from gaitval.reporting.links import link
 
 KINEMATICS: Final = (
     ("angles/pelvis_tilt", "angles/pelvis_list", "angles/pelvis_rotation"),

@@ -46,7 +46,6 @@ from gaitval.reporting import (
     curve_statistics,
     figure_data,
     figures,
-    mechanics_figures,
     provenance,
     run_grids,
     tables,
@@ -363,7 +362,7 @@ def _drawings(
     """What draws each figure but the grids. Figures contain no text from outside."""
     drawings: dict[str, Draw] = {
         "pressure": partial(figures.pressure_path, metrics),
-        "centre_of_mass": partial(mechanics_figures.centre_of_mass, metrics),
+        "centre_of_mass": partial(figures.centre_of_mass, metrics),
     }
     if metrics.push_recovery is not None:
         drawings["stability"] = partial(figures.stability_regions, metrics.push_recovery)

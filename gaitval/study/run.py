@@ -61,7 +61,6 @@ IN_WORKERS = (
     "gaitval.metrics.rollouts",
     "gaitval.reporting.curve_statistics",
     "gaitval.reporting.figures",
-    "gaitval.reporting.mechanics_figures",
 )
 """Modules whose functions the stages run in worker processes."""
 

@@ -23,7 +23,7 @@ from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PushTrace
 from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
-from gaitval.reporting import figures, mechanics_figures, stick_figures, tables
+from gaitval.reporting import figures, stick_figures, tables
 from gaitval.reporting.report import within_text, write_report
 from gaitval.reporting.words import number
 from gaitval.scaling.scaling import scale_subject
@@ -162,7 +162,7 @@ def test_bursts_that_a_curve_lacks_are_not_found(page, metrics):
 
 def test_the_record_has_no_band(metrics):
     """A wide grey line behind it reads as a standard deviation."""
-    drawn = mechanics_figures.centre_of_mass(metrics_from(metrics, "here"))
+    drawn = figures.centre_of_mass(metrics_from(metrics, "here"))
     widths = [float(width) for width in re.findall(r"stroke-width: ([\d.]+)", drawn)]
     assert max(widths) <= figures.RECORD_WIDTH
     assert figures.RECORD_SHADE not in drawn
@@ -267,7 +267,7 @@ def test_pushes_are_told_by_phase_and_direction(page):
 
 def test_equal_runs_give_equal_figures(metrics):
     read = metrics_from(metrics, "here")
-    first, second = (mechanics_figures.centre_of_mass(read) for _ in range(2))
+    first, second = (figures.centre_of_mass(read) for _ in range(2))
     assert first == second
     ElementTree.fromstring(first)
 

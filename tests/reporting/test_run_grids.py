@@ -6,7 +6,7 @@ from report_run import build_run
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import read_metrics
-from gaitval.reporting.mechanics_figures import centre_of_mass
+from gaitval.reporting.figures import centre_of_mass
 from gaitval.reporting.run_grids import _recorded, figures, strides_of
 
 
