@@ -9,25 +9,15 @@ import numpy as np
 
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
-from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
 from gaitval.metrics.healthy_bands import BAND
-from gaitval.metrics.record_results import Kind
+from gaitval.metrics.joint_power import JOINTS
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import sided
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, RECORD_COLOUR
+from gaitval.reporting.tables import CURVES
 
-_ROWS: Final[tuple[tuple[Kind, tuple[str, ...]], ...]] = (
-    ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
-    ("moments", ("hip_flexion", "knee_angle", "ankle_angle")),
-    ("forces", FORCES),
-)
-_ALL: Final[tuple[tuple[Kind, tuple[str, ...]], ...]] = (
-    ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES)),
-    ("moments", JOINT_MOMENTS),
-    ("forces", FORCES),
-)
 _SHORT: Final = {
     "pelvis_tilt": "pelvis\ntilt",
     "hip_flexion": "hip\nflexion",
@@ -90,21 +80,21 @@ def tables(found: WalkStatistics, subject: Subject) -> dict[str, object]:
         "permutations": found.permutations,
         "curves": [
             {
-                "name": NAMES[name] + (" moment" if kind == "moments" else ""),
+                "name": _title(kind, name),
                 "sides": [found.curves.of(kind)[key] for key in sided([name])],
             }
-            for kind, names in _ALL
+            for kind, names, _ in CURVES
             for name in names
         ],
         "bands": [
             {
-                "name": NAMES[name] + (" moment" if kind == "moments" else ""),
+                "name": _title(kind, name),
                 "kind": kind,
                 "people": getattr(found.band_people, kind),
                 "sides": [found.bands[kind][key] for key in sided([name])],
             }
             for kind in found.bands
-            for name in _ROWS[0][1]
+            for name in JOINTS
         ],
         "band": BAND,
         "profiles": found.profiles,
@@ -114,6 +104,10 @@ def tables(found: WalkStatistics, subject: Subject) -> dict[str, object]:
         "is_control": is_control(subject),
         "smallest": SMALLEST_DIFFERENCE,
     }
+
+
+def _title(kind: str, name: str) -> str:
+    return NAMES[name] + (" moment" if kind == "moments" else "")
 
 
 class ProfileSide(NamedTuple):
@@ -149,9 +143,4 @@ def _furthest(profiles: GaitProfiles) -> dict[str, object] | None:
     record, walk = profiles.record.scores, profiles.walk.scores
     key = max(record, key=lambda each: abs(walk[each] - record[each]))
     side, name = split_side(key)
-    return {
-        "name": name,
-        "side": side,
-        "record": record[key],
-        "walk": walk[key],
-    }
+    return {"name": name, "side": side, "record": record[key], "walk": walk[key]}

@@ -257,34 +257,35 @@ def _parameters(
     ]
 
 
-class ParameterPair(NamedTuple):
-    """Two parameters, and their correlation."""
-
-    first: str
-    second: str
-    r: float
-
-
-def _correlated(found: FoundParameters | None) -> list[ParameterPair]:
-    """Pairs of parameters that the record hardly distinguishes, the strongest correlation first."""
+def _correlated(found: FoundParameters | None) -> list[tuple[str, str, float]]:
+    """Pairs of parameters that the record hardly distinguishes, with their correlation, the
+    strongest first.
+    """
     if found is None:
         return []
     names = [name.replace("_", " ") for name in found.names]
     pairs = [
-        ParameterPair(names[i], names[j], found.correlation[i][j])
+        (names[i], names[j], found.correlation[i][j])
         for i in range(len(names))
         for j in range(i)
         if abs(found.correlation[i][j]) >= 0.4
     ]
-    return sorted(pairs, key=lambda pair: -abs(pair.r))[:6]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))[:6]
 
 
-def _csv(path: Path) -> list[dict[str, str]] | None:
-    """Rows of a table as text; None if there is no such file."""
+def _csv(path: Path, columns: Sequence[str], stage: str) -> list[dict[str, str]] | None:
+    """Rows of a table of a `stage` with these `columns`, as text; None without such a file."""
     if not path.exists():
         return None
-    rows = file_gate.csv_rows(path, ArtefactError)
-    return [{key: value or "" for key, value in row.items() if key} for _, row in rows]
+    found = file_gate.csv_rows(path, ArtefactError)
+    rows = [{key: value or "" for key, value in row.items() if key} for _, row in found]
+    missing = [name for name in columns if rows and name not in rows[0]]
+    if missing:
+        raise ArtefactError(
+            f"{path}: the columns {', '.join(missing)} are missing. "
+            f"Delete it and run `gaitval {stage}` again."
+        )
+    return rows
 
 
 def _number_or_none(text: str) -> float | None:
@@ -295,30 +296,18 @@ def _number_or_none(text: str) -> float | None:
 
 
 def _scaling(path: Path) -> list[tables.Row] | None:
-    rows = _csv(path)
+    measured = ("right_m", "left_m", "length_m", "mass_kg", "factor")
+    rows = _csv(path, ("segment", *measured, "source"), "scale")
     if rows is None:
         return None
-    measured = ("right_m", "left_m", "length_m", "mass_kg", "factor")
-    missing = [name for name in ("segment", *measured, "source") if rows and name not in rows[0]]
-    if missing:
-        raise ArtefactError(
-            f"{path}: the columns {', '.join(missing)} are missing. "
-            "Delete it and run `gaitval scale` again."
-        )
     return [{**row, **{key: _number_or_none(row[key]) for key in measured}} for row in rows]
 
 
 def _training(path: Path) -> dict[str, Array] | None:
     """Columns of the learning curve; None without the file or before its first row."""
-    rows = _csv(path)
+    rows = _csv(path, LEARNING_CURVES, "train")
     if not rows:
         return None
-    missing = [name for name in LEARNING_CURVES if name not in rows[0]]
-    if missing:
-        raise ArtefactError(
-            f"{path}: the columns {', '.join(missing)} are missing. "
-            "Delete it and run `gaitval train` again."
-        )
     return {
         name: np.array([_number_or_none(row[name]) for row in rows], dtype=float)
         for name in LEARNING_CURVES

@@ -21,7 +21,7 @@ from gaitval.reporting.figures import NAMES
 Row = dict[str, object]
 """A row of a table, for the template."""
 
-_CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
+CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
     ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
     ("moments", JOINT_MOMENTS, 2),
     ("forces", FORCES, 1),
@@ -35,7 +35,7 @@ def error_table(metrics: Metrics) -> list[Row]:
     """
     origins, nominal = metrics.origins, metrics.walks.nominal
     tables: list[Row] = []
-    for kind, names, digits in _CURVES:
+    for kind, names, digits in CURVES:
         rows = []
         for name in names:
             for side in SIDES:
@@ -69,7 +69,7 @@ def as_measured(metrics: Metrics) -> list[Row] | None:
         return None
     measured = {**walk.errors_as_measured.moments, **walk.errors_as_measured.forces}
     rows: list[Row] = []
-    for kind, names, digits in _CURVES[1:]:
+    for kind, names, digits in CURVES[1:]:
         for name in names:
             for side in SIDES:
                 key = f"{name}_{side[0]}"
