@@ -16,7 +16,7 @@ from gaitval.metrics.groups import group_curves, group_rows
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
-from gaitval.metrics.verdicts import LimitVerdict, limit_verdicts, target_text, unit_text
+from gaitval.metrics.verdicts import LimitVerdict, failed_limits, limit_verdicts, unit_text
 from gaitval.reporting.facts import at
 
 DOUBTS: Final = 3
@@ -88,12 +88,7 @@ def _count(value: int, how: str) -> Cell:
 
 def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
     """What the template of the sheet shows of a run of `subject` with the results `metrics`."""
-    failed = [
-        (role, each)
-        for role in ("acceptance", "context")
-        for each in limit_verdicts(metrics, role)
-        if not each.passed
-    ]
+    failed = failed_limits(metrics)
     counts = {
         f"{which}_{role}": _count(
             sum(which == "all" or not each.passed for each in limit_verdicts(metrics, role)),
@@ -107,14 +102,14 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "accepted": _read(metrics, "/summary/accepted", digits=0),
         "judged": _read(metrics, "/summary/accepted", "/summary/refused", digits=0, how="sum"),
         "repeats": _repeats(metrics),
-        "failed": [_failed(metrics, role, each) for role, each in failed[:FAILED_SHOWN]],
+        "failed": [_failed(metrics, each) for each in failed[:FAILED_SHOWN]],
         "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
         "known": ["speed", *(name for name, by in metrics.told.items() if by)],
         "held_out": [name for name in metrics.recorded if not metrics.told[name]],
         "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
         "doubts": list(_doubts(metrics, subject, failed))[:DOUBTS],
-        **_profile(metrics),
+        "profile": _profile(metrics),
         "people": [
             Cell(norm.people, 0, f"norms#{name}/people")
             for name in ("parameter/cadence", "parameter/stance_fraction")
@@ -144,13 +139,12 @@ def _repeats(metrics: Metrics) -> dict[str, Cell]:
     return found
 
 
-def _failed(metrics: Metrics, role: str, limit: LimitVerdict) -> dict[str, object]:
+def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
     worst = limit.worst
     index = next(i for i, row in enumerate(metrics.tolerances) if row is worst)
     return {
-        "role": role,
+        "role": worst.role,
         "title": worst.title,
-        "target": target_text(worst.target),
         "value": _read(metrics, f"/tolerances/{index}/value", digits=-1),
         "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-1),
         "sign": limit.limit_text().split()[0],
@@ -179,9 +173,7 @@ def _skills(metrics: Metrics) -> list[dict[str, object]]:
                 "skill": Cell(row.skills()[name], 2, both, "skill"),
             }
         walked = Cell(row.walked, digits, " ".join(f"{METRICS}#{p}" for p in walk), "mean")
-        rows.append(
-            {"group": row.group, "unit": unit, "status": row.status, "walk": walked, "cells": cells}
-        )
+        rows.append({"group": row.group, "unit": unit, "walk": walked, "cells": cells})
     return rows
 
 
@@ -215,11 +207,11 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
     return rows
 
 
-def _profile(metrics: Metrics) -> dict[str, object]:
+def _profile(metrics: Metrics) -> dict[str, object] | None:
     """Movement Analysis Profile and Gait Profile Score by side, of record, walk and controls."""
     if metrics.curve_statistics is None:
-        return {"profile": None}
-    from gaitval.metrics.gait_profile import PROFILE_ANGLES, SMALLEST_DIFFERENCE, load_controls
+        return None
+    from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
 
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables
@@ -238,21 +230,18 @@ def _profile(metrics: Metrics) -> dict[str, object]:
     scored = controls.side if len(names) == len(PROFILE_ANGLES) else (None, None)
     both = [*((name, controls.scores[name]) for name in names), ("side", scored)]
     healthy = [[Cell(each[i], 1, f"controls#{n}/{i}") for n, each in both] for i in range(2)]
-    shown = {"names": [*names, "total"], "rows": rows, "healthy": healthy}
-    return {"profile": shown, "least": SMALLEST_DIFFERENCE}
+    return {"names": [*names, "total"], "rows": rows, "healthy": healthy}
 
 
-def _doubts(
-    metrics: Metrics, subject: Subject, failed: Sequence[tuple[str, LimitVerdict]]
-) -> Iterator[Doubt]:
+def _doubts(metrics: Metrics, subject: Subject, failed: Sequence[LimitVerdict]) -> Iterator[Doubt]:
     """All that speaks against trusting the verdict, the gravest first: what decides it, what it
     compares with, and what the record itself lacks.
     """
-    decisive = [each for role, each in failed if role == "acceptance"]
+    decisive = [each for each in failed if each.first.role == "acceptance"]
     if decisive:
         yield Doubt("failed", {"count": _count(len(decisive), "failed limits acceptance")})
     if metrics.witness is not None and metrics.witness.fell:
-        yield Doubt("falls there", words={"engine": metrics.witness.engine})
+        yield Doubt("falls there")
     close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
     if close:
         yield Doubt("narrow", {"count": _count(close, "close acceptance")})
@@ -266,10 +255,8 @@ def _doubts(
     yield from _of_score(metrics)
     plates = metrics.record.plates
     if plates is not None and abs(plates.scale - 1.0) > PLATES_DOUBTED:
-        off = Cell(
-            plates.scale - 1.0, 1, f"{METRICS}#/record/plates/scale", "less one", scale=100.0
-        )
-        yield Doubt("plates", {"off": off})
+        place = f"{METRICS}#/record/plates/scale"
+        yield Doubt("plates", {"off": Cell(plates.scale - 1.0, 1, place, "less one", 100.0)})
     below = [row for row in metrics.measures if row.measure.endswith("_skill")]
     worse = sum(row.value is not None and row.value < 0.0 for row in below)
     if worse:
