@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gaitval.arrays import Array
-from gaitval.coordinates import Side
+from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.metrics.norms import Norm
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_COLOUR
@@ -21,21 +21,9 @@ from gaitval.reporting.grids import DrawnCurve, Panel
 MeanAndDeviation = tuple[Array, Array]
 
 COLUMNS: Final = 3
-_SUFFIX: Final[Mapping[str, Side]] = {"_r": "right", "_l": "left"}
 _BINS: Final = 500
 """Columns of a drawn time series, about two per printed dot of 0.3 mm."""
 _LIMIT_STYLE: Final = {"color": "#a8200d", "linewidth": 0.7, "linestyle": (0, (4, 2))}
-
-
-def side_of(name: str) -> tuple[str, Side | None]:
-    """DrawnCurve and side of a `name`: ("knee_angle", "right") of "knee_angle_r"."""
-    side = _SUFFIX.get(name[-2:])
-    return (name, None) if side is None else (name[:-2], side)
-
-
-def curve_names(curves: Mapping[str, MeanAndDeviation]) -> list[str]:
-    """Names of `curves` without their sides, in their order, each once."""
-    return list(dict.fromkeys(side_of(name)[0] for name in curves))
 
 
 def curve_rows(
@@ -60,7 +48,8 @@ def curve_rows(
     norms : by "kind/curve", in the unit of the grid.
     strides : (n, 101) by "kind/curve_r".
     """
-    norms, strides, here = norms or {}, strides or {}, curve_names(curves)
+    norms, strides = norms or {}, strides or {}
+    here = list(dict.fromkeys(split_side(name)[1] for name in curves))
     toe_off = {s: 100.0 * at for s, at in stance_fraction.items() if np.isfinite(at)}
     placed = [row for row in layout if any(each.partition("/")[2] in here for each in row)]
     left = [f"{kind}/{name}" for name in here if not any(f"{kind}/{name}" in r for r in placed)]
@@ -69,8 +58,9 @@ def curve_rows(
     def panel(name: str) -> Panel:
         found = []
         for key, (mean, deviation) in curves.items():
-            curve, side = side_of(key)
+            of, curve = split_side(key)
             if f"{kind}/{curve}" == name and np.isfinite(mean).any():
+                side = next((each for each in SIDES if each == of), None)
                 every = strides.get(f"{kind}/{key}")
                 found.append(
                     DrawnCurve(

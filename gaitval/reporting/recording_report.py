@@ -279,10 +279,8 @@ def write_recording_report(
     """Write `recording.html` and `recording.pdf` of `summary` into `folder`, with the tables;
     `settings` are A4 and English by default.
 
-    The HTML needs no other file. Equal summaries give equal HTML. Raises ValueError if a curve does
-    not have 101 points, or the residuals differ in length.
+    The HTML needs no other file. Equal summaries give equal HTML.
     """
-    _check(summary)
     folder.mkdir(parents=True, exist_ok=True)
     context = {
         "summary": summary,
@@ -294,24 +292,6 @@ def write_recording_report(
         **_drawings(summary),
     }
     write_page(folder, "recording", "recording.html.j2", context, settings)
-
-
-def _check(summary: RecordingSummary) -> None:
-    for curves in (summary.angles, summary.moments, summary.forces):
-        for name, (mean, deviation) in curves.items():
-            if np.shape(mean) != (101,) or np.shape(deviation) != (101,):
-                raise ValueError(
-                    f"{name} must have 101 points in mean and SD, but they have shapes "
-                    f"{np.shape(mean)} and {np.shape(deviation)}"
-                )
-    left = summary.residuals
-    if left is not None:
-        expected = (len(left.time), 3)
-        if np.shape(left.force) != expected or np.shape(left.moment) != expected:
-            raise ValueError(
-                f"residual force and moment must have the shape {expected}, but they have "
-                f"{np.shape(left.force)} and {np.shape(left.moment)}"
-            )
 
 
 def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
@@ -388,9 +368,9 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
         names["residuals"] = ["residuals"]
         drawings["residuals"] = partial(
             figures.residuals,
-            np.asarray(left.time, dtype=float),
-            np.asarray(left.force, dtype=float),
-            np.asarray(left.moment, dtype=float),
+            left.time,
+            left.force,
+            left.moment,
             force_limit=left.force_limit,
             moment_limit=left.moment_limit,
             figure_name="residuals",
@@ -424,5 +404,5 @@ def _residual_table(left: ResidualCurves) -> str:
     columns: dict[str, Any] = {"time_s": left.time}
     for kind, unit, values in (("force", "n", left.force), ("moment", "nm", left.moment)):
         for axis, direction in enumerate(("forward", "left", "up")):
-            columns[f"{kind}_{direction}_{unit}"] = np.asarray(values, dtype=float)[:, axis]
+            columns[f"{kind}_{direction}_{unit}"] = values[:, axis]
     return table(columns)
