@@ -12,18 +12,10 @@ from gaitval.reference.motion import HIP_SIGNS, about_record
 
 
 def hip_centres(places: Array, walked: Curves, recorded: Curves) -> HipCentres | None:
-    """Where the record's hip centres are, and the errors of the moments about the model's own.
-
-    Parameters
-    ----------
-    places : (2, 2) m, `ReferenceMotion.hip_centre`.
-    walked, recorded : mean curves (101,); moments Nm/kg, those walked about `places`; forces body
-        weights.
-
-    Returns
-    -------
-    HipCentres
-        None if the centres are the model's own, or a side has no complete gait cycle.
+    """Where the record's hip centres are (`places` (2, 2) m, `ReferenceMotion.hip_centre`), and the
+    errors of the moments about the model's own; None if they are the model's own, or a side has no
+    complete gait cycle. `walked` and `recorded` are mean curves (101,): moments Nm/kg, those walked
+    about `places`; forces body weights.
     """
     names = [f"{name}_{side[0]}" for side in SIDES for name in HIP_SIGNS]
     if not np.any(places) or any(name not in walked.moments for name in names):

@@ -28,7 +28,6 @@ from gaitval.metrics.typed import Number, Result, Size
 
 _BODY_WEIGHTS = (0.0, 0.0, 1.0)
 """Mean ground reaction of steady walking: forward, left, vertical."""
-_MOMENTS = ("hip_flexion", "knee_angle", "ankle_angle")
 _PHASE = np.arange(1000) / 1000
 
 
@@ -58,11 +57,7 @@ class MomentAsymmetry(Result):
 
     def by_name(self) -> dict[str, Asymmetry]:
         """The moments, in the order of their names."""
-        return {
-            "ankle_angle": self.ankle_angle,
-            "hip_flexion": self.hip_flexion,
-            "knee_angle": self.knee_angle,
-        }
+        return dict(sorted(self))
 
 
 class Consistency(Result):
@@ -89,7 +84,7 @@ def consistency(record: GaitRecord) -> Consistency:
     # √s_r + √s_l
     stance = sum(np.sqrt(record.stance_fraction[side]) for side in SIDES)
     asymmetry = {}
-    for name in _MOMENTS:
+    for name in MomentAsymmetry.model_fields:
         difference = record.moments[f"{name}_r"](_PHASE) - record.moments[f"{name}_l"](_PHASE)
         asymmetry[name] = Asymmetry(
             mean_difference=float(difference.mean()),

@@ -72,11 +72,8 @@ SIDE_MEASURES: Final = (
 
 
 def side_values(walked: "Curves", recorded: "Curves") -> Iterator[tuple[str, Side, float | None]]:
-    """Name, side and value of every measure: None where a curve is missing.
-
-    Parameters
-    ----------
-    walked, recorded : mean curves (101,) of both sides, by name with side.
+    """Name, side and value of every measure, None where a curve is missing, of the mean curves
+    (101,) `walked` and `recorded` of both sides, by name with side.
     """
     for side in SIDES:
         ours, theirs = _of_side(walked, side), _of_side(recorded, side)

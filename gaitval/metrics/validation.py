@@ -34,7 +34,7 @@ from gaitval.metrics.hip_centres import hip_centres
 from gaitval.metrics.joint_power import joint_power, power_measures
 from gaitval.metrics.known_measures import uses
 from gaitval.metrics.learning_gain import LearningGain
-from gaitval.metrics.origin import Origins, record_origins
+from gaitval.metrics.origin import SKILLS, Origins, record_origins
 from gaitval.metrics.record_results import (
     KINDS,
     Kind,
@@ -98,16 +98,8 @@ EXTERNAL_LOAD = (
 )
 """Stated instead of a verdict: a measured zero could not fail, but the test can."""
 
-RMSE: Final[Mapping[Kind, str]] = {
-    "angles": "angle_rmse",
-    "moments": "moment_rmse",
-    "forces": "force_rmse",
-}
-_SKILL: Final[Mapping[Kind, str]] = {
-    "angles": "angle_skill",
-    "moments": "moment_skill",
-    "forces": "force_skill",
-}
+RMSE: Final = dict(zip(KINDS, ("angle_rmse", "moment_rmse", "force_rmse"), strict=True))
+_SKILL: Final = dict(zip(KINDS, SKILLS, strict=True))
 
 _SPATIOTEMPORAL_UNITS: Final[Mapping[Spatiotemporal, str]] = {
     "walking_speed": "m/s",
@@ -333,24 +325,18 @@ def spatiotemporal_measures(rows: Sequence[SpatiotemporalResult]) -> list[Measur
         relative("speed_error", "walking_speed"),
         relative("stride_time_error", "stride_time_right"),
         *(
-            measure("stance_fraction_error", side, f"stance_fraction_{side}", 100.0)
+            measure(f"{name}_error", side, f"{name}_{side}", 100.0)
+            for name in ("stance_fraction", "step_length")
             for side in SIDES
         ),
-        *(measure("step_length_error", side, f"step_length_{side}", 100.0) for side in SIDES),
     ]
 
 
 def endurance_measures(starts: Sequence[Endurance]) -> list[Measure]:
     """Right cycles from each of `starts`, and how many of the walks fell."""
+    reached = ((f"start phase {each.start_phase:g}", float(each.cycles.right)) for each in starts)
     return [
-        *(
-            measured(
-                "consecutive_cycles",
-                f"start phase {start.start_phase:g}",
-                float(start.cycles.right),
-            )
-            for start in starts
-        ),
+        *(measured("consecutive_cycles", *each) for each in reached),
         measured("falls", "walk", float(sum(start.fell for start in starts))),
     ]
 
@@ -435,14 +421,9 @@ def _unseen(subject: "Subject", walk: WalkResult) -> list[UnseenResult]:
 def provenance_of(
     subject: str, settings: Mapping[str, object], recorded: RecordResult
 ) -> Provenance:
-    """Versions, and hashes of what was compared.
-
-    Parameters
-    ----------
-    subject : the text of its file, not what a later gaitval would write: a stored baseline keeps
-        its hash when the file format gets new fields.
-    settings : sections of the configuration as in its file; for the same reason without later ones.
-    recorded : as `metrics.json` has it.
+    """Versions, and hashes of what was compared: the text of the file of the `subject`, and the
+    `settings`, sections of the configuration, as in theirs. What a later gaitval would write has
+    other fields, and a stored baseline must keep its hash. `recorded` is as in `metrics.json`.
     """
     # no number depends on how pages look
     numbers = {name: section for name, section in settings.items() if name != "report"}

@@ -51,18 +51,8 @@ def walked_centre_of_mass(rollout: Rollout, cycles: GaitCycles) -> Array | None:
 
 
 def centre_of_mass_measures(path: Array | None, expected: Array) -> list[Measure]:
-    """Distance of the centre of mass from where it was, mm RMS by axis.
-
-    Parameters
-    ----------
-    path, expected : (101, 3) m, `walked_centre_of_mass` and `record_centre_of_mass`; without a
-        path there is no cycle.
+    """Distance of the centre of mass from where it was, mm RMS by axis: of the `path` (101, 3) m of
+    `walked_centre_of_mass`, None without a cycle, from `expected` of `record_centre_of_mass`.
     """
-    return [
-        measured(
-            "centre_of_mass_rmse",
-            axis,
-            None if path is None else 1e3 * rms(path[:, i] - expected[:, i]),
-        )
-        for i, axis in enumerate(AXES)
-    ]
+    away = [None] * 3 if path is None else [1e3 * rms(each) for each in (path - expected).T]
+    return [measured("centre_of_mass_rmse", *each) for each in zip(AXES, away, strict=True)]
