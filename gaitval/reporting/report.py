@@ -142,15 +142,10 @@ def _correction(found: CorrectionResult | None) -> tables.Row | None:
         if (group := [row for row in found.curves if (row.kind, row.fitted) == (kind, fitted)])
     ]
     return {
-        "errors": found.errors,
+        **dict(found),
         "after": Walked(
             np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}
         ).error(),
-        "share": found.share,
-        "height": found.height,
-        "numbers": found.numbers,
-        "effective_number": found.effective_number,
-        "refused": found.refused,
         "groups": groups,
         "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
     }
