@@ -53,14 +53,13 @@ class CurveTest:
     ----------
     t : (n,) Student's t at each point, positive where the first curves are larger; 0 outside what
         was tested.
-    threshold : |t| above which a point differs at `alpha`; None where so few curves have too few
-        permutations for any p below alpha.
+    threshold : |t| above which a point differs at `ALPHA`; None where so few curves have too few
+        permutations for any p below it.
     normal_threshold : the same by random field theory; None where that has none.
     p : of the largest |t| of the cycle.
     regions : where |t| is above the threshold, in order.
     permutations : different ones that were compared, the data as they are among them.
     exact : whether these are all that exist.
-    alpha : see `threshold`.
     """
 
     t: Array
@@ -70,11 +69,6 @@ class CurveTest:
     regions: tuple[Region, ...]
     permutations: int
     exact: bool
-    alpha: float
-
-    def share(self) -> float:
-        """Share of the points at which the curves differ."""
-        return sum(each.last - each.first + 1 for each in self.regions) / len(self.t)
 
 
 def one_sample_test(
@@ -82,9 +76,7 @@ def one_sample_test(
     expected: Array | float = 0.0,
     *,
     where: NDArray[np.bool_] | None = None,
-    alpha: float = ALPHA,
     permutations: int = PERMUTATIONS,
-    seed: int = 0,
 ) -> CurveTest:
     """Where the mean of curves differs from one known curve: the signs of differences are flipped.
 
@@ -93,8 +85,7 @@ def one_sample_test(
     curves : (N, n) repetitions, at least 2.
     expected : (n,) curve without uncertainty, or a constant.
     where : (n,) points that are tested; all by default.
-    alpha, permutations : see `ALPHA`, `PERMUTATIONS`.
-    seed : of the random permutations.
+    permutations : see `PERMUTATIONS`; random ones are the same in every call.
 
     Raises
     ------
@@ -122,17 +113,16 @@ def one_sample_test(
     # flipping all signs changes no |t|, so the first one is never flipped
     total = 2 ** (count - 1)
 
-    def relabelled(random: np.random.Generator | None) -> Iterator[Array]:
-        if random is None:
-            # the binary digits of 0 to total - 1 are all combinations of signs
-            bits = np.arange(total)[:, None] >> np.arange(count - 1) & 1
-            yield np.column_stack([np.ones(total), 1.0 - 2.0 * bits])
-        else:
-            for size in _batches(permutations - 1):
-                yield random.choice((-1.0, 1.0), (size, count))
+    def every() -> Array:
+        # the binary digits of 0 to total - 1 are all combinations of signs
+        bits = np.arange(total)[:, None] >> np.arange(count - 1) & 1
+        return np.column_stack([np.ones(total), 1.0 - 2.0 * bits])
 
-    labelled = _Labelled(statistic, np.ones((1, count)), relabelled, total, residuals, count - 1)
-    return _tested(labelled, where, alpha, permutations, seed)
+    def drawn(random: np.random.Generator, size: int) -> Array:
+        return random.choice((-1.0, 1.0), (size, count))
+
+    labelled = _Labelled(statistic, np.ones((1, count)), every, drawn, total, residuals, count - 1)
+    return _tested(labelled, where, permutations)
 
 
 def two_sample_test(
@@ -140,15 +130,13 @@ def two_sample_test(
     second: Array,
     *,
     where: NDArray[np.bool_] | None = None,
-    alpha: float = ALPHA,
     permutations: int = PERMUTATIONS,
-    seed: int = 0,
 ) -> CurveTest:
     """Where curves of two groups differ: Student's t with one variance, curves change groups.
 
     The hypothesis tested is that both groups are from one distribution, spread included. `first`
-    (N1, n) and `second` (N2, n) have at least 2 curves each. Options (`where`, `alpha`,
-    `permutations`, `seed`) and errors (ValueError) are those of `one_sample_test`.
+    (N1, n) and `second` (N2, n) have at least 2 curves each. Options (`where`, `permutations`) and
+    errors (ValueError) are those of `one_sample_test`.
     """
     one, other = _checked(first, "the first curves"), _checked(second, "the second curves")
     if one.shape[1] != other.shape[1]:
@@ -172,20 +160,19 @@ def two_sample_test(
     count = len(values)
     own = (np.arange(count) < sizes[0]).astype(float)
 
-    def relabelled(random: np.random.Generator | None) -> Iterator[Array]:
-        if random is None:
-            chosen = np.array(list(combinations(range(count), int(sizes[0]))))
-            members = np.zeros((len(chosen), count))
-            np.put_along_axis(members, chosen, 1.0, axis=1)
-            yield members
-        else:
-            for size in _batches(permutations - 1):
-                yield random.permuted(np.tile(own, (size, 1)), axis=1)
+    def every() -> Array:
+        chosen = np.array(list(combinations(range(count), int(sizes[0]))))
+        members = np.zeros((len(chosen), count))
+        np.put_along_axis(members, chosen, 1.0, axis=1)
+        return members
+
+    def drawn(random: np.random.Generator, size: int) -> Array:
+        return random.permuted(np.tile(own, (size, 1)), axis=1)
 
     total = math.comb(count, int(sizes[0]))
     residuals = np.concatenate([_residuals(one, tiny), _residuals(other, tiny)])
-    labelled = _Labelled(statistic, own[None], relabelled, total, residuals, count - 2)
-    return _tested(labelled, where, alpha, permutations, seed)
+    labelled = _Labelled(statistic, own[None], every, drawn, total, residuals, count - 2)
+    return _tested(labelled, where, permutations)
 
 
 def _checked(curves: Array, name: str) -> Array:
@@ -226,7 +213,8 @@ class _Labelled:
     ----------
     statistic : t (k, n) of k labellings.
     own : (1, ...) labelling of the data.
-    relabelled : all labellings, the own one among them, or random ones without it.
+    every : all labellings, the own one among them.
+    drawn : so many random ones.
     total : how many there are.
     residuals : (N, n) of the curves from the means that are compared.
     freedom : degrees of freedom of t.
@@ -234,26 +222,23 @@ class _Labelled:
 
     statistic: Callable[[Array], Array]
     own: Array
-    relabelled: Callable[[np.random.Generator | None], Iterator[Array]]
+    every: Callable[[], Array]
+    drawn: Callable[[np.random.Generator, int], Array]
     total: int
     residuals: Array
     freedom: int
 
 
-def _tested(
-    data: _Labelled, where: NDArray[np.bool_] | None, alpha: float, permutations: int, seed: int
-) -> CurveTest:
+def _tested(data: _Labelled, where: NDArray[np.bool_] | None, permutations: int) -> CurveTest:
     """The largest |t| of the data as labelled, among those of the other labellings."""
     t = data.statistic(data.own)[0]
     tested = np.ones(len(t), dtype=bool) if where is None else np.asarray(where, dtype=bool)
     t = np.where(tested, t, 0.0)
     peak = float(np.abs(t).max())
     exact = data.total <= permutations
-    random = None if exact else np.random.default_rng(seed)
-    parts = [
-        np.max(np.abs(data.statistic(labels)) * tested, axis=1)
-        for labels in data.relabelled(random)
-    ]
+    random, sizes = np.random.default_rng(0), _batches(permutations - 1)
+    relabelled = [data.every()] if exact else (data.drawn(random, size) for size in sizes)
+    parts = [np.max(np.abs(data.statistic(each)) * tested, axis=1) for each in relabelled]
     # the own labelling is one of all, and must be added to random ones, so that no p is 0
     ordered = np.sort(np.concatenate(parts if exact else [*parts, [peak]]))
 
@@ -262,8 +247,8 @@ def _tested(
         reached = np.searchsorted(ordered, size * (1.0 - 1e-9), side="left")
         return float((len(ordered) - reached) / len(ordered))
 
-    # the largest share of labellings up to alpha; 1e-9, since 0.05 x 20 may be just below 1
-    allowed = math.floor(alpha * len(ordered) + 1e-9)
+    # the largest share of labellings up to ALPHA; 1e-9, since 0.05 x 20 may be just below 1
+    allowed = math.floor(ALPHA * len(ordered) + 1e-9)
     threshold = float(ordered[-1 - allowed]) if allowed >= 1 else None
     above = np.zeros(len(t), dtype=bool)
     if threshold is not None:
@@ -272,8 +257,8 @@ def _tested(
         Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
         for first, end in zip(*runs(above), strict=True)
     )
-    normal = random_field_threshold(data.residuals, data.freedom, where=tested, alpha=alpha)
-    return CurveTest(t, threshold, normal, p(peak), regions, len(ordered), exact, alpha)
+    normal = random_field_threshold(data.residuals, data.freedom, where=tested)
+    return CurveTest(t, threshold, normal, p(peak), regions, len(ordered), exact)
 
 
 def random_field_threshold(
