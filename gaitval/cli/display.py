@@ -111,7 +111,7 @@ class Live(Observer):
         unit = next(name for name in units if name in values)
         done, total = values[unit], values["total"]
         rest = "  ".join(
-            f"{_label(name)} {value:.3g}"
+            f"{'cycles walked' if name == 'cycles' else name.replace('_', ' ')} {value:.3g}"
             for name, value in values.items()
             if name not in (unit, "total")
         )
@@ -197,10 +197,6 @@ def plain(text: str, style: str = "", to: Console | None = None) -> None:
     or to the console `to`.
     """
     (to or output).print(text, style=style, soft_wrap=True)
-
-
-def _label(name: str) -> str:
-    return "cycles walked" if name == "cycles" else name.replace("_", " ")
 
 
 def duration(seconds: float) -> str:

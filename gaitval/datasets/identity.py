@@ -62,15 +62,9 @@ def identity(
     name: str,
     recorded: tuple[str, str] = ("", ""),
 ) -> Identity:
-    """Who a subject is, from what was given and, where nothing was, from names.
-
-    Parameters
-    ----------
-    person, laboratory : as the user gives them; None if they are not given.
-    sources : names of the files, or what an earlier file has as source: people of WBDS are known by
-        them.
-    name : of the subject.
-    recorded : the person's name in a recording, and the name of that file.
+    """Who a subject is, from the `person` and `laboratory` that were given and, where one is None,
+    from names: `sources`, of the files or an earlier file's source, by which people of WBDS are
+    known; `recorded`, the person's in a recording and that of its file; and the subject's `name`.
     """
     of_wbds = next(((wbds_person(text), text) for text in sources if wbds_person(text)), None)
     candidates = (

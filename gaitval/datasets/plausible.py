@@ -52,15 +52,11 @@ def _within(value: float, limits: tuple[float, float]) -> bool:
     return limits[0] <= value <= limits[1]
 
 
-def _plausible_build(mass: float, height: float) -> bool:
-    return _within(mass, MASS) and _within(height, HEIGHT) and _within(mass / height**2, BMI)
-
-
 def mass_and_height_problems(mass: float, height: float) -> list[str]:
     """What is wrong with a body `mass` (kg) and a stature `height` (m), one sentence each; wrong
     units and swapped values are named.
     """
-    if _plausible_build(mass, height):
+    if _within(mass, MASS) and _within(height, HEIGHT) and _within(mass / height**2, BMI):
         return []
     from gaitval.datasets.other_units import no_body
 

@@ -36,11 +36,6 @@ def parse_subject(text: str, where: str) -> Subject:
     return make_subject(with_identity(parse_toml(text, where, SubjectError)), where)
 
 
-def _read_file(path: Path) -> Subject:
-    fix = "Check the path of the subject file"
-    return make_subject(with_identity(read_toml(path, SubjectError, fix)), str(path))
-
-
 @cache  # a study asks for all ten half a dozen times
 def _read_builtin(identifier: str) -> Subject:
     file = resources.files("gaitval.datasets") / "builtin" / f"{identifier}.toml"
@@ -72,7 +67,8 @@ def load_subject(name_or_path: str | int | Path) -> Subject:
     """
     name = str(name_or_path).strip()
     if name.lower().endswith(".toml") or "/" in name:
-        return _read_file(Path(name))
+        values = read_toml(Path(name), SubjectError, "Check the path of the subject file")
+        return make_subject(with_identity(values), str(Path(name)))
     if (identifier := builtin_name(name)) is not None:
         # what the caller changes in its tables stays the caller's
         return _read_builtin(identifier).model_copy(deep=True)

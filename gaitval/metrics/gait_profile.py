@@ -96,13 +96,10 @@ def is_control(subject: Subject) -> bool:
 
 
 def gait_profile(angles: Mapping[str, Array], controls: Mapping[str, Array]) -> GaitProfile:
-    """Score mean curves of both sides. Raises ValueError if no variable is there for both.
-
-    Parameters
-    ----------
-    angles : (101,) deg by name of `PROFILE_ANGLES` with `_r` or `_l`, signs of `GaitRecord`. A
-        variable that a side lacks is left out; the total then cannot be compared with one of nine.
-    controls : (101,) deg by name, such as `Controls.curves`.
+    """Score mean curves of both sides, `angles` (101,) deg by name of `PROFILE_ANGLES` with `_r` or
+    `_l`, signs of `GaitRecord`, against `controls` (101,) deg by name, such as `Controls.curves`. A
+    variable that a side lacks is left out; the total then cannot be compared with one of nine.
+    Raises ValueError if no variable is there for both.
     """
     used = [
         name

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.simulation.rollout import Rollout
 
@@ -29,7 +28,7 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
     starts = np.arange(1, len(force) - window - 1, window // 2)
     # windows overlap by half, so that a force at the edge of one is inside another
     ends = starts + window
-    velocity = _velocity(rollout.centre_of_mass, step)
+    velocity = np.gradient(rollout.centre_of_mass, step, axis=0)
     # Forces act between two samples: those of a step are stored with the state that it ends in, so
     # the sum up to a sample is what its velocity, over the step before it, has had.
     total = np.cumsum(force, axis=0)
@@ -38,8 +37,3 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
     change = mass * (velocity[ends] - velocity[starts])
     residual = np.linalg.norm(change - impulse, axis=1) / (window * step)
     return float(100.0 * residual.max() / (mass * GRAVITY))
-
-
-def _velocity(position: Array, step: float) -> Array:
-    """Central differences of a path (T, 3)."""
-    return np.asarray(np.gradient(position, step, axis=0))

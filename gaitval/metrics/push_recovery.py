@@ -109,14 +109,9 @@ def largest_survived(
     on_progress: Callable[[int], None] | None = None,
 ) -> Array:
     """The largest force (P, D) N, of `phases` and `directions` (rad), up to which every tested push
-    is survived; 0 if none is.
-
-    Parameters
-    ----------
-    survived : returns for each of several pushes whether it is survived. The pushes of one call may
-        be tested in parallel.
-    step, resolution, ceiling : N; `ceiling` is tested itself if `step` divides it.
-    on_progress : called with the number of finished cases.
+    is survived; 0 if none is. `survived` returns for each of several pushes whether it is, and may
+    test those of one call in parallel. `step`, `resolution` and `ceiling` are N; `ceiling` is
+    tested itself if `step` divides it. `on_progress` gets the number of finished cases.
     """
     cases = [(phase, direction) for phase in phases for direction in directions]
     reached, limits = np.zeros(len(cases)), np.full(len(cases), ceiling)
@@ -340,9 +335,8 @@ def push_recovery(
 
     Returns
     -------
-    recovery : which pushes the walker survives.
-    traces : velocity of the centre of mass from one cycle before a push of `pushes.force` to
-        `pushes.cycles` after it, pushed ahead and to the left at each phase.
+    Which pushes the walker survives, and the velocity of the centre of mass from one cycle before a
+    push of `pushes.force` to `pushes.cycles` after it, ahead and to the left at each phase.
     """
     configuration = task.configuration
     settings = configuration.pushes.of_mass(task.model.mass)

@@ -70,13 +70,11 @@ def torque_shares(rollout: Rollout, cycles: GaitCycles, task: WalkingTask) -> To
         joint: {
             name: MomentShare(
                 rms=float(np.sqrt(np.mean(part[:, i] ** 2)) / task.model.mass),
-                r_squared=_explained(whole[:, i], part[:, i]) if variance[i] > 0.0 else None,
+                r_squared=number(1.0 - np.mean((whole[:, i] - part[:, i]) ** 2) / whole[:, i].var())
+                if variance[i] > 0.0
+                else None,
             )
             for name, part in parts.items()
         }
         for i, joint in enumerate(ACTUATED)
     }
-
-
-def _explained(whole: Array, part: Array) -> float | None:
-    return number(1.0 - np.mean((whole - part) ** 2) / whole.var())

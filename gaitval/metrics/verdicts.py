@@ -189,15 +189,11 @@ def unjudged_text(origins: Origins) -> str:
     for quantity, side, origin in not_recorded(origins):
         by_reason.setdefault(origin, {}).setdefault(quantity, []).append(side)
     said = [
-        f"{_listed([_quantity_text(name, sides) for name, sides in found.items()])} "
+        f"{_listed([n if len(sides) > 1 else f'{sides[0]} {n}' for n, sides in found.items()])} "
         f"({reasons[origin]})"
         for origin, found in by_reason.items()
     ]
     return f" Not recorded, so not judged: {'; '.join(said)}." if said else ""
-
-
-def _quantity_text(name: str, sides: Sequence[str]) -> str:
-    return name if len(sides) > 1 else f"{sides[0]} {name}"
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -85,13 +85,9 @@ def residuals(
     moment_limit: float,
     figure_name: str,
 ) -> str:
-    """Residual force and moment at the pelvis over the trial, with limits, as SVG `figure_name`.
-
-    Parameters
-    ----------
-    time : (T,) s.
-    force, moment : (T, 3) N and Nm, axes forward, left, up; NaN where not measured.
-    force_limit, moment_limit : limits of the largest magnitude, N and Nm; NaN draws none.
+    """Residual `force` and `moment` (T, 3) N and Nm at the pelvis, axes forward, left, up, NaN
+    where not measured, over the `time` (T,) s of the trial, as SVG `figure_name`, with the limits
+    of the largest magnitude, `force_limit` and `moment_limit`; NaN draws none.
     """
     with new_figure(3.5) as figure:
         panels = figure.subplots(2, 3, sharex=True, sharey="row")

@@ -4,6 +4,7 @@
 page shows degrees, centimetres and per cent of body weight.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -288,7 +289,7 @@ def write_recording_report(
         "gates": sorted(summary.gates, key=lambda gate: (not gate.failed, not gate.applies)),
         "markers": _marker_rows(summary),
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
-        "left_out_reasons": _counted([one.reason for one in summary.left_out]),
+        "left_out_reasons": Counter(one.reason for one in summary.left_out).most_common(),
         **_drawings(summary),
     }
     write_page(folder, "recording", "recording.html.j2", context, settings)
@@ -321,12 +322,6 @@ def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
         }
         for one in ordered
     ]
-
-
-def _counted(texts: Sequence[str]) -> list[tuple[str, int]]:
-    """The different texts with the count of each, the most frequent first."""
-    counts = {text: texts.count(text) for text in dict.fromkeys(texts)}
-    return sorted(counts.items(), key=lambda pair: -pair[1])
 
 
 def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:

@@ -57,11 +57,6 @@ def stick_figure(model: BodyModel, positions: Array) -> dict[str, Array]:
     return {name: np.stack([points[p] for p in line], axis=1) for name, line in _LINES.items()}
 
 
-def _colour(line: str) -> str:
-    side = line.split()[0]
-    return COLOURS["right"] if side == "right" else COLOURS["left"] if side == "left" else "#404040"
-
-
 def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> str:
     """Poses at `percent` (T,) of the right gait cycle side by side, from the right, as SVG text: of
     each `stick_figure` in `figures`, "record" (grey) and, if there is one, "simulation".
@@ -81,7 +76,8 @@ def pose_strip(figures: Mapping[str, Mapping[str, Array]], percent: Array) -> st
 
 
 def _pose_line(axes: Axes, x: Array, z: Array, name: str, *, grey: bool) -> None:
-    colour, width = (RECORD_SHADE, 4.0) if grey else (_colour(name), 1.3)
+    own = next((colour for side, colour in COLOURS.items() if name.startswith(side)), "#404040")
+    colour, width = (RECORD_SHADE, 4.0) if grey else (own, 1.3)
     axes.plot(x, z, color=colour, linewidth=width, zorder=1 if grey else 2)
     if name == "trunk":
         head = Circle(

@@ -59,7 +59,6 @@ from gaitval.study.stage import Run, Stage
 if TYPE_CHECKING:
     from gaitval.arrays import Array
     from gaitval.configuration import Start
-    from gaitval.gait.record import GaitRecord
     from gaitval.learning_control.correct import Corrected
     from gaitval.metrics.results import FoundParameters, Metrics
     from gaitval.metrics.round_errors import RoundErrors
@@ -400,22 +399,18 @@ def _identify(run: Run, folder: Path) -> None:
     save_identified_reference(run, folder)
 
 
-def _identified_from(run: Run) -> "tuple[GaitRecord, BodyModel, bool]":
-    """Record and scaled body of `run`, and whether the record's kinetics are the person's own."""
-    from gaitval.prediction.known import quantities_told
-
-    own = "moments" in quantities_told(run.subject, run.configuration.record)
-    return run.told().record, read_urdf(run.folder / "model.urdf"), own
-
-
 def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
     """What the record of `run` says about mu, whose `prior` SD is (14,); `folder` keeps a search
     that is interrupted.
     """
     from gaitval.identification.begin import begin
+    from gaitval.prediction.known import quantities_told
     from gaitval.reference.motion import ReferenceMotion
 
-    (record, model, own), configuration = _identified_from(run), run.configuration
+    record, model = run.told().record, read_urdf(run.folder / "model.urdf")
+    configuration = run.configuration
+    # whether the record's kinetics are the person's own
+    own = "moments" in quantities_told(run.subject, configuration.record)
     progress, method = run.observer.progress, configuration.identification.method
     found: Callable[..., FoundParameters] = wings.load(wings.PARTS, f"{method}_identification")
     if method == "posterior":
