@@ -18,7 +18,7 @@ from gaitval.metrics.results import Metrics
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.tolerances import UNITS, Measure, measured
 from gaitval.metrics.typed import array
-from gaitval.metrics.unrecorded import NOTHING
+from gaitval.metrics.unrecorded import UNRECORDED
 from gaitval.metrics.validation import (
     endurance_measures,
     push_measures,
@@ -127,7 +127,7 @@ def _implied(metrics: Metrics) -> list[Measure]:
     only_in_the_walk = [
         # the file has no unfiltered or uncut data, from which these would follow
         *(measured("unfiltered_force_rmse", f"vertical_{side}", None) for side in "rl"),
-        *(each.model_copy(update={"value": None}) for each in NOTHING.measures()),
+        *(measured(*each, None) for each in UNRECORDED),
         measured("step_width", "walk", None),
     ]
     return [

@@ -3,7 +3,6 @@
 A walker is free to use what is not compared with a record. These measures show where it does.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -36,72 +35,45 @@ STEP_WIDTH: Final = (0.140, 0.031)
 little (J Neuroeng Rehabil 2012;9:69, table 1)."""
 
 
-@dataclass(frozen=True)
-class Unrecorded:
-    """Of the compared gait cycles; None where there are none.
-
-    Attributes
-    ----------
-    shoulder_rms, shoulder_peak : Nm, by side: size of the moment (3,) at the shoulder.
-    arm_work : positive work of both arms' joints over that of both legs', %.
-    ringing : RMS of both feet's vertical force together in the band `RINGING_HZ`, unfiltered
-        otherwise, % of body weight.
-    trunk : standard deviations between people by which the range of the trunk's tilt, lean and turn
-        is above their mean (0: not above), and its mean tilt is away from upright.
-    lumbar_peak : Nm/kg, largest size of the moment (3,) at the lumbar joint.
-    """
-
-    shoulder_rms: dict[str, float | None]
-    shoulder_peak: dict[str, float | None]
-    arm_work: float | None
-    ringing: float | None
-    trunk: dict[str, float | None]
-    lumbar_peak: float | None
-
-    def measures(self) -> list[Measure]:
-        """The values as they are judged."""
-        return [
-            *(measured("shoulder_moment_rms", side, self.shoulder_rms[side]) for side in SIDES),
-            *(measured("shoulder_moment_peak", side, self.shoulder_peak[side]) for side in SIDES),
-            measured("arm_work_share", "walk", self.arm_work),
-            measured("force_ringing", "walk", self.ringing),
-            *(measured("trunk_motion", name, value) for name, value in self.trunk.items()),
-            measured("lumbar_moment_peak", "walk", self.lumbar_peak),
-        ]
-
-
-NOTHING: Final = Unrecorded(
-    dict.fromkeys(SIDES),
-    dict.fromkeys(SIDES),
-    None,
-    None,
-    dict.fromkeys((*TRUNK_RANGE, "mean tilt")),
-    None,
+UNRECORDED: Final = (
+    *(("shoulder_moment_rms", side) for side in SIDES),
+    *(("shoulder_moment_peak", side) for side in SIDES),
+    ("arm_work_share", "walk"),
+    ("force_ringing", "walk"),
+    *(("trunk_motion", name) for name in (*TRUNK_RANGE, "mean tilt")),
+    ("lumbar_moment_peak", "walk"),
 )
-"""Without a gait cycle."""
+"""Measure and target of what `unrecorded` gives: the size (3,) of the moment at each shoulder; the
+positive work of both arms' joints over that of both legs'; RMS of both feet's vertical force
+together in the band `RINGING_HZ`, unfiltered otherwise; standard deviations between people by which
+the range of the trunk's tilt, lean and turn is above their mean (0: not above), and its mean tilt
+is away from upright; and the largest size of the moment (3,) at the lumbar joint."""
 
 
-def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> Unrecorded:
-    """Arms, trunk and ringing in the compared `cycles` of `rollout`, by a model of `mass` kg."""
+def unrecorded(rollout: Rollout, cycles: GaitCycles, *, mass: float) -> list[Measure]:
+    """`UNRECORDED` of the compared `cycles` of `rollout`, by a model of `mass` kg; without values
+    if there are none.
+    """
     if cycles.count("right") == 0:
-        return NOTHING
+        return [measured(*each, None) for each in UNRECORDED]
     rows = cycles.rows()
-    moment = {
-        side: np.linalg.norm(rollout.moments[rows][:, _columns(_SHOULDER, side)], axis=1)
+    shoulders = [
+        np.linalg.norm(rollout.moments[rows][:, _columns(_SHOULDER, side)], axis=1)
         for side in SIDES
-    }
+    ]
     arms, legs = (
         sum(_positive_work(rollout, rows, _columns(names, side)) for side in SIDES)
         for names in (ARM, LEG)
     )
-    return Unrecorded(
-        shoulder_rms={side: float(np.sqrt(np.mean(each**2))) for side, each in moment.items()},
-        shoulder_peak={side: float(each.max()) for side, each in moment.items()},
-        arm_work=100.0 * arms / legs if legs > 0.0 else None,
-        ringing=100.0 * force_ringing(rollout, rows) / (mass * GRAVITY),
-        trunk=_trunk(rollout, cycles),
-        lumbar_peak=float(np.linalg.norm(rollout.moments[rows][:, _LUMBAR], axis=1).max() / mass),
+    values = (
+        *(float(np.sqrt(np.mean(each**2))) for each in shoulders),
+        *(float(each.max()) for each in shoulders),
+        100.0 * arms / legs if legs > 0.0 else None,
+        100.0 * force_ringing(rollout, rows) / (mass * GRAVITY),
+        *_trunk(rollout, cycles),
+        float(np.linalg.norm(rollout.moments[rows][:, _LUMBAR], axis=1).max() / mass),
     )
+    return [measured(*each, value) for each, value in zip(UNRECORDED, values, strict=True)]
 
 
 def trunk_angles(positions: Array) -> Array:
@@ -115,16 +87,18 @@ def trunk_angles(positions: Array) -> Array:
     return np.asarray(np.rad2deg(np.column_stack([tilt, -list_right, turn_right])))
 
 
-def _trunk(rollout: Rollout, cycles: GaitCycles) -> dict[str, float | None]:
+def _trunk(rollout: Rollout, cycles: GaitCycles) -> list[float]:
+    """Of each of `TRUNK_RANGE`, and of the mean tilt."""
     angles = cut(
         trunk_angles(rollout.positions), cycles.starts["right"], cycles.ends["right"]
     ).mean(axis=0)
-    found: dict[str, float | None] = {
-        name: max(0.0, float((np.ptp(angles[:, i]) - mean) / sd))
-        for i, (name, (mean, sd)) in enumerate(TRUNK_RANGE.items())
-    }
-    found["mean tilt"] = abs(float(angles[:, 0].mean())) / TRUNK_TILT_SD
-    return found
+    return [
+        *(
+            max(0.0, float((np.ptp(each) - mean) / sd))
+            for each, (mean, sd) in zip(angles.T, TRUNK_RANGE.values(), strict=True)
+        ),
+        abs(float(angles[:, 0].mean())) / TRUNK_TILT_SD,
+    ]
 
 
 def step_width_measure(width: float | None, leg_length: float) -> Measure:

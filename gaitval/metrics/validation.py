@@ -278,7 +278,7 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         *rmse_measures(errors),
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
-        *unrecorded(rollout, cycles, mass=of.model.mass).measures(),
+        *unrecorded(rollout, cycles, mass=of.model.mass),
         step_width_measure(stride["step_width"], of.leg_length),
         *power_measures(power, of.recorded.joint_power),
         *centre_of_mass_measures(path, np.array(of.recorded.centre_of_mass)),
