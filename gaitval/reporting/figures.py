@@ -21,8 +21,10 @@ from scipy.spatial import ConvexHull
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
+from gaitval.gait.cycle_curves import FORCES
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.typed import array
+from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import FootContact, MeanCurve, PushRecovery, PushTrace
 from gaitval.metrics.whole_body import AXES
 from gaitval.reporting.drawing import link, new_figure, svg
@@ -37,19 +39,9 @@ RECORD_WIDTH: Final = 2.0
 WALK_WIDTH: Final = 1.1
 """Points. The walk lies on the record and is narrower, so that both are seen where they agree."""
 
-NAMES: Final = {
-    "hip_flexion": "Hip flexion",
-    "hip_adduction": "Hip adduction",
-    "hip_rotation": "Hip internal rotation",
-    "knee_angle": "Knee flexion",
-    "ankle_angle": "Ankle dorsiflexion",
-    "subtalar_angle": "Subtalar inversion",
-    "pelvis_tilt": "Pelvis anterior tilt",
-    "pelvis_list": "Pelvis obliquity",
-    "pelvis_rotation": "Pelvis rotation",
-    "forward": "Forward",
-    "medial": "Medial",
-    "vertical": "Vertical",
+NAMES: Final[Mapping[str, str]] = {
+    **{name: f"{said[0].upper()}{said[1:]}" for name, said in CURVE_NAMES.items()},
+    **{name: name.capitalize() for name in FORCES},
 }
 """What a positive value of a curve means; obliquity: own side up, rotation: own side forward."""
 

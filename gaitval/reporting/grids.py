@@ -24,6 +24,7 @@ from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
     BAND_COLOUR,
     COLOURS,
+    NAMES,
     PERCENT,
     RECORD_COLOUR,
     RECORD_WIDTH,
@@ -58,23 +59,15 @@ SAGITTAL: Final = (
 """On the sheet."""
 
 _ANGLES: Final = {
-    "pelvis_tilt": "Pelvis anterior tilt",
+    **NAMES,
     "pelvis_list": "Pelvis obliquity, up",
     "pelvis_rotation": "Pelvis rotation, forward",
-    "hip_flexion": "Hip flexion",
-    "hip_adduction": "Hip adduction",
-    "hip_rotation": "Hip internal rotation",
-    "knee_angle": "Knee flexion",
-    "knee_adduction": "Knee adduction",
     "knee_rotation": "Knee internal rotation",
-    "ankle_angle": "Ankle dorsiflexion",
-    "subtalar_angle": "Subtalar inversion",
     "ankle_rotation": "Ankle internal rotation",
-    "foot_pitch": "Foot pitch",
     "foot_list": "Foot tilt",
     "foot_progression": "Foot progression, inward",
 }
-_FORCES: Final = {"forward": "Forward", "medial": "Medial", "vertical": "Vertical"}
+"""All others are called by their names."""
 _JOINTS: Final = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 
 Which = Literal["record", "walk"]
@@ -121,7 +114,7 @@ def title(name: str) -> str:
     """The title of the panel of a quantity `name`, "kind/curve"; its unit is beside the axis."""
     kind, _, curve = name.partition("/")
     if kind == "forces":
-        return f"{_FORCES[curve]} force"
+        return f"{NAMES[curve]} force"
     if kind == "power":
         return f"{_JOINTS[curve]} power"
     return _ANGLES.get(curve, curve.replace("_", " ").capitalize())

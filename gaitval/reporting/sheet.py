@@ -26,19 +26,6 @@ FAILED_SHOWN: Final = 6
 PLATES_DOUBTED: Final = 0.02
 """Share of the force by which plates may be wrong before the sheet says so."""
 
-_LABELS: Final = {
-    "walking_speed": "Walking speed",
-    "cadence": "Cadence",
-    "stride_time_right": "Stride time, right",
-    "stride_time_left": "Stride time, left",
-    "stance_fraction_right": "Stance, right",
-    "stance_fraction_left": "Stance, left",
-    "double_support_fraction": "Double support",
-    "step_length_right": "Step length, right",
-    "step_length_left": "Step length, left",
-    "step_width": "Step width",
-}
-
 
 class Cell(NamedTuple):
     """A number and where it is from.
@@ -186,10 +173,12 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
         share = 100.0 if row.unit == "1" else 1.0
         digits = {"1": 1, "steps/min": 1}.get(row.unit, 2)
         side = next((each for each in SIDES if row.name.endswith(f"_{each}")), None)
-        norm = f"parameter/{row.name.removesuffix(f'_{side}')}"
+        plain = row.name.removesuffix(f"_{side}")
+        label = plain.removesuffix("_fraction").replace("_", " ").capitalize()
+        norm = f"parameter/{plain}"
         rows.append(
             {
-                "label": _LABELS[row.name],
+                "label": f"{label}, {side}" if side else label,
                 "unit": "% of cycle" if row.unit == "1" else row.unit,
                 **{
                     name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
