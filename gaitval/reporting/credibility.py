@@ -1,14 +1,17 @@
-"""What a reviewer asks beside the checklist: figures that the project, not the run, has measured.
+"""What a reviewer asks beside the checklist: figures that the project, not the run, has measured,
+and what a report was made from: the date of the run, the code, and the hash of every file.
 
 Every figure names the file and the place that it was read from (a JSON pointer, RFC 6901).
 """
 
 import tomllib
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from gaitval.artefacts import read_json
+from gaitval.artefacts import file_hash, read_json
+from gaitval.build_info import minute_of
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.results import Metrics
@@ -21,6 +24,15 @@ EVIDENCE: Final = "evidence.toml"
 copy is put beside each report, so that its links work wherever gaitval is installed."""
 
 PROVENANCE: Final = "provenance.json"
+
+FILES: Final = (
+    *("subject.toml", "configuration.toml", "model.urdf", "scaling.csv", "reference.npz"),
+    *("policy/policy.json", "policy/policy.safetensors", "identification.json", "identified.npz"),
+    *("correction.json", "rollouts/nominal.npz", "rollouts/identified.npz"),
+    *("rollouts/witness.npz", "push.json", "metrics.json"),
+)
+"""What the numbers of a report come from, in the order in which it is made. `policy/training.csv`
+and `provenance.json` hold times, so that equal runs differ in them; they are not listed."""
 
 
 class ProjectFigure(OpenResult):
@@ -99,3 +111,23 @@ def provenance_before(folder: Path) -> dict[str, Any] | None:
     if isinstance(stages, dict):
         found["stages"] = {name: each for name, each in stages.items() if name != "report"}
     return found
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    """SHA-256 of each of `FILES` that a run `folder` has, as `sha256sum FILE` prints it."""
+    return {name: file_hash(folder / name) for name in FILES if (folder / name).is_file()}
+
+
+def dates(provenance: Mapping[str, Any] | None) -> tuple[str, str] | None:
+    """When the first stage in `provenance` (`provenance_before`) started and the last
+    one ended; None where that was not stored.
+    """
+    stages = (provenance or {}).get("stages")
+    if not isinstance(stages, Mapping):
+        return None
+    began, ended = (
+        [str(each[name]) for each in stages.values() if isinstance(each, Mapping) and name in each]
+        for name in ("started", "finished")
+    )
+    first, last = minute_of(min(began, default="")), minute_of(max(ended, default=""))
+    return (first, last) if first and last else None

@@ -46,7 +46,6 @@ from gaitval.reporting import (
     curve_statistics,
     figure_data,
     figures,
-    provenance,
     run_grids,
     tables,
 )
@@ -418,8 +417,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "learned": metrics.training and metrics.training.in_words(),
         "picture": walk_pictures(folder, metrics),
         "provenance": before,
-        "dates": provenance.dates(before),
-        "hashes": provenance.hashes(folder),
+        "dates": credibility.dates(before),
+        "hashes": credibility.hashes(folder),
         "project": credibility.project_rows(),
         "evidence_file": credibility.EVIDENCE,
         "checks": checklist.checklist(metrics, credibility.beside_metrics(folder, metrics)),

@@ -10,7 +10,7 @@ from html_page import Page, only_html, without_figures
 from report_run import build_run
 
 from gaitval.artefacts import write_json
-from gaitval.reporting.provenance import FILES, dates, hashes
+from gaitval.reporting.credibility import FILES, dates, hashes
 from gaitval.reporting.report import write_report
 
 STAGES = {
