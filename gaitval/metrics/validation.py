@@ -387,12 +387,7 @@ def _witness(walks: Rollouts, measures: Sequence[Measure], origins: Origins) -> 
 
 
 def _statistics(
-    subject: "Subject",
-    record: GaitRecord,
-    model: BodyModel,
-    rollout: Rollout,
-    compared: _Compared,
-    of: Comparator,
+    rollout: Rollout, compared: _Compared, of: Comparator, age_years: float | None
 ) -> WalkStatistics | None:
     """The statistics of whole curves; None with one cycle, which has no scatter."""
     if min(map(compared.cycles.count, SIDES)) < 2:
@@ -401,11 +396,11 @@ def _statistics(
 
     return walk_statistics(
         compared.curves,
-        foot_progression(rollout, compared.cycles, model),
-        record,
+        foot_progression(rollout, compared.cycles, of.model),
+        of.record,
         by_kind(of.curves),
         of.origins,
-        age_years=subject.age_years,
+        age_years=age_years,
     )
 
 
@@ -528,7 +523,7 @@ def validate(
             summary=summary(verdicts),
             push_recovery=pushes,
             torque_shares=torque_shares,
-            curve_statistics=_statistics(subject, record, model, last.compared, compared, of),
+            curve_statistics=_statistics(last.compared, compared, of, subject.age_years),
             witness=None
             if witness is None
             else _witness(witness, _measured(witness, of, configuration)[1], of.origins),

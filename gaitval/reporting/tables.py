@@ -21,6 +21,8 @@ from gaitval.reporting.figures import NAMES
 Row = dict[str, object]
 """A row of a table, for the template."""
 
+Values = Mapping[str, float | None]
+
 CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
     ("angles", (*JOINT_ANGLES, *PELVIS_ANGLES), 1),
     ("moments", JOINT_MOMENTS, 2),
@@ -94,32 +96,28 @@ def bursts(metrics: Metrics) -> list[Row]:
     # of the record, and of the walk
     there, here = _bursts(recorded), None if walked is None else _bursts(walked)
 
-    def row(
-        name: str,
-        unit: str,
-        digits: int,
-        key: str,
-        expected: Mapping[str, float | None],
-        found: Mapping[str, float | None] | None,
-    ) -> Row:
-        sides = {
-            side: {
-                "recorded": expected[f"{key}_{side[0]}"],
-                "walked": None if found is None else found[f"{key}_{side[0]}"],
-            }
-            for side in SIDES
-        }
-        return {"name": name, "unit": unit, "digits": digits, "sides": sides}
-
-    rows = [row(burst, "W/kg", 2, burst, there, here) for burst in BURSTS]
+    parts: list[tuple[str, str, int, str, Values, Values | None]] = [
+        (burst, "W/kg", 2, burst, there, here) for burst in BURSTS
+    ]
     for joint, label in zip(POWER_JOINTS, ("Hip", "Knee", "Ankle"), strict=True):
-        generated = None if walked is None else walked.generated
-        absorbed = None if walked is None else walked.absorbed
-        rows += [
-            row(f"{label}, generated", "J/kg", 3, joint, dict(recorded.generated), generated),
-            row(f"{label}, absorbed", "J/kg", 3, joint, dict(recorded.absorbed), absorbed),
-        ]
-    return rows
+        for what in ("generated", "absorbed"):
+            found = None if walked is None else getattr(walked, what)
+            parts.append((f"{label}, {what}", "J/kg", 3, joint, getattr(recorded, what), found))
+    return [
+        {
+            "name": name,
+            "unit": unit,
+            "digits": digits,
+            "sides": {
+                side: {
+                    "recorded": expected[f"{key}_{side[0]}"],
+                    "walked": None if found is None else found[f"{key}_{side[0]}"],
+                }
+                for side in SIDES
+            },
+        }
+        for name, unit, digits, key, expected, found in parts
+    ]
 
 
 def _bursts(found: JointPower) -> dict[str, float | None]:
