@@ -33,19 +33,7 @@ from gaitval.cli.app import (
 from gaitval.errors import ToleranceError
 
 if TYPE_CHECKING:
-    from gaitval.configuration import Configuration
     from gaitval.study.stage import Run
-
-
-def _configuration(
-    config: Path | None, settings: list[str] | None, stored: Path | None
-) -> "Configuration":
-    """Settings of a command; a single stage keeps those of its run folder."""
-    from gaitval.configuration import load_configuration
-
-    if config is None and stored is not None and stored.is_file():
-        config = stored
-    return load_configuration(config, settings=settings or ())
 
 
 @contextmanager
@@ -58,6 +46,8 @@ def _opened(
     keep_settings: bool,
     devices: list[str] | None = None,
 ) -> Iterator["Run"]:
+    """The run of a `subject`; a single stage keeps the settings of its folder."""
+    from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stage import open_run
 
@@ -65,8 +55,10 @@ def _opened(
     if devices:
         person = wings.load(wings.PARTS, "device_results").wearing(person, devices)
     folder = out or Path("reports") / person.identifier
-    stored = folder / "configuration.toml" if keep_settings else None
-    configuration = _configuration(config, settings, stored)
+    stored = folder / "configuration.toml"
+    if config is None and keep_settings and stored.is_file():
+        config = stored
+    configuration = load_configuration(config, settings=settings or ())
     with display.live_view() as live, open_run(person, configuration, folder, live) as run:
         yield run
 

@@ -265,10 +265,12 @@ def one_thread() -> Iterator[None]:
         yield
 
 
-def perform(stage: Stage) -> None:
-    """The work of `stage`, with `one_thread`."""
+def perform(stage: Stage) -> float:
+    """The work of `stage`, with `one_thread`; returns how long it took, s."""
+    clock = monotonic()
     with one_thread():
         stage.run()
+    return monotonic() - clock
 
 
 def run_stage(
@@ -286,9 +288,7 @@ def run_stage(
         observer.skipped(stage.name)
         return False
     observer.started(stage.name, begun.reason)
-    clock = monotonic()
-    perform(stage)
-    seconds = monotonic() - clock
+    seconds = perform(stage)
     end_stage(begun, seconds)
     give_back_now()  # the next one has other needs
     observer.finished(stage.name, seconds)

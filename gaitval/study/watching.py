@@ -4,7 +4,6 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from time import monotonic
 from typing import Final
 
 from gaitval.artefacts import read_json
@@ -71,7 +70,7 @@ def run_beside(
     begun = begin_stage(other, run.folder, force=force)
     assert begun is not None
     kept_workers()  # started now: two threads that ask for them at once would start twice as many
-    with beside(_timed, other) as ended:
+    with beside(perform, other) as ended:
         run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
         for stage in stages:
             run_stage(stage, run.folder, force=force, observer=run.observer)
@@ -80,10 +79,3 @@ def run_beside(
             seconds = ended()
     end_stage(begun, seconds)
     run.observer.finished(other.name, seconds)
-
-
-def _timed(stage: Stage) -> float:
-    """The stage's work; returns how long it took, s."""
-    clock = monotonic()
-    perform(stage)
-    return monotonic() - clock
