@@ -1,7 +1,5 @@
 """Implausible values of a subject, one sentence each: what was seen, why it is wrong, how to fix
 it.
-
-The ranges catch units and swapped columns, not unusual people.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,6 @@
 """Stored policies, their walks, and how these compare with a record, from Python."""
 
 import os
-from dataclasses import asdict
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -203,11 +202,10 @@ def compare(
     filters = LowPass(frequency, frequency)
     origins: tuple[Origin | None, ...]
     if isinstance(against, Subject):
-        filters = low_pass_of(against.record(), frequency)
-        other = recorded_curves(against.record()).named()
-        title = f"the record of {against.identifier}"
-        found = record_origins(against, RecordSettings())
-        kinds = asdict(recorded_curves(against.record()))
+        record = against.record()
+        filters, curves = low_pass_of(record, frequency), recorded_curves(record)
+        other, title = curves.named(), f"the record of {against.identifier}"
+        found, kinds = record_origins(against, RecordSettings()), vars(curves)
         origins = tuple(curve_origin(kind, name, found) for kind in kinds for name in kinds[kind])
     else:
         other = _mean_curves(against, settings, filters)
