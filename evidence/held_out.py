@@ -53,7 +53,7 @@ MEASURES = {
             "@reference",
             "@errors",
             "gaitval/metrics/reference_curves.py",
-            "gaitval/metrics/centring.py",
+            "extras/gaitval_predict/centring.py",
             "gaitval/study/stages.py:_reference_of",
             "extras/gaitval_estimate/*.py",
             "experiments/held_out_runs.py:reference_errors,store,KINEMATICS",

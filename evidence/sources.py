@@ -41,7 +41,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "experiments/general_policy.py:train_general",
         "gaitval/learning_control/*.py",
         "gaitval/metrics/reference_curves.py",
-        "gaitval/metrics/centring.py",
+        "extras/gaitval_predict/centring.py",
     ),
     "walk": ("@physics", "@scaled", "@reference", "@learned"),
     "device walk": (

@@ -113,8 +113,8 @@ def predicted_correction_stage(run: Run) -> Stage:
 
     def correct_walk() -> None:
         from gaitval.learning_control.correct import correct
-        from gaitval.metrics.centring import centred
         from gaitval.model.parameters import nominal_parameters
+        from gaitval_predict.centring import centred
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
         mu = nominal_parameters()

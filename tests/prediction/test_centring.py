@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from simulation_fixtures import random_policy
 
-from gaitval.metrics import centring
-from gaitval.metrics.centring import centred
 from gaitval.metrics.round_errors import Epsilon
 from gaitval.model.parameters import nominal_parameters
+from gaitval_predict import centring
+from gaitval_predict.centring import centred
 
 
 def test_walks_that_fall_choose_nothing(task):
