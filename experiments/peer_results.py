@@ -18,7 +18,6 @@ from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.mocap.mot import read_storage
-from gaitval.session.read import marker_columns
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
@@ -118,7 +117,7 @@ def _standing_zero(found: Import) -> dict[str, float]:
     points, _ = _points(source)
     standing, body = found.session.standing, found.body
     markers = [marker for marker in body.markers if marker.name in standing.names]
-    measured = marker_columns(standing, [marker.name for marker in markers], standing.markers)
+    measured = standing.columns([marker.name for marker in markers])
     middle = np.nanmedian(measured, axis=0, keepdims=True)
     pose = inverse_kinematics(body.model, markers, middle).positions[0]
     return {

@@ -26,7 +26,6 @@ from gaitval.model.tree import segment_frames
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.scaling import build_body
 from gaitval.session.average import side_angles
-from gaitval.session.read import marker_columns
 from gaitval.session.session import Import
 from gaitval.session.standing import standing_places
 from gaitval.session.trial import WalkingTrial, completed, smoothed, valid_cycles
@@ -256,7 +255,7 @@ class _Chain:
         """(T, 31) of a window, low-passed."""
         recording = window.walk.recording
         there = [marker for marker in markers if marker.name in recording.names]
-        measured = marker_columns(recording, [m.name for m in there], recording.markers)
+        measured = recording.columns([m.name for m in there])
         measured = measured[window.frames].copy()
         for i, marker in enumerate(there):
             measured[:, i] += change.walking.get((window.side, marker.name), 0.0)

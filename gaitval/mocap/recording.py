@@ -5,7 +5,7 @@ Readers (`gaitval.mocap.c3d` and others) return it in the axes of the laboratory
 throughout: m, N, Nm, s.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -119,6 +119,16 @@ class Recording(Displayed):
         if name not in self.names:
             raise RecordError(f"{self.source}: no marker {name!r}. It has {', '.join(self.names)}.")
         return self.markers[:, self.names.index(name)]
+
+    def columns(self, names: Sequence[str]) -> Array:
+        """Trajectories (T, M, 3) m of the markers `names` in this order, NaN for one that is not
+        there.
+        """
+        found = np.full((len(self.markers), len(names), 3), np.nan)
+        for place, name in enumerate(names):
+            if name in self.names:
+                found[:, place] = self.marker(name)
+        return found
 
     def alike(self, one: str, other: str) -> bool:
         """Whether two markers have the same trajectory: one is a copy of the other."""

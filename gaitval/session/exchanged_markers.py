@@ -6,7 +6,6 @@ from gaitval.inverse.marker_labels import Exchange
 from gaitval.mocap.exchanges import ARMS
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.session.read import marker_columns
 
 
 def put_right(
@@ -34,9 +33,7 @@ def put_right(
     if {first.segment, second.segment} <= ARMS:
         # An arm turns as it likes, and no leg needs its markers.
         kept = [name for name in walking.names if name not in (exchange.first, exchange.second)]
-        return walking.with_markers(
-            kept, marker_columns(walking, kept, walking.markers)
-        ), QualityFlag(
+        return walking.with_markers(kept, walking.columns(kept)), QualityFlag(
             *("exchanged markers", both, exchange.own, exchange.crossed, "m"),
             f"may have each other's names: {exchange}. No leg needs them: left out",
         )

@@ -31,7 +31,7 @@ from gaitval.scaling.functional import (
 )
 from gaitval.scaling.joint_centres import locate, pelvis_frame
 from gaitval.scaling.same_person import check_same_person
-from gaitval.session.read import SessionRecordings, about_file, marker_columns, named, trajectories
+from gaitval.session.read import SessionRecordings, about_file, named, trajectories
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
 
@@ -291,9 +291,7 @@ class _Leg:
         names = self._worn(segment)
         return segment_motion(
             np.array([self.places[name] for name in names]).reshape(-1, 3),
-            marker_columns(self.recording, names, self.recording.markers)
-            if names
-            else np.empty((len(self.recording.markers), 0, 3)),
+            self.recording.columns(names),
             segment.partition("_")[0],
         )
 
@@ -308,7 +306,7 @@ class _Leg:
             return self.motion(thigh)
         hip = self.points[f"{self.letter}.Hip.Centre"]
         carried = pelvis.rotation @ hip + pelvis.translation
-        markers = marker_columns(self.recording, names, self.recording.markers)
+        markers = self.recording.columns(names)
         return segment_motion(
             np.array([*(self.places[name] for name in names), hip]),
             np.concatenate([markers, carried[:, None]], axis=1),

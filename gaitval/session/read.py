@@ -1,7 +1,7 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -431,17 +431,3 @@ def trajectories(recording: Recording) -> dict[str, Array]:
 def _tell_cleaning(tell: Tell, file: Path, report: CleaningReport) -> None:
     for finding in report.findings:
         tell("cleaning", f"{file.name}: {finding}")
-
-
-def marker_columns(recording: Recording, names: Iterable[str], markers: Array) -> Array:
-    """Trajectories (T, M, 3) of the markers `names` in this order, NaN for one that is not there;
-    `markers` (T, N, 3) has the order of `recording`.
-    """
-    gap = np.full((len(markers), 3), np.nan)
-    return np.stack(
-        [
-            markers[:, recording.names.index(name)] if name in recording.names else gap
-            for name in names
-        ],
-        axis=1,
-    )

@@ -26,7 +26,7 @@ from gaitval.scaling.scaling import (
     ScaledBody,
     build_body,
 )
-from gaitval.session.read import SessionRecordings, about_file, marker_columns, of_trial
+from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
 
@@ -108,23 +108,20 @@ def scale_body(
             )
     first = checked[0][0]
     names = [marker.name for marker in placement.markers]
-    stood = marker_columns(session.standing, names, session.standing.markers)
+    stood = session.standing.columns(names)
     stood[:, [name in placement.moved for name in names]] = np.nan
+    smooth = low_pass(
+        first.markers,
+        rate=first.marker_rate,
+        cutoff_hz=processing.marker_cutoff_hz,
+        order=processing.filter_order,
+    )
     fitted = partial(
         fit_model,
         scaled.model,
         placement.markers,
         stood,
-        marker_columns(
-            first,
-            names,
-            low_pass(
-                first.markers,
-                rate=first.marker_rate,
-                cutoff_hz=processing.marker_cutoff_hz,
-                order=processing.filter_order,
-            ),
-        ),
+        replace(first, markers=smooth).columns(names),
         placement_sd={
             name: ANATOMICAL_SD for name in names if marker_set.markers[name].role == "anatomical"
         },
@@ -220,7 +217,7 @@ def _with_right_labels(
             for marker in placement.markers
             if marker.name in walking.names and marker.name not in placement.moved
         ]
-        measured = marker_columns(walking, [marker.name for marker in markers], walking.markers)
+        measured = walking.columns([marker.name for marker in markers])
         exchange = find_exchanged(model, markers, measured)
         if exchange is None:
             return walking, doubts

@@ -38,7 +38,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.session.read import SessionRecordings, about_file, marker_columns
+from gaitval.session.read import SessionRecordings, about_file
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
 
@@ -241,7 +241,7 @@ def trial_motion(
     `markers` are on `model`; those that `recording` (clean, the project's axes) lacks are left out.
     """
     found = tuple(marker for marker in markers if marker.name in recording.names)
-    measured = marker_columns(recording, [marker.name for marker in found], recording.markers)
+    measured = recording.columns([marker.name for marker in found])
     rate = recording.marker_rate
     poses = inverse_kinematics(model, found, measured)
     anchoring = anchored(model, found, measured, poses, rate=rate)
