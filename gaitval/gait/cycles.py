@@ -118,18 +118,21 @@ class SpatioTemporal:
     walk_ratio: Array
 
     def summary(self) -> dict[str, tuple[float, float]]:
-        """Mean and standard deviation (n − 1) of each parameter over the cycles that have it."""
-        table = {}
-        for field in fields(self):
-            if field.name == "side":
-                continue
-            values = getattr(self, field.name)
-            values = values[np.isfinite(values)]
-            table[field.name] = (
-                float(values.mean()) if len(values) else np.nan,
-                float(values.std(ddof=1)) if len(values) > 1 else np.nan,
-            )
-        return table
+        """`mean_and_deviation` of each parameter over the cycles that have it."""
+        return {
+            each.name: mean_and_deviation(getattr(self, each.name)) for each in fields(self)[1:]
+        }
+
+
+def mean_and_deviation(values: Array) -> tuple[float, float]:
+    """Mean and standard deviation (n − 1) of the finite ones of `values` (n,); NaN where they are
+    too few.
+    """
+    values = values[np.isfinite(values)]
+    return (
+        float(values.mean()) if len(values) else np.nan,
+        float(values.std(ddof=1)) if len(values) > 1 else np.nan,
+    )
 
 
 def cut_cycles(

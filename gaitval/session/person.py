@@ -127,19 +127,14 @@ def _name(facts: PersonFacts) -> tuple[str, str]:
 
 def _measured(facts: PersonFacts) -> str:
     """What a file says of the person that scaling takes from the markers, in words."""
-    right, left = facts.leg_length_m
-    said = {
-        "leg lengths (right, left)": None
-        if right is None or left is None
-        else f"{right:.4g}, {left:.4g} m",
-        "distance of the ASIS": None
-        if facts.asis_distance_m is None
-        else f"{facts.asis_distance_m:.4g} m",
-        "marker diameter": None
-        if facts.marker_diameter_m is None
-        else f"{1000 * facts.marker_diameter_m:.3g} mm",
-    }
-    return ", ".join(f"{what} {value}" for what, value in said.items() if value is not None)
+    (right, left), said = facts.leg_length_m, []
+    if right is not None and left is not None:
+        said.append(f"leg lengths (right, left) {right:.4g}, {left:.4g} m")
+    if facts.asis_distance_m is not None:
+        said.append(f"distance of the ASIS {facts.asis_distance_m:.4g} m")
+    if facts.marker_diameter_m is not None:
+        said.append(f"marker diameter {1000 * facts.marker_diameter_m:.3g} mm")
+    return ", ".join(said)
 
 
 def _one(

@@ -55,6 +55,7 @@ def subject_of(found: Import) -> Subject:
     both = completed_sides(found.angles, found.moments, found.forces, mirror=request.mirror)
     means = both.forces
     stance = {side: _stance(found, both, side) for side in SIDES}
+    durations = [cycle.duration for side in SIDES for cycle in all_cycles(found, side)]
     body = found.body
     values = {
         "identifier": request.identifier,
@@ -71,19 +72,14 @@ def subject_of(found: Import) -> Subject:
         "height_m": request.height_m,
         "leg_length_m": body.chosen.hip_height,
         "walking_speed_m_s": speed(found),
-        "stride_time_s": float(
-            np.mean(
-                [
-                    cycle.duration
-                    for side in SIDES
-                    for cycle in all_cycles(found, side, kinetics=False)
-                ]
-            )
-        ),
+        "stride_time_s": float(np.mean(durations)),
         "left_phase": _left_phase(found, both.seen),
         "mean_vertical_force": mean_vertical_force(means) if len(means) == len(SIDES) else None,
         "stance_fraction": StanceFraction(
-            right=stance["right"], left=stance["left"], mirrored=_mirrored_stance(both)
+            right=stance["right"],
+            left=stance["left"],
+            # a mirrored force brings its own
+            mirrored=next(iter(both.mirrored.values()), None),
         ),
         "gait": _mean_gait(both, stance, where).model_copy(
             update={
@@ -116,11 +112,6 @@ def _stance(found: Import, both: Completed, side: Side) -> float | None:
     shown = both.seen if both.mirrored.get("angles") == side else side
     values = np.concatenate([walk.gait[shown].stance_fraction for walk in found.trials])
     return float(np.nanmean(values)) if np.isfinite(values).any() else None
-
-
-def _mirrored_stance(both: Completed) -> Side | None:
-    """The side whose stance fraction is the other side's: a mirrored force brings its own."""
-    return next(iter(both.mirrored.values()), None)
 
 
 def _mean_gait(both: Completed, stance: Mapping[Side, float | None], where: str) -> Gait:
@@ -216,9 +207,9 @@ def closed(name: str, kind: str, curve: Array, where: str) -> Array:
     return np.asarray(curve - drift * (PHASE - 0.5))
 
 
-def all_cycles(found: Import, side: Side, *, kinetics: bool) -> list[GaitCycle]:
-    """The cycles of one side in all trials of `found`, valid for kinematics or for `kinetics`."""
-    return [cycle for walk in found.trials for cycle in valid_cycles(walk, side, kinetics=kinetics)]
+def all_cycles(found: Import, side: Side) -> list[GaitCycle]:
+    """The cycles of one `side` in all trials of `found` that count for kinematics."""
+    return [cycle for walk in found.trials for cycle in valid_cycles(walk, side, kinetics=False)]
 
 
 def speed(found: Import) -> float:
@@ -228,16 +219,13 @@ def speed(found: Import) -> float:
     strides = np.concatenate([walk.gait[side].speed for walk in found.trials for side in SIDES])
     if np.isfinite(strides).any():
         return float(np.nanmean(strides))
-    return float(
-        np.mean(
-            [
-                walk.belt + _pelvis_speed(walk, cycle)
-                for walk in found.trials
-                for side in SIDES
-                for cycle in valid_cycles(walk, side, kinetics=False)
-            ]
-        )
-    )
+    of_pelvis = [
+        walk.belt + _pelvis_speed(walk, cycle)
+        for walk in found.trials
+        for side in SIDES
+        for cycle in valid_cycles(walk, side, kinetics=False)
+    ]
+    return float(np.mean(of_pelvis))
 
 
 def _pelvis_speed(walk: WalkingTrial, cycle: GaitCycle) -> float:
@@ -249,13 +237,7 @@ def _pelvis_speed(walk: WalkingTrial, cycle: GaitCycle) -> float:
 
 def _left_phase(found: Import, seen: Side) -> float:
     """Mean phase of the right cycle at which the left heel strikes, from the cycles of a side."""
-    share = float(
-        np.nanmean(
-            [
-                (cycle.opposite_strike - cycle.start) / cycle.duration
-                for cycle in all_cycles(found, seen, kinetics=False)
-            ]
-        )
-    )
+    shares = [(c.opposite_strike - c.start) / c.duration for c in all_cycles(found, seen)]
+    share = float(np.nanmean(shares))
     # Of the left cycle it is the phase at which the right heel strikes: the rest of a stride.
     return share if seen == "right" else 1.0 - share

@@ -10,6 +10,7 @@ from gaitval.artefacts import file_hash, versions
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.agreement import both_known
+from gaitval.gait.cycles import mean_and_deviation
 from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
@@ -120,7 +121,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         marker_rate=first.recording.marker_rate,
         force_rate=first.recording.force_rate,
         walking_speed=speed(found),
-        cycles={side: len(all_cycles(found, side, kinetics=False)) for side in SIDES},
+        cycles={side: len(all_cycles(found, side)) for side in SIDES},
         stance_fraction={side: _stance_fraction(found, side) for side in SIDES},
         inputs=input_files(found),
         decisions=[
@@ -267,20 +268,17 @@ def spatiotemporal_rows(walks: Sequence[WalkingTrial]) -> list[page.Spatiotempor
     """Mean and SD of each parameter over the cycles of all trials (`walks`)."""
     rows = []
     for name, (title, unit, digits) in SPATIOTEMPORAL.items():
-        values = {}
-        for side in SIDES:
-            pooled = np.concatenate([getattr(walk.gait[side], name) for walk in walks])
-            pooled = pooled[np.isfinite(pooled)]
-            values[side] = (
-                None
-                if not len(pooled)
-                else (
-                    float(pooled.mean()),
-                    # A single cycle has no SD.
-                    float(pooled.std(ddof=1)) if len(pooled) > 1 else np.nan,
-                )
-            )
+        right, left = (
+            mean_and_deviation(np.concatenate([getattr(walk.gait[side], name) for walk in walks]))
+            for side in SIDES
+        )
         rows.append(
-            page.SpatiotemporalRow(title, unit, values["right"], values["left"], digits=digits)
+            page.SpatiotemporalRow(
+                title,
+                unit,
+                None if np.isnan(right[0]) else right,
+                None if np.isnan(left[0]) else left,
+                digits=digits,
+            )
         )
     return rows
