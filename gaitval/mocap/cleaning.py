@@ -1,14 +1,12 @@
 """Clean marker trajectories for kinematics: gaps, spikes, exchanged markers.
 
-Nothing is changed silently: the report lists every frame that `clean` replaced, and every frame
-that it could not. It works in any axes with z up (the project's, REP-103), in metres.
+Nothing is changed silently: findings list every frame that `clean` replaced, and every frame that
+it could not. It works in any axes with z up (the project's, REP-103), in metres.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
@@ -18,32 +16,15 @@ from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jumps
 
 
-@dataclass(frozen=True)
-class CleaningReport:
-    """What `clean` found.
-
-    Attributes
-    ----------
-    findings : in order of time.
-    missing : markers that the trial names but that are never seen.
-    filled : frames filled or corrected, by marker; markers without any are left out.
-    left_open : frames still without a position, by marker; markers without any are left out.
-    """
-
-    findings: tuple[Finding, ...]
-    missing: tuple[str, ...]
-    filled: Mapping[str, int]
-    left_open: Mapping[str, int]
-
-
 def clean(
     recording: Recording,
     segments: Mapping[str, str],
     processing: ProcessingSettings,
     *,
     landmarks: Mapping[str, str],
-) -> tuple[Recording, CleaningReport]:
-    """Correct what can be corrected in the marker trajectories of a trial, and report it.
+) -> tuple[Recording, tuple[Finding, ...]]:
+    """Correct what can be corrected in the marker trajectories of a trial; also returns what was
+    found, in order of time.
 
     In this order: samples at exactly the origin, which some systems write for a marker that was not
     seen, become gaps; markers that change places are changed back; spikes become gaps; gaps are
@@ -80,10 +61,10 @@ def clean(
             "labelled trajectories."
         )
     never = np.asarray(~seen.any(axis=0))
-    missing = tuple(name for name, gone in zip(recording.names, never, strict=True) if gone)
     findings = [
         finding(recording, "missing", [name], 0, len(markers), "never seen in this trial; left out")
-        for name in missing
+        for name, gone in zip(recording.names, never, strict=True)
+        if gone
     ]
     # Before the spikes: a marker that visits another one's place for a moment would be cut as one.
     findings += exchange_back(recording, markers, segments)
@@ -105,18 +86,5 @@ def clean(
         from gaitval.mocap.gaps import fill_gaps
 
         findings += fill_gaps(recording, markers, segments, processing, spiked)
-    now = seen_frames(markers)
-    # NaN equals nothing, so a frame that was filled counts as changed.
-    changed = now & ~(markers == recording.markers).all(axis=2)
-    report = CleaningReport(
-        findings=tuple(sorted(findings, key=lambda each: (each.start, each.names))),
-        missing=missing,
-        filled=_counts(recording.names, changed.sum(axis=0)),
-        # A marker that is never seen is missing, not left open.
-        left_open=_counts(recording.names, np.where(never, 0, (~now).sum(axis=0))),
-    )
-    return recording.with_markers(recording.names, markers), report
-
-
-def _counts(names: Sequence[str], counts: NDArray[np.int64]) -> dict[str, int]:
-    return {name: int(count) for name, count in zip(names, counts, strict=True) if count}
+    in_time = sorted(findings, key=lambda each: (each.start, each.names))
+    return recording.with_markers(recording.names, markers), tuple(in_time)

@@ -1,7 +1,7 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +18,8 @@ from gaitval.gait.cycles import PLAUSIBLE_STRIDE
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
-from gaitval.mocap.cleaning import CleaningReport, clean
+from gaitval.mocap.cleaning import clean
+from gaitval.mocap.findings import Finding
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
@@ -191,10 +192,10 @@ def _standing(
         for doubt in doubts:
             tell("warnings", f"{request.called(0)}: {doubt}")
     else:
-        standing, report = clean(
+        standing, findings = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
         )
-        _tell_cleaning(tell, request.static, report)
+        _tell_cleaning(tell, request.static, findings)
         check_stands(standing, landmarks)
     if floor:
         from gaitval.session.standing_pose import on_floor
@@ -418,8 +419,8 @@ def prepared(
     landmarks = marker_set.landmarks
     recording, heading = turn_to_walking_direction(recording, landmarks)
     tell("axes", heading)
-    recording, report = clean(recording, marker_set.segments, processing, landmarks=landmarks)
-    _tell_cleaning(tell, file, report)
+    recording, findings = clean(recording, marker_set.segments, processing, landmarks=landmarks)
+    _tell_cleaning(tell, file, findings)
     return recording
 
 
@@ -428,6 +429,6 @@ def trajectories(recording: Recording) -> dict[str, Array]:
     return {name: recording.marker(name) for name in recording.names}
 
 
-def _tell_cleaning(tell: Tell, file: Path, report: CleaningReport) -> None:
-    for finding in report.findings:
+def _tell_cleaning(tell: Tell, file: Path, findings: Iterable[Finding]) -> None:
+    for finding in findings:
         tell("cleaning", f"{file.name}: {finding}")

@@ -10,8 +10,9 @@ from synthetic_recording import LANDMARKS, SEGMENTS, WIDTH, Y_UP, walk
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
-from gaitval.mocap.cleaning import CleaningReport, clean
+from gaitval.mocap.cleaning import clean
 from gaitval.mocap.exchanges import opposite_marker
+from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval_formats.wbds_text import read_wbds_markers
@@ -20,7 +21,7 @@ PROCESSING = ProcessingSettings()
 """Turns x forward, y up, z right into x forward, y left, z up."""
 
 
-def cleaned(recording: Recording, **segments: str) -> tuple[Recording, CleaningReport]:
+def cleaned(recording: Recording, **segments: str) -> tuple[Recording, tuple[Finding, ...]]:
     return clean(recording, segments or SEGMENTS, PROCESSING, landmarks=LANDMARKS)
 
 
@@ -47,30 +48,28 @@ def exchanged(recording: Recording, first: str, second: str, frames: slice) -> R
 
 def test_a_faultless_trial_is_not_changed() -> None:
     recording = walk()
-    result, report = cleaned(recording)
+    result, findings = cleaned(recording)
     assert np.array_equal(result.markers, recording.markers)
-    assert report == CleaningReport(findings=(), missing=(), filled={}, left_open={})
+    assert findings == ()
 
 
 def test_a_short_gap_is_filled_and_reported() -> None:
     recording = walk()
     gap = slice(200, 208)  # 0.08 s of 100 Hz
-    result, report = cleaned(changed(recording, "R.Knee", gap, np.nan))
+    result, findings = cleaned(changed(recording, "R.Knee", gap, np.nan))
     np.testing.assert_allclose(
         result.marker("R.Knee")[gap], recording.marker("R.Knee")[gap], atol=1e-3
     )
-    (finding,) = report.findings
+    (finding,) = findings
     assert (finding.kind, finding.names) == ("gap", ("R.Knee",))
     assert (finding.first, finding.last, finding.start) == (200, 207, pytest.approx(2.0))
     assert "spline" in finding.action
-    assert report.filled == {"R.Knee": 8}
 
 
 def test_a_gap_longer_than_allowed_stays_and_says_why() -> None:
-    result, report = cleaned(changed(walk(), "R.Knee", slice(200, 215), np.nan))
+    result, findings = cleaned(changed(walk(), "R.Knee", slice(200, 215), np.nan))
     assert np.isnan(result.marker("R.Knee")[200:215]).all()
-    assert report.left_open == {"R.Knee": 15}
-    assert "too long" in report.findings[0].action
+    assert "too long" in findings[0].action
 
 
 def _cluster(points: np.ndarray) -> Recording:
@@ -92,9 +91,9 @@ ON_CLUSTER = {f"C{number}": "thigh_r" for number in range(4)}
 @pytest.mark.parametrize("gap", [slice(200, 250), slice(0, 30), slice(580, 600)])
 def test_a_long_gap_is_rebuilt_exactly_from_the_rest_of_a_rigid_segment(gap: slice) -> None:
     recording = _cluster(CLUSTER)
-    result, report = cleaned(changed(recording, "C0", gap, np.nan), **ON_CLUSTER)
+    result, findings = cleaned(changed(recording, "C0", gap, np.nan), **ON_CLUSTER)
     np.testing.assert_allclose(result.marker("C0"), recording.marker("C0"), atol=1e-9)
-    assert "rebuilt from C1, C2, C3" in report.findings[0].action
+    assert "rebuilt from C1, C2, C3" in findings[0].action
 
 
 @pytest.mark.parametrize(
@@ -106,9 +105,9 @@ def test_a_long_gap_is_rebuilt_exactly_from_the_rest_of_a_rigid_segment(gap: sli
     ],
 )
 def test_a_gap_is_not_rebuilt_from_what_does_not_fix_it(points: np.ndarray, gap: slice) -> None:
-    result, report = cleaned(changed(_cluster(points), "C0", gap, np.nan), **ON_CLUSTER)
+    result, findings = cleaned(changed(_cluster(points), "C0", gap, np.nan), **ON_CLUSTER)
     assert np.isnan(result.marker("C0")[gap]).all()
-    assert "left open" in report.findings[0].action
+    assert "left open" in findings[0].action
 
 
 def test_markers_that_move_against_each_other_do_not_rebuild_a_gap() -> None:
@@ -124,15 +123,14 @@ def test_a_sample_at_exactly_the_origin_is_a_gap() -> None:
     recording = walk()
     markers = recording.markers.copy()
     markers[300, 4] = 0.0
-    result, report = cleaned(recording.with_markers(recording.names, markers))
+    result, findings = cleaned(recording.with_markers(recording.names, markers))
     np.testing.assert_allclose(result.markers[300, 4], recording.markers[300, 4], atol=1e-3)
-    assert [finding.kind for finding in report.findings] == ["gap"]
+    assert [finding.kind for finding in findings] == ["gap"]
 
 
 def test_a_marker_that_is_never_seen_is_listed() -> None:
-    _, report = cleaned(changed(walk(), "L.Knee", slice(None), np.nan))
-    assert report.missing == ("L.Knee",)
-    assert report.left_open == {}
+    _, findings = cleaned(changed(walk(), "L.Knee", slice(None), np.nan))
+    assert [(each.kind, each.names) for each in findings] == [("missing", ("L.Knee",))]
 
 
 def test_a_trial_without_any_marker_is_refused() -> None:
@@ -148,10 +146,10 @@ def test_a_trial_without_any_marker_is_refused() -> None:
 @pytest.mark.parametrize("frames", [slice(300, 301), slice(300, 304), slice(2, 3), slice(597, 600)])
 def test_a_spike_is_taken_out_and_reported(frames: slice, height: float) -> None:
     recording = walk()
-    result, report = cleaned(changed(recording, "R.ASIS", frames, height))
+    result, findings = cleaned(changed(recording, "R.ASIS", frames, height))
     missed = np.linalg.norm(result.marker("R.ASIS") - recording.marker("R.ASIS"), axis=1)
     assert missed.max() < 1e-3  # filled from the other three of the pelvis at the trial's end
-    spike = next(finding for finding in report.findings if finding.kind == "spike")
+    spike = next(finding for finding in findings if finding.kind == "spike")
     assert spike.names == ("R.ASIS",)
     assert (spike.first, spike.last) == (frames.start, frames.stop - 1)
     assert f"{1000 * abs(height):.0f} mm" in spike.action
@@ -161,17 +159,17 @@ def test_noise_is_not_taken_for_spikes_or_exchanges() -> None:
     recording = walk(20.0, marker_rate=150.0)
     noise = np.random.default_rng(0).normal(scale=0.003, size=recording.markers.shape)
     noisy = recording.with_markers(recording.names, recording.markers + noise)
-    result, report = cleaned(noisy)
-    assert report.findings == ()
+    result, findings = cleaned(noisy)
+    assert findings == ()
     np.testing.assert_array_equal(result.markers, noisy.markers)
 
 
 def test_a_marker_that_jumps_and_stays_is_reported_and_left() -> None:
     moved = changed(walk(), "R.ASIS", slice(300, None), 0.1)
-    result, report = cleaned(moved)
+    result, findings = cleaned(moved)
     np.testing.assert_array_equal(result.markers, moved.markers)
-    assert [(f.kind, f.names) for f in report.findings] == [("jump", ("R.ASIS",))]
-    assert "100 mm" in report.findings[0].action
+    assert [(f.kind, f.names) for f in findings] == [("jump", ("R.ASIS",))]
+    assert "100 mm" in findings[0].action
 
 
 # -- exchanged markers ----------------------------------------------------------------------------
@@ -181,9 +179,9 @@ def test_a_marker_that_jumps_and_stays_is_reported_and_left() -> None:
 @pytest.mark.parametrize("pair", [("R.MT1", "R.MT5"), ("L.ASIS", "L.PSIS"), ("R.ASIS", "L.ASIS")])
 def test_a_momentary_exchange_is_undone_and_reported(frames: slice, pair: tuple[str, str]) -> None:
     recording = walk()
-    result, report = cleaned(exchanged(recording, *pair, frames))
+    result, findings = cleaned(exchanged(recording, *pair, frames))
     np.testing.assert_array_equal(result.markers, recording.markers)
-    (finding,) = report.findings
+    (finding,) = findings
     assert finding.kind == "swap"
     assert set(finding.names) == set(pair)
     first, stop, _ = frames.indices(len(recording.markers))
@@ -195,10 +193,10 @@ def test_an_exchange_hidden_by_a_gap_is_undone() -> None:
     hidden = exchanged(recording, "R.MT1", "R.MT5", slice(205, 300))
     for name in ("R.MT1", "R.MT5"):
         hidden = changed(hidden, name, slice(200, 205), np.nan)
-    result, report = cleaned(hidden)
+    result, findings = cleaned(hidden)
     seen = np.r_[0:200, 205:600]
     np.testing.assert_array_equal(result.markers[seen], recording.markers[seen])
-    assert "swap" in {finding.kind for finding in report.findings}
+    assert "swap" in {finding.kind for finding in findings}
 
 
 def test_an_exchange_in_the_middle_that_does_not_return_is_refused() -> None:
@@ -250,10 +248,10 @@ def test_a_pair_of_the_arms_that_is_exchanged_all_along_is_exchanged_back() -> N
         names, np.concatenate([recording.markers, np.stack(sides, axis=1)], axis=1)
     )
     wrong = exchanged(recording, "L.Wrist", "R.Wrist", slice(None))
-    result, report = cleaned(wrong, **{name: f"forearm_{name[0].lower()}" for name in wrists})
+    result, findings = cleaned(wrong, **{name: f"forearm_{name[0].lower()}" for name in wrists})
     for name in ("L.Wrist", "R.Wrist"):
         np.testing.assert_allclose(result.marker(name), recording.marker(name))
-    (swap,) = (each for each in report.findings if each.kind == "swap")
+    (swap,) = (each for each in findings if each.kind == "swap")
     assert set(swap.names) == {"L.Wrist", "R.Wrist"}
 
 
@@ -267,8 +265,8 @@ def test_all_labels_with_left_and_right_exchanged_are_refused() -> None:
 def test_a_person_who_walks_the_other_way_is_not_exchanged() -> None:
     recording = walk()
     backwards = recording.markers * np.array([-1.0, -1.0, 1.0])
-    _, report = cleaned(recording.with_markers(recording.names, backwards))
-    assert report.findings == ()
+    _, findings = cleaned(recording.with_markers(recording.names, backwards))
+    assert findings == ()
 
 
 @pytest.mark.parametrize(
@@ -298,8 +296,8 @@ def test_wbds01_t01_has_two_samples_at_the_origin_and_nothing_else(gait_data: Pa
     places = ("ASIS", "PSIS", "Iliac.Crest")
     pelvis = {name: "pelvis" for name in recording.names if name[2:] in places}
     landmarks = {name: name for name in recording.names}
-    result, report = clean(recording, pelvis, PROCESSING, landmarks=landmarks)
-    assert [(f.kind, f.names, f.first, f.last) for f in report.findings] == [
+    result, findings = clean(recording, pelvis, PROCESSING, landmarks=landmarks)
+    assert [(f.kind, f.names, f.first, f.last) for f in findings] == [
         ("gap", ("R.Iliac.Crest",), 0, 0),
         ("gap", ("R.ASIS",), 3329, 3329),
     ]
@@ -316,8 +314,8 @@ def test_no_false_findings_in_clean_recorded_walks(gait_data: Path, path: str) -
     read = read_trc if path.endswith(".trc") else read_wbds_markers
     recording = read(gait_data / path).turned(Y_UP)
     landmarks = {name: name for name in recording.names}
-    result, report = clean(recording, {}, PROCESSING, landmarks=landmarks)
-    assert report.findings == ()
+    result, findings = clean(recording, {}, PROCESSING, landmarks=landmarks)
+    assert findings == ()
     np.testing.assert_array_equal(result.markers, recording.markers)
 
 
