@@ -22,7 +22,6 @@ with which BioWare refines the centre of pressure is not applied to the eight se
 """
 
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -33,7 +32,8 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_toml
-from gaitval.errors import RecordError, RecordWarning
+from gaitval.errors import RecordError
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import make_plate, plate_axes, plate_or_fault, plate_wrench
 from gaitval.mocap.pressed_plates import measured_points
 from gaitval.mocap.recording import Plate, Recording
@@ -166,11 +166,9 @@ def _plates_of(path: Path, line: int, names: Sequence[str]) -> list[dict[str, in
         _give_torques(path, line, number, own_plates, places)
     without = [str(i) for i, plate in enumerate(plates, start=1) if "tz" not in plate]
     if without and not eight:
-        warnings.warn(
+        passed_over(
             f"{path}: no column Tz of plate {', '.join(without)} (in the order of the columns), "
-            "so the free moment there is taken as 0; export Tz of every plate from BioWare",
-            RecordWarning,
-            stacklevel=2,
+            "so the free moment there is taken as 0; export Tz of every plate from BioWare"
         )
     return plates
 

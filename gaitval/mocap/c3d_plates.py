@@ -1,6 +1,5 @@
 """Force plates of a C3D file, of types 1 to 7."""
 
-import warnings
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -9,8 +8,9 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, runs
-from gaitval.errors import RecordError, RecordWarning
+from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents, labels_of
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
     CALIBRATIONS,
     CERTAIN_LOAD_N,
@@ -135,12 +135,10 @@ def _plate(
         missing = np.asarray(~np.isfinite(channels).all(axis=1))
         longest = max(end - begin for begin, end in zip(*runs(missing), strict=True))
         short = longest <= LONGEST_MISSING * per_frame * contents.number("POINT", "RATE")
-        warnings.warn(
+        passed_over(
             f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
             f"numbers; {'they are put between those around them' if short else 'it is left out'}. "
-            "Export the trial again",
-            RecordWarning,
-            stacklevel=2,
+            "Export the trial again"
         )
         if not short:
             return None
@@ -182,11 +180,9 @@ def _unwrapped(where: str, contents: Contents, numbers: Sequence[int]) -> Array:
             if abs(stored[0]) > 0.25 * period and len(small):
                 added = np.median((channels[:, column] - stored)[small])
                 channels[:, column] -= period * np.round(added / period)
-            warnings.warn(
+            passed_over(
                 f"{where}: channel {number} went beyond the 16 bits that the file has for it, "
-                f"{jumps} times; that was undone. Scale it smaller in the recording program",
-                RecordWarning,
-                stacklevel=2,
+                f"{jumps} times; that was undone. Scale it smaller in the recording program"
             )
     return channels
 
@@ -199,11 +195,9 @@ def _wrench(
     if kind in (2, 4, 5) and not _on_plate(force, moment, corners):
         turned = plate_wrench(kind, channels, origin * (-1.0, -1.0, 1.0), matrix)
         if _on_plate(*turned, corners):
-            warnings.warn(
+            passed_over(
                 f"{where}: its load is beside the plate unless FORCE_PLATFORM:ORIGIN is reversed "
-                "along the surface. So it is read. Enter it as the format says",
-                RecordWarning,
-                stacklevel=2,
+                "along the surface. So it is read. Enter it as the format says"
             )
             return turned
     return force, moment

@@ -1,5 +1,6 @@
 """What was found in a recording, and what was done about it."""
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -7,6 +8,7 @@ from typing import Final, Literal
 import numpy as np
 
 from gaitval.arrays import Array, Flags
+from gaitval.errors import RecordWarning
 from gaitval.mocap.recording import Recording
 
 FindingKind = Literal["missing", "gap", "spike", "swap", "jump", "offset", "contact"]
@@ -62,6 +64,11 @@ def finding(
     first, last = int(begin), int(end) - 1
     start, stop = recording.start + first / rate, recording.start + last / rate
     return Finding(kind, tuple(names), first, last, start, stop, action)
+
+
+def passed_over(message: str) -> None:
+    """Warn of something in a file that could be passed over, as `message` says (RecordWarning)."""
+    warnings.warn(message, RecordWarning, stacklevel=3)
 
 
 def seen_frames(positions: Array) -> Flags:

@@ -1,13 +1,13 @@
 """Force plates from centres of pressure, which files may have instead of moments, or wrenches."""
 
-import warnings
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array, Flags
-from gaitval.errors import RecordError, RecordWarning
+from gaitval.errors import RecordError
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
     CERTAIN_LOAD_N,
     LONGEST_LEVER_M,
@@ -86,11 +86,9 @@ def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
     faint = loaded & (size < FAINT_N)
     lost = faint & (~there | (rest & (np.linalg.norm(point - nearest, axis=1) > ASTRAY_M)))
     if lost.any():
-        warnings.warn(
+        passed_over(
             f"{path}: plate {name}: {np.count_nonzero(lost)} samples under up to "
-            f"{size[lost].max():.0f} N have no centre of pressure; the nearest in time is used",
-            RecordWarning,
-            stacklevel=2,
+            f"{size[lost].max():.0f} N have no centre of pressure; the nearest in time is used"
         )
     return np.where(lost[:, None], nearest, point)
 
@@ -120,17 +118,15 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
         _lever(force, free - upright, strong) <= LARGEST_LEVEL_M
         and _lever(force, upright, strong) <= LONGEST_LEVER_M
     ):
-        warnings.warn(
+        passed_over(
             f"{path}: plate {name}: the torque is about {np.round(about, 3).tolist()} m and not "
-            "about the centre of pressure; the free moment is computed from it",
-            RecordWarning,
-            stacklevel=2,
+            "about the centre of pressure; the free moment is computed from it"
         )
         return upright
     if lever <= LONGEST_LEVER_M:  # about no one point: noise, or a filter
         size = f"{across:.3g} m times the force across the vertical (median)"
         said = f"{path}: plate {name}: no foot exerts its torque of {size}; it is used as it is"
-        warnings.warn(said, RecordWarning, stacklevel=2)
+        passed_over(said)
         return torque
     why = (
         "It looks like Nmm: divide the torques by 1000"

@@ -4,15 +4,15 @@ The only entry point is `read_recording`. The checks here are for every format; 
 what is specific to its format.
 """
 
-import warnings
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.errors import RecordError, RecordWarning
+from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import Recording
 
 SMALLEST_SPREAD_M: Final = 0.05
@@ -88,11 +88,9 @@ def _each_once(recording: Recording) -> Recording:
     if not twice:
         return recording
     kept.sort()
-    warnings.warn(
+    passed_over(
         f"{recording.source}: more than one marker has the name {', '.join(twice)}. Copies are "
-        "taken once, others numbered, as NAME#1. Give each its own name in the recording program",
-        RecordWarning,
-        stacklevel=2,
+        "taken once, others numbered, as NAME#1. Give each its own name in the recording program"
     )
     return recording.with_markers([names[number] for number in kept], recording.markers[:, kept])
 

@@ -1,7 +1,6 @@
 """Tables of numbers in text files: lines, fields, rates."""
 
 import re
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -11,7 +10,8 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.constants import LARGEST_SIZE
-from gaitval.errors import RecordError, RecordWarning
+from gaitval.errors import RecordError
+from gaitval.mocap.findings import passed_over
 
 SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""
@@ -63,11 +63,6 @@ def text_lines(path: Path) -> list[str]:
     return text.splitlines()
 
 
-def _number(field: str, blank: float = np.nan) -> float:
-    text = field.strip()
-    return float(text) if text else blank
-
-
 def numbers_of(
     path: Path, rows: Sequence[str], first_line: int, width: int, separator: str | None
 ) -> Array:
@@ -101,10 +96,10 @@ def numbers_of(
                 f"{path}: line {first_line + i} has {len(fields)} fields, but the header has "
                 f"{width}: the file is truncated or damaged. Export it again."
             )
+        wrong = ""
         try:
-            table[i] = [_number(field) for field in fields]
+            table[i] = [float(wrong := field.strip() or "nan") for field in fields]
         except ValueError:
-            wrong = next(field for field in fields if not _is_number(field)).strip()
             fix = (
                 "It has a decimal comma: set the program, or the region of Windows, to a decimal "
                 "point and export the file again"
@@ -123,23 +118,13 @@ def numbers_of(
     return table
 
 
-def _is_number(field: str) -> bool:
-    try:
-        _number(field)
-    except ValueError:
-        return False
-    return True
-
-
 def counted(path: Path, what: str, promised: object, seen: int, of: str) -> None:
     """Warn of `what` at `path`, whose header has `promised` another count `of` something than the
     `seen` one.
     """
-    warnings.warn(
+    passed_over(
         f"{path}: {what} is {promised}, but there are {seen} {of}, which are used (but "
-        "for a last row that may be incomplete): the file was cut after it was exported",
-        RecordWarning,
-        stacklevel=2,
+        "for a last row that may be incomplete): the file was cut after it was exported"
     )
 
 
@@ -164,11 +149,9 @@ def sound_rows(path: Path, time: Array) -> int:
     off = abs(steps - usual) > 0.3 * usual
     if off[:-1].any() or not off[-1] or not 0.0 < steps[-1] < 2.5 * usual:
         return len(time)
-    warnings.warn(
+    passed_over(
         f"{path}: the last of {len(time)} samples, at {time[-1]:g} s, is "
-        f"{1e3 * abs(steps[-1] - usual):.2g} ms off the others' spacing; left out",
-        RecordWarning,
-        stacklevel=2,
+        f"{1e3 * abs(steps[-1] - usual):.2g} ms off the others' spacing; left out"
     )
     return len(time) - 1
 

@@ -3,13 +3,13 @@
 All in the laboratory's axes.
 """
 
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from gaitval.errors import RecordError, RecordWarning
+from gaitval.errors import RecordError
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.text_table import (
     counted,
@@ -74,11 +74,9 @@ def read_trc(path: Path) -> Recording:
             )
         # Beyond that of television (1.001) it is no rounding.
         if abs(seen - rate) > 0.002 * rate:
-            warnings.warn(
+            passed_over(
                 f"{path}: DataRate is {rate:g} Hz, but the times go at {seen:.6g} Hz, by which the "
-                "trial is read. Correct the one that is wrong",
-                RecordWarning,
-                stacklevel=2,
+                "trial is read. Correct the one that is wrong"
             )
         # The times decide: a rounded rate would shift the last frames of a long trial.
         rate = seen
