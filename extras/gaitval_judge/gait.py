@@ -89,7 +89,7 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
             events = find_events(recording, forces, processing, landmarks=LANDMARKS)
         belt = belt_speed(recording, events, landmarks=LANDMARKS)
         for side in SIDES:
-            cycles[side] = cut_cycles(events, side, forces=forces, fewest=0)
+            cycles[side] = cut_cycles(events, side, forces=forces)
             found_of = spatiotemporal(
                 recording, events, cycles[side], side, landmarks=LANDMARKS, belt=belt
             )

@@ -136,7 +136,7 @@ def mean_and_deviation(values: Array) -> tuple[float, float]:
 
 
 def cut_cycles(
-    events: Iterable[Event], side: Side, *, forces: FootForces | None = None, fewest: int = 1
+    events: Iterable[Event], side: Side, *, forces: FootForces | None = None
 ) -> tuple[GaitCycle, ...]:
     """All cycles of one foot, in order of time, including those that are not valid.
 
@@ -145,11 +145,6 @@ def cut_cycles(
     events : of both feet, in any order.
     side : the foot whose heel strikes begin and end the cycles.
     forces : of `assign_forces`; without them no cycle is valid for kinetics.
-    fewest : number of cycles that must be valid for kinematics.
-
-    Raises
-    ------
-    RecordError : fewer valid cycles than `fewest`; it gives the reason of each that is not.
     """
     events = sorted(events, key=lambda event: event.time)
     other = opposite(side)
@@ -188,34 +183,7 @@ def cut_cycles(
                 reasons=tuple(reasons),
             )
         )
-    require(cycles, side, fewest, len(strikes))
     return tuple(cycles)
-
-
-def require(cycles: Sequence[GaitCycle], side: Side, fewest: int, strikes: int) -> None:
-    """Refuse fewer valid cycles of one foot than `fewest`, with the reason of each that is not.
-
-    Parameters
-    ----------
-    cycles : of one foot, valid and not valid.
-    side : of these cycles, for the message.
-    fewest : number of cycles that must be valid for kinematics.
-    strikes : number of heel strikes of this foot that were found, for the message.
-
-    Raises
-    ------
-    RecordError : too few cycles are valid for kinematics.
-    """
-    usable = sum(cycle.kinematics_valid for cycle in cycles)
-    if usable < fewest:
-        listed = "".join(f"\n  {cycle}" for cycle in cycles if not cycle.kinematics_valid)
-        raise RecordError(
-            f"{usable or 'no'} complete {side} gait cycle{'s' if usable > 1 else ''} in the "
-            f"trial, but at least {fewest} needed: {strikes} {side} heel "
-            f"strike{'' if strikes == 1 else 's'} found, and a cycle goes from one to the next. "
-            f"Give a longer trial of steady walking, in which the {side} foot strikes the ground "
-            f"at least {fewest + 1} times.{listed}"
-        )
 
 
 def _faults(side: Side, start: float, end: float, usual: float, between: list[Array]) -> list[str]:

@@ -18,7 +18,6 @@ from gaitval.gait.cycles import (
     SpatioTemporal,
     belt_speed,
     cut_cycles,
-    require,
     spatiotemporal,
 )
 from gaitval.gait.events import find_events
@@ -38,7 +37,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
-from gaitval.session.read import SessionRecordings, about_file
+from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
 
@@ -337,9 +336,7 @@ def _cycles(
     """The gait cycles of each side, with those marked in which its markers have gaps. A trial need
     not show both sides, nor a whole cycle: `require_cycles` asks for one of all together.
     """
-    cut = without_odd_support(
-        {side: cut_cycles(events, side, forces=forces, fewest=0) for side in SIDES}
-    )
+    cut = without_odd_support({side: cut_cycles(events, side, forces=forces) for side in SIDES})
     return {
         side: without_gaps(
             cut[side], recording.time, shown[side], longest_gap_s=processing.largest_gap_s
@@ -349,17 +346,20 @@ def _cycles(
 
 
 def require_cycles(trials: Sequence[WalkingTrial]) -> None:
-    """Raise RecordError, with the reason of every cycle that does not count, if `trials` together
-    show no whole cycle of either side.
+    """Raise RecordError, with the reason of every right cycle of the first trial, if `trials`
+    together show no whole cycle of either side.
     """
     if any(valid_cycles(walk, side, kinetics=False) for walk in trials for side in SIDES):
         return
-    for walk in trials:
-        strikes = [
-            event for event in walk.events if (event.side, event.kind) == ("right", "heel_strike")
-        ]
-        with about_file(walk.recording.source):
-            require(walk.cycles["right"], "right", 1, len(strikes))
+    walk = trials[0]
+    strikes = sum((each.side, each.kind) == ("right", "heel_strike") for each in walk.events)
+    raise RecordError(
+        f"{walk.recording.source}: no complete right gait cycle in the trial, but at least 1 "
+        f"needed: {strikes} right heel strike{'' if strikes == 1 else 's'} found, and a cycle goes "
+        "from one to the next. Give a longer trial of steady walking, in which the right foot "
+        "strikes the ground at least 2 times."
+        + "".join(f"\n  {cycle}" for cycle in walk.cycles["right"])
+    )
 
 
 def leg_shown(
