@@ -58,10 +58,13 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
     for side in SIDES:
         letter = side[0].upper()
         heel = _trajectories(recording, landmarks, [f"{letter}.Heel"])
-        named = [name for name in FRONT if _shown(recording, landmarks, f"{letter}.{name}")]
-        front = _trajectories(recording, landmarks, [f"{letter}.{name}" for name in named])
+        heads = {
+            name: path
+            for name in FRONT
+            for path in _trajectories(recording, landmarks, [f"{letter}.{name}"])
+        }
         ankle = _trajectories(recording, landmarks, [f"{letter}.Ankle"])
-        if not heel or not front:
+        if not heel or not heads:
             lacking = "heel" if not heel else f"forefoot ({', '.join(FRONT)})"
             raise RecordError(
                 f"{recording.source}: no marker on the {side} {lacking} is seen. Gait events, and "
@@ -70,8 +73,8 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
             )
         feet[side] = FootMarkers(
             heel=heel[0],
-            front=_mean(front),
-            outline=np.stack([*_sole(side, heel[0], named, front), *ankle], axis=1),
+            front=_mean([*heads.values()]),
+            outline=np.stack([*_sole(side, heel[0], heads), *ankle], axis=1),
         )
     return feet
 
@@ -148,21 +151,18 @@ def _back_of_pelvis(recording: Recording, landmarks: Mapping[str, str]) -> list[
     return back if len(back) == 2 else _trajectories(recording, landmarks, ["Sacrum"])
 
 
-def _sole(side: Side, heel: Array, names: list[str], front: list[Array]) -> list[Array]:
-    """Heel, metatarsal heads and toes, (T, 3) each."""
-    heads = list(front)
-    if len(names) == 1:
-        along = front[0] - heel
+def _sole(side: Side, heel: Array, marked: Mapping[str, Array]) -> list[Array]:
+    """Heel, metatarsal heads, of which some are `marked`, and toes, (T, 3) each."""
+    heads = list(marked.values())
+    if len(marked) == 1:
+        ((name, head),) = marked.items()
+        along = head - heel
         # The line from heel to head, turned by 90° to the left: towards the midline of the body for
         # the right foot.
         medial = np.stack([-along[:, 1], along[:, 0], np.zeros(len(along))], axis=1)
         medial *= 1.0 if side == "right" else -1.0
-        heads += [front[0] + share * medial for share in FOREFOOT[names[0]]]
+        heads += [head + share * medial for share in FOREFOOT[name]]
     return [heel, *heads, *(head + TOES * (head - heel) for head in heads)]
-
-
-def _shown(recording: Recording, landmarks: Mapping[str, str], landmark: str) -> bool:
-    return bool(_trajectories(recording, landmarks, [landmark]))
 
 
 def _trajectories(

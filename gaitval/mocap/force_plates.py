@@ -99,9 +99,7 @@ def plate_wrench(
     return loads[:, :3], loads[:, 3:] + np.cross(loads[:, :3], origin)
 
 
-def make_plate(
-    name: str, corners: Array, force: Array, moment: Array, *, unloaded_n: float = UNLOADED_N
-) -> Plate:
+def make_plate(name: str, corners: Array, force: Array, moment: Array) -> Plate:
     """A plate in the laboratory's axes from its wrench in its own; see `plate_under` for one in the
     laboratory's.
 
@@ -111,7 +109,6 @@ def make_plate(
     corners : (4, 3) m, laboratory axes, in the order of the quadrants.
     force, moment : (T, 3) N and Nm, in the plate's axes, of the plate on the person, the moment
         about the middle of the surface.
-    unloaded_n : N, see `UNLOADED_N`.
 
     Notes
     -----
@@ -120,7 +117,7 @@ def make_plate(
     """
     axes, centre = plate_axes(corners), corners.mean(axis=0)
     # The plate's z usually points down, where the force on the person is negative.
-    loaded = np.abs(force[:, 2]) >= unloaded_n
+    loaded = np.abs(force[:, 2]) >= UNLOADED_N
     vertical = np.where(loaded, force[:, 2], np.nan)
     pressure = np.column_stack(
         [-moment[:, 1] / vertical, moment[:, 0] / vertical, np.where(loaded, 0.0, np.nan)]

@@ -20,7 +20,6 @@ from gaitval.gait.record import (
     REQUIRED_ANGLES,
     REQUIRED_MOMENTS,
     GaitRecord,
-    LowPass,
     fit_periodic,
     periodic_through,
 )
@@ -119,15 +118,8 @@ def symmetric(gait: NormalForm) -> NormalForm:
     )
 
 
-def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = None) -> GaitRecord:
-    """The record of a gait on legs of a length.
-
-    Parameters
-    ----------
-    gait : without dimension.
-    leg_length : m.
-    low_pass : the filter of its curves, as `GaitRecord.low_pass`; None if unknown.
-    """
+def record_from(gait: NormalForm, leg_length: float) -> GaitRecord:
+    """The record of a dimensionless `gait` on legs of `leg_length`, m."""
     forces, stance = {}, {}
     for i, side in enumerate(SIDES):
         values = gait.forces[i] * _MIRROR[side]
@@ -154,5 +146,4 @@ def record_from(gait: NormalForm, leg_length: float, low_pass: LowPass | None = 
             for name, values in zip(REQUIRED_MOMENTS, moments, strict=True)
         },
         forces=forces,
-        low_pass=low_pass,
     )

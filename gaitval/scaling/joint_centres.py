@@ -191,7 +191,10 @@ def _standing(
     asis = points["R.ASIS"], points["L.ASIS"]
     middle_asis = (asis[0] + asis[1]) / 2
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
-    right_hip = _right_hip(points)
+    right_hip = hip_joint_centre(
+        float(np.linalg.norm(asis[1] - asis[0])),
+        float(np.linalg.norm(middle_asis - points["Mid.PSIS"])),
+    )
     mirror = np.array([1.0, -1.0, 1.0])
     points["R.Hip.Centre"] = middle_asis + frame @ right_hip
     points["L.Hip.Centre"] = middle_asis + frame @ (mirror * right_hip)
@@ -211,15 +214,6 @@ def _standing(
             )
     points.update(_arm_centres(points, elbow_width))
     return heading, points
-
-
-def _right_hip(points: Mapping[str, Array]) -> Array:
-    asis = points["R.ASIS"], points["L.ASIS"]
-    middle_asis = (asis[0] + asis[1]) / 2
-    return hip_joint_centre(
-        float(np.linalg.norm(asis[1] - asis[0])),
-        float(np.linalg.norm(middle_asis - points["Mid.PSIS"])),
-    )
 
 
 def _hinge(
