@@ -81,7 +81,7 @@ def figures_of(identifier: str, data: Path) -> dict[str, Any]:
     figures = {
         "marker_errors_cm": _marker_errors(walk, data if treadmill else None),
         "lengths_m": [asdict(length) for length in found.body.fit.lengths],
-        "scale_factors": {factor.name: factor.factor for factor in found.body.factors},
+        "scale_factors": dict(found.body.factors),
         "limits": [
             {
                 "name": row.name.replace(f"{walk.name}, ", "").replace(walk.name, "as recorded"),

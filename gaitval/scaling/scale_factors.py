@@ -7,7 +7,7 @@ distance between mean positions): `ModelScaler::computeMeasurementScaleFactor` a
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -21,33 +21,6 @@ from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.stature import measure_by_stature
 
 Pair = tuple[str, str]
-
-
-@dataclass(frozen=True)
-class PairFactor:
-    """One pair: mean measured distance and model distance, m; their quotient is the factor."""
-
-    pair: Pair
-    measured_m: float
-    model_m: float
-
-    @property
-    def factor(self) -> float:
-        """Measured distance / model distance."""
-        return self.measured_m / self.model_m
-
-
-@dataclass(frozen=True)
-class MeasurementFactor:
-    """One measurement of a body and its factor, the mean of those of its pairs."""
-
-    name: str
-    pairs: tuple[PairFactor, ...]
-
-    @property
-    def factor(self) -> float:
-        """Mean over the pairs."""
-        return float(np.mean([pair.factor for pair in self.pairs]))
 
 
 BODY_PAIRS: Final[dict[str, tuple[Pair, ...]]] = {
@@ -65,10 +38,10 @@ Ankle.Floor is the point on the floor below the ankle joint."""
 _SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
 
 
-def scale_factors(
+def scale_factor(
     model: Mapping[str, Array], measured: Mapping[str, Array], pairs: Sequence[Pair]
-) -> tuple[PairFactor, ...]:
-    """Measured and model distance of each pair of points.
+) -> float:
+    """Mean over `pairs` of points of their mean measured distance over that in the model.
 
     Parameters
     ----------
@@ -100,14 +73,14 @@ def scale_factors(
         elif not len(distances):
             problems.append(f"{first} and {second}: not seen together in any frame")
         else:
-            found.append(PairFactor((first, second), float(distances.mean()), at_rest))
+            found.append(float(distances.mean()) / at_rest)
     if problems:
         raise ScalingError(
             "the scale factors cannot be found:\n  "
             + "\n  ".join(problems)
             + "\nCheck the names of the markers in the pairs."
         )
-    return tuple(found)
+    return float(np.mean(found))
 
 
 def scale_by_pairs(
@@ -118,8 +91,8 @@ def scale_by_pairs(
     knee_width: Width = None,
     ankle_width: Width = None,
     elbow_width: Width = None,
-) -> tuple[Measurements, tuple[MeasurementFactor, ...]]:
-    """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial.
+) -> tuple[Measurements, dict[str, float]]:
+    """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial, and their factors.
 
     Both legs are alike. This is the published method that a joint fit is compared with; `measure`
     gives each leg its own lengths and foot.
@@ -132,7 +105,7 @@ def scale_by_pairs(
 
     Raises
     ------
-    ScalingError : as `measure` for the mean positions; as `scale_factors`.
+    ScalingError : as `measure` for the mean positions; as `scale_factor`.
     """
     widths = Widths(knee_width=knee_width, ankle_width=ankle_width, elbow_width=elbow_width)
     mean = {name: np.nanmean(points, axis=0) for name, points in standing.items() if _seen(points)}
@@ -146,12 +119,12 @@ def scale_by_pairs(
     )
     generic = replace(generic, right=limbs, left=limbs)
     points = _neutral_points(generic)
-    rows = tuple(
-        MeasurementFactor(name, scale_factors(points, measured, pairs))
+    factors = {
+        name: scale_factor(points, measured, pairs)
         for name, pairs in BODY_PAIRS.items()
         if all(point in measured for pair in pairs for point in pair)
-    )
-    return _scaled(generic, whole, {row.name: row.factor for row in rows}), rows
+    }
+    return _scaled(generic, whole, factors), factors
 
 
 def _seen(points: Array) -> bool:

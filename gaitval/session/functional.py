@@ -6,7 +6,7 @@ sessions it repeats better than a functional centre, which depends on how the mo
 functional centre without a sign of it in its standard error.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -34,6 +34,8 @@ from gaitval.scaling.same_person import check_same_person
 from gaitval.session.read import SessionRecordings, about_file, named, trajectories
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places
+
+Joint = Literal["hip", "knee"]
 
 REGRESSION_ERROR: Final = 0.0079
 """m, each way, of the hip centre by Harrington's regression: 12.3 ± 5.9 mm in space from that in 67
@@ -86,6 +88,30 @@ class FunctionalHip:
             f"{1000 * self.regression_to_ankle:.0f} ± {1000 * REGRESSION_ERROR:.0f} mm"
         )
 
+    def figures(self) -> tuple[str, str, str]:
+        """Against the standing trial, error, and hip centre to ankle, as the page shows them."""
+        forward, left, up = 1000 * self.difference
+        return (
+            f"{forward:+.0f} mm forward, {left:+.0f} left, {up:+.0f} up",
+            f"{1000 * self.error:.1f} mm",
+            f"{1000 * self.to_ankle:.0f} ± {1000 * self.to_ankle_error:.0f} mm; by regression "
+            f"{1000 * self.regression_to_ankle:.0f} ± {1000 * REGRESSION_ERROR:.0f} mm",
+        )
+
+    def record(self) -> dict[str, Any]:
+        """The hip in `import.json`."""
+        return {
+            "difference_m": self.difference.tolist(),
+            "standard_error_m": self.found.standard_error,
+            "images_apart_m": self.images_apart,
+            "residual_m": self.found.residual,
+            "ranges_deg": list(self.found.ranges),
+            "to_ankle_m": self.to_ankle,
+            "to_ankle_error_m": self.to_ankle_error,
+            "regression_to_ankle_m": self.regression_to_ankle,
+            "regression_error_m": REGRESSION_ERROR,
+        }
+
 
 @dataclass(frozen=True)
 class FunctionalKnee:
@@ -113,6 +139,27 @@ class FunctionalKnee:
             f"{np.degrees(self.found.standard_error):.1f}°"
         )
 
+    def figures(self) -> tuple[str, str, str]:
+        """As those of a hip; nothing of the ankle."""
+        return (
+            f"{np.degrees(self.angle):.1f}°, of which {np.degrees(self.rotation):+.1f}° internal "
+            "rotation",
+            f"{np.degrees(self.found.standard_error):.1f}°",
+            "",
+        )
+
+    def record(self) -> dict[str, Any]:
+        """The knee in `import.json`."""
+        return {
+            "angle_rad": self.angle,
+            "rotation_rad": self.rotation,
+            "higher_m": self.higher,
+            "standard_error_rad": self.found.standard_error,
+            "images_apart_rad": self.found.between_images,
+            "residual_m": self.found.residual,
+            "ranges_deg": list(self.found.ranges),
+        }
+
 
 @dataclass(frozen=True)
 class FunctionalJoint:
@@ -127,12 +174,22 @@ class FunctionalJoint:
 
     trial: str
     side: Side
-    joint: Literal["hip", "knee"]
+    joint: Joint
     found: FunctionalHip | FunctionalKnee | None
     refused: str = ""
 
     def __str__(self) -> str:
         return f"{self.side} {self.joint}: {self.found or f'not found: {self.refused}'}"
+
+    def row(self) -> FunctionalRow:
+        """The row of the page."""
+        figures = self.found.figures() if self.found else ("", "", "")
+        return FunctionalRow(self.trial, f"{self.side} {self.joint}", self.refused, *figures)
+
+    def record(self) -> dict[str, Any]:
+        """The joint in `import.json`."""
+        about = {name: getattr(self, name) for name in ("trial", "side", "joint", "refused")}
+        return about | ({self.joint: self.found.record()} if self.found else {})
 
 
 def functional_joints(
@@ -153,7 +210,12 @@ def functional_joints(
     for file in request.functional:
         recording = _read(file, processing, session)
         for side in SIDES:
-            joints += _joints(file, side, _Leg(session, places, points, recording, side))
+            leg = _Leg(session, places, points, recording, side)
+            for joint, finder in _FINDERS.items():
+                try:
+                    joints.append(FunctionalJoint(file.name, side, joint, finder(leg)))
+                except ScalingError as error:
+                    joints.append(FunctionalJoint(file.name, side, joint, None, str(error)))
     for joint in joints:
         tell("functional", f"{joint.trial}: {joint}")
     return tuple(joints)
@@ -189,65 +251,6 @@ def chosen_hips(
                 f"of at most {1000 * LARGEST_ERROR:.0f} mm ({why})",
             )
     return chosen
-
-
-def functional_record(joint: FunctionalJoint) -> dict[str, Any]:
-    """The joint in `import.json`."""
-    found, record = joint.found, vars(joint).copy()
-    del record["found"]
-    if isinstance(found, FunctionalHip):
-        record["hip"] = {
-            "difference_m": found.difference.tolist(),
-            "standard_error_m": found.found.standard_error,
-            "images_apart_m": found.images_apart,
-            "residual_m": found.found.residual,
-            "ranges_deg": list(found.found.ranges),
-            "to_ankle_m": found.to_ankle,
-            "to_ankle_error_m": found.to_ankle_error,
-            "regression_to_ankle_m": found.regression_to_ankle,
-            "regression_error_m": REGRESSION_ERROR,
-        }
-    elif found is not None:
-        record["knee"] = {
-            "angle_rad": found.angle,
-            "rotation_rad": found.rotation,
-            "higher_m": found.higher,
-            "standard_error_rad": found.found.standard_error,
-            "images_apart_rad": found.found.between_images,
-            "residual_m": found.found.residual,
-            "ranges_deg": list(found.found.ranges),
-        }
-    return record
-
-
-def functional_rows(joints: Sequence[FunctionalJoint]) -> list[FunctionalRow]:
-    """The rows of the page, one for each of `joints`."""
-    return [
-        FunctionalRow(
-            joint.trial, f"{joint.side} {joint.joint}", joint.refused, *_figures(joint.found)
-        )
-        for joint in joints
-    ]
-
-
-def _figures(found: FunctionalHip | FunctionalKnee | None) -> tuple[str, str, str]:
-    """Against the standing trial, error, and hip centre to ankle, as the page shows them."""
-    if isinstance(found, FunctionalHip):
-        forward, left, up = 1000 * found.difference
-        return (
-            f"{forward:+.0f} mm forward, {left:+.0f} left, {up:+.0f} up",
-            f"{1000 * found.error:.1f} mm",
-            f"{1000 * found.to_ankle:.0f} ± {1000 * found.to_ankle_error:.0f} mm; by regression "
-            f"{1000 * found.regression_to_ankle:.0f} ± {1000 * REGRESSION_ERROR:.0f} mm",
-        )
-    if found is None:
-        return "", "", ""
-    return (
-        f"{np.degrees(found.angle):.1f}°, of which {np.degrees(found.rotation):+.1f}° internal "
-        "rotation",
-        f"{np.degrees(found.found.standard_error):.1f}°",
-        "",
-    )
 
 
 def _read(file: Path, processing: ProcessingSettings, session: SessionRecordings) -> Recording:
@@ -324,18 +327,6 @@ class _Leg:
         ]
 
 
-def _joints(file: Path, side: Side, leg: _Leg) -> list[FunctionalJoint]:
-    joints = []
-    finders = (("hip", _hip), ("knee", _knee))
-    joint: Literal["hip", "knee"]
-    for joint, finder in finders:  # type: ignore[assignment]
-        try:
-            joints.append(FunctionalJoint(file.name, side, joint, finder(leg)))
-        except ScalingError as error:
-            joints.append(FunctionalJoint(file.name, side, joint, None, str(error)))
-    return joints
-
-
 def _hip(leg: _Leg) -> FunctionalHip:
     regression = leg.points[f"{leg.letter}.Hip.Centre"]
     ankle = leg.points[f"{leg.letter}.Ankle.Centre"]
@@ -378,3 +369,9 @@ def _knee(leg: _Leg) -> FunctionalKnee:
         rotation=turned if side == "R" else -turned,
         higher=float((found.point - centre) @ up),
     )
+
+
+_FINDERS: Final[Mapping[Joint, Callable[[_Leg], FunctionalHip | FunctionalKnee]]] = {
+    "hip": _hip,
+    "knee": _knee,
+}

@@ -19,7 +19,7 @@ from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
-from gaitval.scaling.scale_factors import MeasurementFactor, scale_by_pairs
+from gaitval.scaling.scale_factors import scale_by_pairs
 from gaitval.scaling.scaling import (
     HIGHEST_BARE_ANKLE,
     USUAL_ASYMMETRY,
@@ -53,7 +53,7 @@ class FittedBody:
     markers: tuple[ModelMarker, ...]
     placement: MarkerPlacement
     fit: ModelFit
-    factors: tuple[MeasurementFactor, ...]
+    factors: Mapping[str, float]
     paired: tuple[BodyModel, MarkerPlacement]
     walking: tuple[Recording, ...]
     doubts: tuple[tuple[QualityFlag, ...], ...]

@@ -105,11 +105,6 @@ def summary_of(found: Import) -> page.RecordingSummary:
         from gaitval.session.consistency_rows import changes_by
 
         changes = changes_by(first.consistent)
-    functional: list[page.FunctionalRow] = []
-    if found.functional:
-        from gaitval.session.functional import functional_rows
-
-        functional = functional_rows(found.functional)
     return page.RecordingSummary(
         identifier=request.identifier,
         sex=request.sex,
@@ -135,7 +130,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         marker_rms_limit=limits["ik-marker-rms"] / 100,
         marker_largest_limit=limits["ik-marker-largest"] / 100,
         scaling_methods=scaling_methods(found),
-        functional=functional,
+        functional=[joint.row() for joint in found.functional],
         weight_ratio=found.weight_ratio,
         segments=found.body.scaled.table,
         angles={name: (c.mean, c.deviation) for name, c in found.angles.items()},
@@ -192,7 +187,7 @@ def _force_curves(found: Import) -> dict[str, tuple[Array, Array]]:
 def _stance_fraction(found: Import, side: Side) -> float:
     """Mean stance fraction of a side; NaN if no trial shows a whole cycle of it."""
     values = np.concatenate([walk.gait[side].stance_fraction for walk in found.trials])
-    return float(np.mean(values[np.isfinite(values)])) if np.isfinite(values).any() else np.nan
+    return mean_and_deviation(values)[0]
 
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -30,9 +30,6 @@ from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.session.trial import WalkingTrial
-
-if TYPE_CHECKING:
-    from gaitval.session.functional import FunctionalJoint
 
 FOLDER: Final = "recording"
 """Folder, beside `subject.toml`, for everything else."""
@@ -177,7 +174,7 @@ def _record(found: Import) -> dict[str, Any]:
         "decisions": [list(decision) for decision in found.decisions],
         "lengths_m": [asdict(length) for length in body.fit.lengths],
         "measurements": body.chosen.to_dict(),
-        "factors": {factor.name: factor.factor for factor in body.factors},
+        "factors": dict(body.factors),
         "model": value_hash(_model_figures(body.model)),
         "weight_ratio": found.weight_ratio,
         "walking_speed_m_s": speed(found),
@@ -203,17 +200,8 @@ def _record(found: Import) -> dict[str, Any]:
         "measurement": [asdict(row) for row in getattr(found.measurement, "faults", ())],
         "bands": getattr(found.measurement, "band_records", dict)(),
         "trials": [_trial_record(walk) for walk in found.trials],
-        "functional": _functional_records(found.functional),
+        "functional": [joint.record() for joint in found.functional],
     }
-
-
-def _functional_records(joints: "Sequence[FunctionalJoint]") -> list[dict[str, Any]]:
-    """The joints of the range-of-motion trials, if there are any."""
-    if not joints:
-        return []
-    from gaitval.session.functional import functional_record
-
-    return [functional_record(joint) for joint in joints]
 
 
 _OF_A_DOUBT: Final = ("check", "where", "value", "limit", "unit", "message")

@@ -24,8 +24,6 @@ from gaitval.session.functional import (
     FunctionalKnee,
     chosen_hips,
     functional_joints,
-    functional_record,
-    functional_rows,
 )
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request
@@ -186,7 +184,7 @@ def test_the_sign_of_the_knee_axis_is_internal_rotation_on_both_sides(tmp_path):
 def test_the_record_and_the_rows_say_what_was_found(tmp_path):
     _, session, request = session_of(tmp_path, sides="l", noise=0.001)
     joints = functional_joints(request, PROCESSING, session)
-    results = [FunctionalResult.model_validate(functional_record(joint)) for joint in joints]
+    results = [FunctionalResult.model_validate(joint.record()) for joint in joints]
     assert [(r.side, r.joint, bool(r.refused), r.hip is None, r.knee is None) for r in results] == [
         ("right", "hip", True, True, True),
         ("right", "knee", True, True, True),
@@ -196,7 +194,7 @@ def test_the_record_and_the_rows_say_what_was_found(tmp_path):
     hip = results[2].hip
     assert hip.standard_error_m < 0.002
     assert 0.6 < hip.to_ankle_m < 0.9
-    rows = functional_rows(joints)
+    rows = [joint.row() for joint in joints]
     assert rows[0].refused
     assert "by regression" in rows[2].to_ankle
     assert rows[3].error.endswith("°")
