@@ -338,7 +338,7 @@ def _flat_feet(
     """
     feet = foot_markers(recording, landmarks)
     found = []
-    for side, start, stop in _stances(events):
+    for side, start, stop in stances(events):
         begin, end = (start + share * (stop - start) for share in FLAT_FOOT)
         inside = (recording.time >= begin) & (recording.time <= end)
         middle = (0.5 * (feet[side].heel + feet[side].front))[inside, :2]
@@ -369,8 +369,8 @@ def travel(recording: Recording, events: Iterable[Event], *, landmarks: Mapping[
     return np.append(total / length, 0.0) if length > 0.0 else facing(recording, landmarks)
 
 
-def _stances(events: Iterable[Event]) -> list[tuple[Side, float, float]]:
-    """Side, heel strike and toe-off of each complete stance."""
+def stances(events: Iterable[Event]) -> list[tuple[Side, float, float]]:
+    """Side, heel strike and toe-off, s, of each complete stance of `events`, in any order."""
     events = sorted(events, key=lambda event: event.time)
     found = []
     for side in SIDES:
@@ -477,8 +477,7 @@ class _Places:
             side: np.stack([foot.heel @ forward + belt * self.time, foot.heel @ leftward], axis=1)
             for side, foot in foot_markers(recording, landmarks).items()
         }
-        stances = _stances(events)
-        self.usual = float(np.median([stop - start for _, start, stop in stances]))
+        self.usual = float(np.median([stop - start for _, start, stop in stances(events)]))
 
     def of(self, side: Side, strikes: Array) -> Array:
         """(n, 2) place of the foot after each of these strikes; NaN where it is not seen."""

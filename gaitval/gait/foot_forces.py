@@ -7,11 +7,10 @@ wrench, and a filtered centre of pressure would not belong to the filtered force
 Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitval import wings
 from gaitval.arrays import Array, Flags, runs
@@ -253,18 +252,11 @@ def _share_out(
         reach = int(SETTLING_SECONDS * recording.force_rate)
         for begin, end in zip(*runs(sharing & ~halved), strict=True):
             shares.valid[max(begin - reach, 0) : end + reach] = False
-    _give(shares, whole, owners, parts)
+    for during, part in parts:  # in the place of what its owner was given of it
+        given = owners[during, None] == np.arange(2)
+        shares.wrench[during] += part - given[..., None] * whole[during, None]
     findings += judge_brushes(recording, plate, feet, vertical, used, processing, shares.valid)
     return findings
-
-
-def _give(
-    shares: _Shares, wrench: Array, owners: NDArray[np.int64], parts: Sequence[tuple[slice, Array]]
-) -> None:
-    """Put the parts of a divided `wrench` (T, 6) in the place of what its owner was given of it."""
-    for during, part in parts:
-        given = owners[during, None] == np.arange(2)
-        shares.wrench[during] += part - given[..., None] * wrench[during, None]
 
 
 def _require_plates(recording: Recording) -> None:

@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.arrays import Array, Flags
+from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 
 LEAST_SPREAD: Final = 0.010
@@ -252,7 +252,7 @@ class _Joint:
 
     @classmethod
     def of(cls, proximal: SegmentMotion, distal: SegmentMotion, near: Array) -> "_Joint":
-        seen = _seen(proximal) & _seen(distal)
+        seen = np.isfinite(proximal.translation + distal.translation).all(axis=1)
         if seen.sum() < LEAST_FRAMES:
             raise ScalingError(
                 f"both segments are seen in {seen.sum()} frames; {LEAST_FRAMES} are needed"
@@ -291,10 +291,6 @@ def _kabsch(standing: Array, markers: Array) -> tuple[Array, Array]:
     left[:, :, 2] *= np.linalg.det(left @ right)[:, None]  # no reflection
     rotation = left @ right
     return rotation, middles - rotation @ middle
-
-
-def _seen(motion: SegmentMotion) -> Flags:
-    return np.asarray(np.isfinite(motion.translation).all(axis=1))
 
 
 def _ranges(relative: Array) -> tuple[float, float, float]:

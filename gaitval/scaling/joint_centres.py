@@ -18,7 +18,7 @@ Landmarks that a marker set lacks are found as follows.
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from gaitval.coordinates import Side
 from gaitval.scaling.landmarks import (
     Place,
     Width,
+    Widths,
     check_sides,
     check_upright,
     check_widths,
@@ -83,42 +84,27 @@ def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Arr
 def locate(
     markers: Mapping[str, Place],
     *,
-    knee_width: Width = None,
-    ankle_width: Width = None,
-    elbow_width: Width = None,
     hip_centres: Mapping[str, Array] | None = None,
+    **widths: Unpack[Widths],
 ) -> dict[str, Array]:
-    """Landmarks and joint centres of a standing person, (3,) m, in the axes of the markers.
+    """Landmarks and joint centres of a standing person, (3,) m, in the axes of the `markers`: the
+    landmarks (metatarsals without a marker are estimated), `Mid.PSIS` and `R.` and `L.`
+    `Hip.Centre`, `Knee.Centre`, `Ankle.Centre` and, where markers show them, `Shoulder.Centre`,
+    `Elbow.Centre`, `Wrist.Centre`.
 
-    Parameters
-    ----------
-    markers : position of each landmark, (3,) m; see `measure`.
-    knee_width, ankle_width, elbow_width : across the epicondyles and malleoli, m; for a side
-        without a medial marker.
-    hip_centres : (3,) m in the axes of the markers, of the sides ("R", "L") where it is known
-        otherwise (`scaling.functional`); of the others it is that of the regression.
-
-    Returns
-    -------
-    dict : the landmarks (metatarsals without a marker are estimated), `Mid.PSIS` and `R.` and `L.`
-        `Hip.Centre`, `Knee.Centre`, `Ankle.Centre` and, where markers show them, `Shoulder.Centre`,
-        `Elbow.Centre`, `Wrist.Centre`.
-
-    Raises
-    ------
-    ScalingError : as `measure`.
+    `hip_centres` (3,) m in these axes are of the sides ("R", "L") where they are known otherwise
+    (`scaling.functional`); of the others it is that of the regression. Markers and `widths` are as
+    for `measure`, as which it raises ScalingError.
     """
-    heading, points = _standing(markers, knee_width, ankle_width, elbow_width, hip_centres)
+    heading, points = _standing(markers, hip_centres, **widths)
     return {name: heading @ point for name, point in points.items()}
 
 
 def measure(
     markers: Mapping[str, Place],
     *,
-    knee_width: Width = None,
-    ankle_width: Width = None,
-    elbow_width: Width = None,
     hip_centres: Mapping[str, Array] | None = None,
+    **widths: Unpack[Widths],
 ) -> Measurements:
     """Joint centres, segment lengths and pelvic tilt of a standing person.
 
@@ -126,20 +112,19 @@ def measure(
     ----------
     markers : position of each landmark, (3,) m, x forward, y left, z up, floor at z = 0. The person
         may stand anywhere and face anywhere. Other names than `LANDMARK_NAMES` are ignored.
-    knee_width, ankle_width, elbow_width : across the epicondyles and malleoli, m; for a side
-        without a medial marker.
     hip_centres : as for `locate`.
+    widths : `knee_width`, `ankle_width` and `elbow_width` across the epicondyles and malleoli, m;
+        for a side without a medial marker.
 
     Raises
     ------
     ScalingError : markers are missing, not finite, in millimetres, upside down or swapped, or a
         width is missing or implausible; all problems of a kind are listed.
     """
-    _, points = _standing(markers, knee_width, ankle_width, elbow_width, hip_centres)
+    _, points = _standing(markers, hip_centres, **widths)
     asis = points["R.ASIS"], points["L.ASIS"]
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
     hips = {"R": points["R.Hip.Centre"], "L": points["L.Hip.Centre"]}
-    widths = {"knee": knee_width, "ankle": ankle_width}
     right, left = (_arm(points, side) for side in "RL")
     one_sided: dict[str, Side] = {
         **{name: "right" for name in right if name not in left},
@@ -154,7 +139,7 @@ def measure(
         pelvic_tilt=float(np.arcsin(-frame[2, 0])),
         one_sided=one_sided,
         **_shoulders(points),
-        sources=_sources(markers, points, widths, functional=bool(hip_centres)),
+        sources=_sources(markers, points, functional=bool(hip_centres)),
     )
 
 
@@ -172,10 +157,10 @@ def arms_hang(points: Mapping[str, Array]) -> bool:
 
 def _standing(
     markers: Mapping[str, Place],
-    knee_width: Width,
-    ankle_width: Width,
-    elbow_width: Width,
     hip_centres: Mapping[str, Array] | None,
+    knee_width: Width = None,
+    ankle_width: Width = None,
+    elbow_width: Width = None,
 ) -> tuple[Array, dict[str, Array]]:
     """The person's axes, (3, 3) with x (facing), y and z as columns, and all landmarks and joint
     centres in these axes.
@@ -283,11 +268,7 @@ def _shoulders(points: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _sources(
-    markers: Mapping[str, Place],
-    points: Mapping[str, Array],
-    widths: Mapping[str, Width],
-    *,
-    functional: bool,
+    markers: Mapping[str, Place], points: Mapping[str, Array], *, functional: bool
 ) -> dict[str, str]:
     """How the rows of the scaling table were measured, if not by a marker on each landmark."""
     sources = {}

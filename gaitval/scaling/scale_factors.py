@@ -8,7 +8,7 @@ distance between mean positions): `ModelScaler::computeMeasurementScaleFactor` a
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, Unpack
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from gaitval.arrays import Array
 from gaitval.errors import ScalingError
 from gaitval.scaling.anthropometry import Sex, mean_length
 from gaitval.scaling.joint_centres import MARKER_OFFSET, locate, measure
-from gaitval.scaling.landmarks import Width, Widths
+from gaitval.scaling.landmarks import Widths
 from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.stature import measure_by_stature
 
@@ -88,9 +88,7 @@ def scale_by_pairs(
     *,
     height_m: float,
     sex: Sex,
-    knee_width: Width = None,
-    ankle_width: Width = None,
-    elbow_width: Width = None,
+    **widths: Unpack[Widths],
 ) -> tuple[Measurements, dict[str, float]]:
     """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial, and their factors.
 
@@ -101,13 +99,12 @@ def scale_by_pairs(
     ----------
     standing : (T, 3) m, each landmark in T frames, project axes; NaN where not seen.
     height_m, sex : choose the mean body.
-    knee_width, ankle_width, elbow_width : m, as for `measure`.
+    widths : m, as for `measure`.
 
     Raises
     ------
     ScalingError : as `measure` for the mean positions; as `scale_factor`.
     """
-    widths = Widths(knee_width=knee_width, ankle_width=ankle_width, elbow_width=elbow_width)
     mean = {name: np.nanmean(points, axis=0) for name, points in standing.items() if _seen(points)}
     whole = measure(mean, **widths)
     measured = _frames(standing, locate(mean, **widths).keys(), widths)

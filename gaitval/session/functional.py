@@ -216,8 +216,8 @@ def functional_joints(
                     joints.append(FunctionalJoint(file.name, side, joint, finder(leg)))
                 except ScalingError as error:
                     joints.append(FunctionalJoint(file.name, side, joint, None, str(error)))
-    for joint in joints:
-        tell("functional", f"{joint.trial}: {joint}")
+    for found in joints:
+        tell("functional", f"{found.trial}: {found}")
     return tuple(joints)
 
 

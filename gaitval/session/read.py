@@ -159,9 +159,7 @@ def _marker_set(request: Request, standing: Recording, tell: Tell) -> MarkerSet:
         name for name in standing.names if np.isfinite(standing.marker(name)).any()
     )
     tell("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
-    with about_file(standing.source):
-        ignored = marker_set.ignored(standing.names)
-    if ignored:
+    if ignored := marker_set.ignored(standing.names):
         more = f" and {len(ignored) - NAMED} more" if len(ignored) > NAMED else ""
         tell("markers", f"not of this set, ignored: {', '.join(ignored[:NAMED])}{more}")
     return marker_set

@@ -20,12 +20,7 @@ from gaitval.model.markers import ModelMarker
 from gaitval.scaling.joint_centres import measure
 from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
-from gaitval.scaling.scaling import (
-    HIGHEST_BARE_ANKLE,
-    USUAL_ASYMMETRY,
-    ScaledBody,
-    build_body,
-)
+from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE, USUAL_ASYMMETRY, ScaledBody, build_body
 from gaitval.session.read import SessionRecordings, about_file, of_trial
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.standing import standing_places

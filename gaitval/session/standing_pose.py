@@ -4,7 +4,6 @@ level feet, or put together from the walk.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
+from gaitval.gait.cycles import stances
 from gaitval.gait.events import marker_events
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
@@ -159,12 +159,11 @@ def _mid_stances(recording: Recording, landmarks: Mapping[str, str], side: Side)
     """The frame in `MID_STANCE` of each whole stance of a foot in which its heel is lowest; of a
     walk that is too short to have one, those in which the ankle falls behind the pelvis.
     """
-    mine = [event for event in marker_events(recording, landmarks=landmarks) if event.side == side]
     heel, ankle = (landmarks[f"{side[0].upper()}.{part}"] for part in ("Heel", "Ankle"))
     height, frames = recording.marker(heel)[:, 2], list[int]()
-    for strike, off in pairwise(mine):
-        if (strike.kind, off.kind) == ("heel_strike", "toe_off"):
-            times = strike.time + np.array(MID_STANCE) * (off.time - strike.time)
+    for of, strike, off in stances(marker_events(recording, landmarks=landmarks)):
+        if of == side:
+            times = strike + np.array(MID_STANCE) * (off - strike)
             first, last = np.searchsorted(recording.time, times)
             frames.append(int(first) + int(np.nanargmin([*height[first:last], np.inf])))
     if frames:

@@ -13,13 +13,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import RecordError
 from gaitval.gait.cycle_checks import without_gaps, without_odd_support
-from gaitval.gait.cycles import (
-    GaitCycle,
-    SpatioTemporal,
-    belt_speed,
-    cut_cycles,
-    spatiotemporal,
-)
+from gaitval.gait.cycles import GaitCycle, SpatioTemporal, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events
 from gaitval.gait.filters import low_pass
 from gaitval.gait.foot_forces import assign_forces, resample_forces
