@@ -29,22 +29,18 @@ def without_offset(
             f"its force varies there by {restless:.0f} N (standard deviation), so something else "
             "was on it: left as it is"
         )
-        return plate, [_offset_finding(recording, plate, shown)]
-    if plate.moment is None:
+    elif plate.moment is None:
         shown += (
             "left as it is, because the file has no moments to correct the centre of pressure "
             "with; give the trial as C3D with the plate's own channels"
         )
-        return plate, [_offset_finding(recording, plate, shown)]
-    samples = np.arange(len(plate.force))
-    # Before the first and after the last phase the offset is that phase's own.
-    offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
-    force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
-    # Its centre of pressure is found anew.
-    zeroed = plate_under(plate.name, plate.corners, force, moment)
-    return zeroed, [_offset_finding(recording, plate, shown + "taken away")]
-
-
-def _offset_finding(recording: Recording, plate: Plate, action: str) -> Finding:
-    names = (f"plate {plate.name}",)
-    return finding(recording, "offset", names, 0, len(plate.force), action)
+    else:
+        shown += "taken away"
+        samples = np.arange(len(plate.force))
+        # Before the first and after the last phase the offset is that phase's own.
+        offset = np.stack([np.interp(samples, middles, mean) for mean in means.T], axis=1)
+        force, moment = plate.force - offset[:, :3], plate.moment - offset[:, 3:]
+        # Its centre of pressure is found anew.
+        plate = plate_under(plate.name, plate.corners, force, moment)
+    names = [f"plate {plate.name}"]
+    return plate, [finding(recording, "offset", names, 0, len(plate.force), shown)]

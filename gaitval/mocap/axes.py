@@ -208,15 +208,12 @@ def facing_of(points: Mapping[str, Array], up: Array) -> Array:
     """Horizontal unit vector (3,) from the heels to the toes of `points`, at right angles to `up`;
     toeing out cancels.
     """
-    feet = []
-    for side in "RL":
-        if any(f"{side}.{name}" in points for name in _HEEL) and any(
-            f"{side}.{name}" in points for name in _TOES
-        ):
-            # One unit vector a foot: the direction of their sum halves the angle between the feet.
-            feet.append(
-                unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
-            )
+    # One unit vector a foot: the direction of their sum halves the angle between the feet.
+    feet = [
+        unit_vector(_level(_mean(points, _TOES, side) - _mean(points, _HEEL, side), up))
+        for side in "RL"
+        if all(any(f"{side}.{name}" in points for name in part) for part in (_HEEL, _TOES))
+    ]
     if not feet:
         return unit_vector(_level(_mean(points, _TOES) - _mean(points, _HEEL), up))
     return unit_vector(np.sum(feet, axis=0))

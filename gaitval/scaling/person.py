@@ -37,10 +37,6 @@ class Person(Individual, Protocol):
     def markers(self) -> Mapping[str, Sequence[float]]:
         """Standing trial, (3,) m each; see `joint_centres`. May be empty."""
 
-
-class MeasuredPerson(Person, Protocol):
-    """A person with lengths from other sources than markers."""
-
     @property
     def measurements(self) -> Mapping[str, object]:
         """As `Measurements.to_dict` stores them; empty where not known."""

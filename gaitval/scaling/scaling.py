@@ -41,7 +41,7 @@ from gaitval.scaling.segments import TRUNK, ScaledSegment, body_of, trunk_factor
 if TYPE_CHECKING:
     import pandas as pd
 
-    from gaitval.scaling.person import Individual, MeasuredPerson, Person
+    from gaitval.scaling.person import Individual, Person
 
 SCALED: Final = "de Leva, scaled to stature"
 """Source of lengths that were not measured."""
@@ -106,7 +106,7 @@ class ScaledBody(Displayed):
         return pd.DataFrame([asdict(row) for row in self.table])
 
 
-def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True) -> ScaledBody:
+def scale_subject(subject: "Person", *, symmetric: bool = True) -> ScaledBody:
     """Scale the body model to a person.
 
     The lengths are the person's `measurements` if there are any, else those between the `markers`
@@ -135,7 +135,7 @@ def scale_subject(subject: "Person | MeasuredPerson", *, symmetric: bool = True)
     return build_body(subject, replace(measured, symmetric=symmetric and not own))
 
 
-def measurements_of(subject: "Person | MeasuredPerson") -> Measurements:
+def measurements_of(subject: "Person") -> Measurements:
     """The lengths that `scale_subject` builds the body of `subject` from: those stored, else by
     markers, else by tape. Raises ScalingError if the markers or lengths cannot be used.
     """

@@ -197,25 +197,21 @@ def _combined(parts: Sequence[_Part]) -> _Part:
     return _Part(mass, centre, inertia)
 
 
-def _hanging(name: str, sized: _Sized) -> _Part:
-    """A segment that hangs along -z from its joint."""
+def _hanging(name: str, sized: _Sized, top: float = 0.0, *, turned: bool = False) -> _Part:
+    """A segment along -z from its upper end, at a height `top`; perhaps `turned` by a quarter."""
     proportions, mass, length = sized.table[name], sized.mass[name], sized.length[name]
+    across = ("transverse", "sagittal") if turned else ("sagittal", "transverse")
     return _Part(
         mass,
-        np.array([0.0, 0.0, -proportions.centre_of_mass * length]),
-        inertia_tensor(proportions, mass, length),
+        np.array([0.0, 0.0, top - proportions.centre_of_mass * length]),
+        inertia_tensor(proportions, mass, length, (*across, "longitudinal")),
     )
 
 
 def _forearm_and_hand(sized: _Sized) -> _Part:
-    hand, mass, length = sized.table["hand"], sized.mass["hand"], sized.length["hand"]
     # The palm faces the thigh, a quarter turn from the anatomical position of the table.
-    hanging = _Part(
-        mass,
-        np.array([0.0, 0.0, -sized.length["forearm"] - hand.centre_of_mass * length]),
-        inertia_tensor(hand, mass, length, ("transverse", "sagittal", "longitudinal")),
-    )
-    return _combined([_hanging("forearm", sized), hanging])
+    hand = _hanging("hand", sized, -sized.length["forearm"], turned=True)
+    return _combined([_hanging("forearm", sized), hand])
 
 
 def _standing_to_neutral(measured: Measurements) -> Array:
@@ -249,19 +245,11 @@ def _pelvis(measured: Measurements, sized: _Sized) -> _Part:
 
 def _torso(sized: _Sized) -> _Part:
     """Middle and upper trunk and head, stacked upwards from the lumbar joint."""
-    parts = []
-    top = 0.0
+    top, parts = 0.0, []
     for name in TRUNK[1:]:
-        proportions, mass, length = sized.table[name], sized.mass[name], sized.length[name]
         # The table counts from the upper end of a trunk segment; here they are stacked upwards.
-        top += length
-        parts.append(
-            _Part(
-                mass,
-                np.array([0.0, 0.0, top - proportions.centre_of_mass * length]),
-                inertia_tensor(proportions, mass, length),
-            )
-        )
+        top += sized.length[name]
+        parts.append(_hanging(name, sized, top))
     return _combined(parts)
 
 
