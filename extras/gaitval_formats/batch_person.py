@@ -14,12 +14,15 @@ and any other option of `gaitval import`.
 """
 
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import Field
 
 from gaitval.errors import ConfigurationError
-from gaitval.session.request import OLD_KEYS, ImportOptions, Tell, checked, silent
+from gaitval.session.request import ImportOptions, Tell, checked, silent
+
+OLD_KEYS: Final = {"feet_flat": "feet_not_flat"}
+"""Keys of earlier session files, and the option that says the opposite."""
 
 Options = TypeVar("Options", bound=ImportOptions)
 

@@ -35,7 +35,6 @@ def without_gaps(
     tuple
         The cycles in the same order; one with a longer gap has it among its `reasons`.
     """
-    cycles = tuple(cycles)
     # The same length in frames: (T − 1) / duration is the marker rate.
     longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
     gaps = [

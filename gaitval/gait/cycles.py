@@ -167,9 +167,8 @@ def cut_cycles(
         )
         reasons = _faults(side, start, end, usual, between)
         kinematics = not reasons
-        shown, why = _shown(forces, side, start, end)
-        if not shown:
-            reasons.append(why)
+        unshown = _unshown(forces, side, start, end)
+        reasons += [unshown] if unshown else []
         cycles.append(
             GaitCycle(
                 side=side,
@@ -179,7 +178,7 @@ def cut_cycles(
                 opposite_toe_off=opposite_toe_off,
                 opposite_strike=opposite_strike,
                 kinematics_valid=kinematics,
-                kinetics_valid=kinematics and shown,
+                kinetics_valid=kinematics and not unshown,
                 reasons=tuple(reasons),
             )
         )
@@ -212,24 +211,24 @@ def _faults(side: Side, start: float, end: float, usual: float, between: list[Ar
     return reasons
 
 
-def _shown(forces: FootForces | None, side: Side, start: float, end: float) -> tuple[bool, str]:
-    """Whether the plates show a foot's force in a cycle, and if not, why."""
+def _unshown(forces: FootForces | None, side: Side, start: float, end: float) -> str:
+    """Why the plates do not show a foot's force in a cycle; empty if they do."""
     if forces is None:
-        return False, "no force plates: no kinetics"
+        return "no force plates: no kinetics"
     samples = forces.time
     spacing = 1.0 / forces.rate
     # An event may lie one sample beyond the ends, because it is found between samples.
     if start < samples[0] - spacing or end > samples[-1] + spacing:
-        return False, "it is outside the time of the forces: no kinetics"
+        return "it is outside the time of the forces: no kinetics"
     inside = (samples >= start) & (samples <= end - EDGE_SECONDS)
     doubtful = ~forces.valid[inside, SIDES.index(side)]
-    if doubtful.any():
-        when = samples[inside][doubtful]
-        return False, (
-            f"the plates do not show the {side} foot alone at {when[0]:.3f}-{when[-1]:.3f} s: no "
-            "kinetics"
-        )
-    return True, ""
+    if not doubtful.any():
+        return ""
+    when = samples[inside][doubtful]
+    return (
+        f"the plates do not show the {side} foot alone at {when[0]:.3f}-{when[-1]:.3f} s: no "
+        "kinetics"
+    )
 
 
 def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:

@@ -82,7 +82,9 @@ def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, i
     base, velocity = path[frame - 1], path[frame - 1] - path[frame - 2]
     for length in range(1, len(allowed) - 1):
         back = frame + length
-        away = _distance(path[frame:back], base, velocity)
+        steps = np.arange(1, length + 1)[:, None]
+        # from a path that continues as before
+        away = float(np.linalg.norm(path[frame:back] - base - steps * velocity, axis=1).max())
         # Not seen afterwards, so nothing shows that the marker really was there.
         if back >= len(path) or not seen[length + 2]:
             return frame, back, away
@@ -91,9 +93,3 @@ def _spike_at(path: Array, frame: int, allowed: Sequence[float]) -> tuple[int, i
         if miss < min(RETURNED * away, allowed[length + 1]):
             return frame, back, away
     return None
-
-
-def _distance(away: Array, base: Array, velocity: Array) -> float:
-    """Largest distance of some frames from a path that continues as before, m."""
-    steps = np.arange(1, len(away) + 1)[:, None]
-    return float(np.linalg.norm(away - base - steps * velocity, axis=1).max())

@@ -1,8 +1,7 @@
 """Marker sets as data: those that come with gaitval, a user's own, and which one a recording has.
 
 A set is a TOML file (`markersets/*.toml`, or your own); the keys are explained at the top of
-`markersets/wbds.toml`. Names are compared ignoring capitals, dots, blanks, "_" and "-", and
-anything before a colon ("Subject:RASI").
+`markersets/wbds.toml`.
 """
 
 from collections.abc import Iterable, Sequence

@@ -312,7 +312,3 @@ def checked(
 
 def silent(step: str, message: str) -> None:
     """Report nothing of a `step` and its `message`."""
-
-
-OLD_KEYS: Final = {"feet_flat": "feet_not_flat"}
-"""Keys of earlier session files, and the option that says the opposite."""

@@ -79,8 +79,8 @@ def writing(folder: Path) -> Iterator[None]:
 def write_subject(folder: Path, subject: Subject) -> Path:
     """Write `subject` to `subject.toml` in `folder`, after all other files; returns its path."""
     with writing(folder):
-        write_text(Path(folder) / SUBJECT, subject.to_toml())
-    return Path(folder) / SUBJECT
+        write_text(folder / SUBJECT, subject.to_toml())
+    return folder / SUBJECT
 
 
 def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
@@ -91,27 +91,21 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
     from the same import. `configuration` gives contact and paper. Raises ArtefactError if the
     folder cannot be written to.
     """
-    with writing(folder):
-        return _write_import(Path(folder), found, configuration)
-
-
-def _write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
     target = folder / FOLDER
-    target.mkdir(parents=True, exist_ok=True)
-    for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
-        earlier.unlink(missing_ok=True)
-    body = found.body
-    written: list[Path] = wings.load(wings.PARTS, "opensim").write_import(
-        target, found, configuration.contact
-    )
-    written += write_body(target, body, found.session.marker_set.name)
-    written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
-    written.append(write_table(target / "curves.csv", _curve_table(found)))
-    write_recording_report(target, summary_of(found), configuration.report)
-    written += [target / "recording.html", target / "recording.pdf"]
-    written += sorted((target / FIGURES).glob("*.csv"))
-    record = ImportResult.model_validate(_plain(_record(found)))
-    write_json(target / RECORD, record.as_dict())
+    with writing(folder):
+        target.mkdir(parents=True, exist_ok=True)
+        for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
+            earlier.unlink(missing_ok=True)
+        opensim = wings.load(wings.PARTS, "opensim")
+        written: list[Path] = opensim.write_import(target, found, configuration.contact)
+        written += write_body(target, found.body, found.session.marker_set.name)
+        written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
+        written.append(write_table(target / "curves.csv", _curve_table(found)))
+        write_recording_report(target, summary_of(found), configuration.report)
+        written += [target / "recording.html", target / "recording.pdf"]
+        written += sorted((target / FIGURES).glob("*.csv"))
+        record = ImportResult.model_validate(_plain(_record(found)))
+        write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
 
 
