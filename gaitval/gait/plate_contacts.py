@@ -100,21 +100,15 @@ def judge_contact(
     halved: Flags | None,
     valid: Flags,
 ) -> list[Finding]:
-    """Findings where a contact is not one foot's only, or not completely on the plates.
+    """Findings where a contact on a `plate` of `recording` (in the project's axes), from force
+    sample `begin` to before `end` (n), is not one foot's only, or not completely on the plates.
 
     It is long because every reason against a contact stands beside what it does to the foot.
 
-    Parameters
-    ----------
-    recording : in the project's axes.
-    plate : on which the contact is.
-    feet : of `feet_of`.
-    begin, end : first force sample of the contact, and the first one after it; n samples.
-    owner : (n,) of `owners_of`.
-    distances : (n, 2) m, of `distances_to_feet`.
-    sharing : (T,) of `shared_by_both`, over the whole trial.
-    halved : (T,) where the force is divided between the feet; None if that is not asked for.
-    valid : (T, 2) set to False in place where a foot's force is not known.
+    `feet` are of `feet_of`, `owner` (n,) of `owners_of`, `distances` (n, 2) m of
+    `distances_to_feet`, `sharing` (T,) of `shared_by_both` over the whole trial. `halved` (T,) is
+    where the force is divided between the feet, None if that is not asked for. `valid` (T, 2) is
+    set to False in place where a foot's force is not known.
     """
     findings = []
     plates = [other for other in recording.plates if np.isfinite(other.corners).all()]

@@ -235,17 +235,12 @@ def correct(
     search has not seen, and if of long walks (`rollouts.walked_far`) no more fall than without it.
     Otherwise smaller shares of it are tried, after a fall from twice as many starts.
 
-    Parameters
-    ----------
-    task : body, reference and constants.
-    policy : the trained policy; it is not changed.
-    mu : (14,) body parameters.
-    asked : the record that the reference was fitted to, with the person's own or estimated
-        kinetics; None: the target is the reference alone.
-    to_record : part of the way to `asked`.
-    slopes : what is known of them beforehand, by rad and m; by default, what other people's walks
-        say.
-    on_progress : called after each step with `steps`, `total` and `error`.
+    `task` has body, reference and constants; the trained `policy` is not changed; `mu` (14,) are
+    body parameters. `asked` is the record that the reference was fitted to, with the person's own
+    or estimated kinetics, to which the target goes a part of the way, `to_record`; without it the
+    target is the reference alone. `slopes`, by rad and m, are what is known of them beforehand, by
+    default what other people's walks say. `on_progress` is called after each step with `steps`,
+    `total` and `error`.
     """
     settings = task.configuration.correction
     if asked is None:

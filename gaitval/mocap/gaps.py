@@ -62,10 +62,9 @@ def fill_gaps(
             from gaitval.mocap.gap_filling import bridge, rebuilt
 
             duration = (end - begin) / rate
-            filled, action = None, "left open"
+            filled, action = None, "filled with a spline"
             if duration <= SPLINE_FIRST * processing.largest_gap_s:
                 filled = bridge(measured[:, column], begin, end, rate)
-                action = "filled with a spline"
             if filled is None and duration <= RIGID_GAP_FACTOR * processing.largest_gap_s:
                 from_others = rebuilt(measured, seen, column, others, begin, end)
                 if from_others is not None:
@@ -76,7 +75,6 @@ def fill_gaps(
                     )
             if filled is None and duration <= processing.largest_gap_s:
                 filled = bridge(measured[:, column], begin, end, rate)
-                action = "filled with a spline"
             if filled is not None:
                 markers[begin:end, column] = filled
             else:

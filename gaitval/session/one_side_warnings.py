@@ -42,22 +42,17 @@ def one_side_doubts(
         if kind == "kinetics" and missing.get("angles") == side:
             continue  # said with the angles
         kinetics = kind == "kinetics"
-        what = "moments and forces" if kinetics or not forces else "angles, moments and forces"
-        what = "angles" if not (kinetics or forces) else what
-        shown = (
-            "the plates show no whole cycle of it alone"
-            if kinetics
-            else "no trial shows a whole cycle of it that counts"
-        )
-        fixes = (
-            "A further --trial in which it lands on a plate of its own records them"
-            if kinetics
-            else "A further --trial that shows it records them"
-        )
+        if kinetics:
+            what, shown = "moments and forces", "the plates show no whole cycle of it alone"
+            fixing = "in which it lands on a plate of its own"
+        else:
+            what = "angles, moments and forces" if forces else "angles"
+            shown, fixing = "no trial shows a whole cycle of it that counts", "that shows it"
         yield QualityFlag(
             *(ONE_SIDE, f"{side} {'foot' if kinetics else 'leg'}", 0.0, 1.0, "cycles"),
             f"its {what} were not recorded: {shown} ({_why(walks, side, kinetics=kinetics)}). "
-            f"{_instead(side, what, mirror=request.mirror)} {fixes}",
+            f"{_instead(side, what, mirror=request.mirror)} A further --trial {fixing} records "
+            "them",
         )
 
 
@@ -81,16 +76,14 @@ def _why(walks: Sequence[WalkingTrial], side: Side, *, kinetics: bool) -> str:
     if not cycles:
         return "no two heel strikes of it in one trial"
     reasons = Counter(_WHEN.sub("", "; ".join(cycle.reasons)) for cycle in cycles if cycle.reasons)
-    said = [f"{count} × {reason}" for reason, count in reasons.most_common(REASONS_SHOWN)]
-    more = sum(reasons.values()) - sum(count for _, count in reasons.most_common(REASONS_SHOWN))
-    if more:
+    if not reasons:
+        return f"{len(cycles)} cycles" + (" without its forces" if kinetics else "")
+    shown = reasons.most_common(REASONS_SHOWN)
+    said = [f"{count} × {reason}" for reason, count in shown]
+    if more := reasons.total() - sum(count for _, count in shown):
         said.append(f"{more} × other reasons")
     counted = f"{len(cycles)} {'cycle' if len(cycles) == 1 else 'cycles'} that do not count"
-    return (
-        f"{counted}: {', '.join(said)}"
-        if said
-        else f"{len(cycles)} cycles" + (" without its forces" if kinetics else "")
-    )
+    return f"{counted}: {', '.join(said)}"
 
 
 def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:

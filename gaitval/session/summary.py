@@ -13,6 +13,7 @@ from gaitval.gait.agreement import both_known
 from gaitval.gait.cycles import mean_and_deviation
 from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.inverse.marker_placement import MarkerPlacement
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
 from gaitval.metrics.tolerances import Verdict, evaluate, measured
 from gaitval.reporting import recording_report as page
@@ -27,10 +28,10 @@ def verdicts(found: Import) -> list[Verdict]:
     (`metrics/tolerances.toml`). With an aid, residuals and weight hold what it carries, and have no
     limit.
     """
-    distances = np.array(list(found.body.placement.distances.values()))
+    rms, largest = _rms_and_largest(found.body.placement)
     measures = [
-        measured("scaling_marker_rms", "standing", 100 * float(np.sqrt((distances**2).mean()))),
-        measured("scaling_marker_largest", "standing", 100 * float(distances.max())),
+        measured("scaling_marker_rms", "standing", 100 * rms),
+        measured("scaling_marker_largest", "standing", 100 * largest),
     ]
     for walk in found.trials:
         name = walk.name
@@ -237,26 +238,28 @@ def limit_rows(found: Import) -> list[page.GateRow]:
 def scaling_methods(found: Import) -> list[page.ScalingMethod]:
     """Marker errors of both ways to scale the body of `found`, in standing and the first walk."""
     body, walk = found.body, found.trials[0]
-    standing = np.array(list(body.paired[1].distances.values()))
-    landmarks = np.array(list(body.placement.distances.values()))
     paired, fitted = marker_errors(walk.compared), marker_errors(walk.kinematics)
     return [
         page.ScalingMethod(
             "marker pairs, as OpenSim's ScaleTool",
-            float(np.sqrt((standing**2).mean())),
-            float(standing.max()),
+            *_rms_and_largest(body.paired[1]),
             paired.whole_rms,
             paired.whole_largest,
         ),
         page.ScalingMethod(
             "joint centres of the standing trial, then joint fit to both trials",
-            float(np.sqrt((landmarks**2).mean())),
-            float(landmarks.max()),
+            *_rms_and_largest(body.placement),
             fitted.whole_rms,
             fitted.whole_largest,
             chosen=True,
         ),
     ]
+
+
+def _rms_and_largest(placement: MarkerPlacement) -> tuple[float, float]:
+    """Distances of the markers of a standing trial from their landmarks, m."""
+    distances = np.array(list(placement.distances.values()))
+    return float(np.sqrt((distances**2).mean())), float(distances.max())
 
 
 def spatiotemporal_rows(walks: Sequence[WalkingTrial]) -> list[page.SpatiotemporalRow]:
