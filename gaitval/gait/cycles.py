@@ -125,9 +125,7 @@ class SpatioTemporal:
 
 
 def mean_and_deviation(values: Array) -> tuple[float, float]:
-    """Mean and standard deviation (n − 1) of the finite ones of `values` (n,); NaN where they are
-    too few.
-    """
+    """Mean and SD (n − 1) of the finite ones of `values` (n,); NaN where they are too few."""
     values = values[np.isfinite(values)]
     return (
         float(values.mean()) if len(values) else np.nan,

@@ -31,12 +31,7 @@ def values(stored: Any) -> list[Any]:
 
 
 def plain(text: str) -> str:
-    """Text without blanks and NUL at its ends.
-
-    Parameters
-    ----------
-    text : as ezc3d gives it; bytes that are not UTF-8 are taken as Latin-1.
-    """
+    """A `text` of ezc3d without blanks and NUL at its ends; bytes not of UTF-8 are Latin-1."""
     stripped = text.strip("\0 ")
     try:
         stripped.encode("utf-8")
@@ -120,12 +115,7 @@ def with_whole_offsets(data: bytes) -> bytes | None:
 
 
 def opened(path: Path) -> Any:
-    """What ezc3d finds in a file.
-
-    Parameters
-    ----------
-    path : of the file. Raises what ezc3d does, where its offsets are not the reason.
-    """
+    """What ezc3d finds in the file `path`. Raises what it does, but for wrong offsets."""
     try:
         return ezc3d.c3d(str(path))
     except Exception:

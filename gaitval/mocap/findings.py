@@ -72,15 +72,5 @@ def passed_over(message: str) -> None:
 
 
 def seen_frames(positions: Array) -> Flags:
-    """Where all three coordinates are known.
-
-    Parameters
-    ----------
-    positions : (..., 3) m.
-
-    Returns
-    -------
-    array
-        (...) True where none of the three is NaN or infinite.
-    """
+    """(...) whether all three of `positions` (..., 3) are known: neither NaN nor infinite."""
     return np.asarray(np.isfinite(positions).all(axis=-1))

@@ -121,9 +121,7 @@ class Recording(Displayed):
         return self.markers[:, self.names.index(name)]
 
     def columns(self, names: Sequence[str]) -> Array:
-        """Trajectories (T, M, 3) m of the markers `names` in this order, NaN for one that is not
-        there.
-        """
+        """Trajectories (T, M, 3) m of the markers `names` in this order, NaN for one not there."""
         found = np.full((len(self.markers), len(names), 3), np.nan)
         for place, name in enumerate(names):
             if name in self.names:
@@ -156,12 +154,7 @@ class Recording(Displayed):
         )
 
     def turned(self, rotation: Array) -> "Recording":
-        """The same trial in the project's axes.
-
-        Parameters
-        ----------
-        rotation : (3, 3), takes vectors in laboratory axes to project axes.
-        """
+        """The trial in the project's axes, to which `rotation` (3, 3) takes laboratory vectors."""
         # Vectors are rows here, so R v becomes v Rᵀ.
         turn = np.asarray(rotation, dtype=float).T
         return replace(

@@ -36,9 +36,7 @@ def overview(recording: Recording) -> pd.DataFrame:
 
 
 def to_frame(recording: Recording) -> pd.DataFrame:
-    """Marker positions of a `recording`: columns marker, quantity (x, y, z), time (s), value, unit
-    (m).
-    """
+    """Marker positions of `recording`: marker, quantity (x, y, z), time (s), value, unit (m)."""
     count, markers, _ = recording.markers.shape
     return pd.DataFrame(
         {
@@ -69,9 +67,7 @@ def save(recording: Recording, path: Path) -> None:
 
 
 def load(path: Path) -> Recording:
-    """The recording in the file `path` of `save`. Raises ArtefactError (inside,
-    ValueError).
-    """
+    """The recording in the file `path` of `save`. Raises ArtefactError (inside, ValueError)."""
     arrays, others = read_record(path, Recording.__name__)
     plates = []
     try:

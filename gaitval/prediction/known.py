@@ -98,16 +98,12 @@ def with_expected_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitR
 
 
 def is_predicted(settings: RecordSettings) -> bool:
-    """Whether, by `settings`, the walk is of another trial or speed than those known to the
-    model.
-    """
+    """Whether, by `settings`, the walk is of another trial or speed than the model knows."""
     return bool(settings.holdout) or settings.speed > 0.0
 
 
 def is_unrecorded(settings: RecordSettings) -> bool:
-    """Whether, by `settings`, the walk is at a speed of which there is no record to compare
-    with.
-    """
+    """Whether, by `settings`, there is no record at the speed of the walk to compare with."""
     return settings.speed > 0.0 and not settings.holdout
 
 

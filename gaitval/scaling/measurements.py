@@ -229,9 +229,7 @@ def with_fitted_lengths(
 
 
 def _fitted(measured: Measurements, limbs: Limbs, means: Mapping[str, float]) -> Limbs:
-    """One side with the mean lengths of both; where the sides differ in the model, they keep their
-    ratio.
-    """
+    """One side with the mean lengths of both; sides that differ in the model keep their ratio."""
     mean = measured.right.mean_with(measured.left)
     changes: dict[str, Any] = dict(means)
     for name, length in means.items():

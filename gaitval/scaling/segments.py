@@ -173,9 +173,7 @@ def _shoulder(measured: Measurements, sized: _Sized, subject: "Individual") -> A
 
 
 def trunk_factor(measured: Measurements, subject: "Individual") -> float:
-    """Factor on de Leva's trunk and head that fills the stature of `subject` above the `measured`
-    hips.
-    """
+    """Factor on de Leva's trunk and head to fill the stature of `subject` above `measured` hips."""
     table = DE_LEVA[subject.sex]
     return (subject.height_m - measured.hip_height) / math.fsum(table[n].length for n in TRUNK)
 

@@ -1,6 +1,6 @@
 """Mean curves over the cycles of all trials, and the mass that the force plates measure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -110,11 +110,10 @@ def left_open(name: str, curve: Array) -> bool:
 
 def drift_doubts(
     angles: Mapping[str, AverageCurve], moments: Mapping[str, AverageCurve]
-) -> tuple[QualityFlag, ...]:
+) -> Iterator[QualityFlag]:
     """Warnings about mean `angles` (rad) and `moments` (Nm/kg) whose ends differ by more than
     nearly everybody's.
     """
-    found = []
     of_subjects = {name: curve for name, curve in angles.items() if name in ANGLE_NAMES}
     for kind, curves, size, unit, shown in (
         ("angle", of_subjects, 180.0 / np.pi, "deg", "{:.1f}°"),
@@ -129,14 +128,11 @@ def drift_doubts(
                 if kind == "angle" and left_open(name, curve.mean)
                 else "taken away evenly over the cycle; more cycles make it smaller"
             )
-            found.append(
-                QualityFlag(
-                    *("drift", name, size * abs(gap), size * usual, unit),
-                    f"drifts by {shown.format(size * gap)} from one heel strike to the next, more "
-                    f"than 99 % of people's single strides; {what}",
-                )
+            yield QualityFlag(
+                *("drift", name, size * abs(gap), size * usual, unit),
+                f"drifts by {shown.format(size * gap)} from one heel strike to the next, more "
+                f"than 99 % of people's single strides; {what}",
             )
-    return tuple(found)
 
 
 def mean_kinetics(

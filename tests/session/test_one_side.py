@@ -286,7 +286,7 @@ def drifting(found, name, degrees):
 
 
 def test_a_curve_that_does_not_close_is_closed_and_told(found):
-    assert drift_doubts(found.angles, found.moments) == ()
+    assert not list(drift_doubts(found.angles, found.moments))
     part = drifting(found, "knee_angle_l", 7.0)
     (doubt,) = drift_doubts(part.angles, {})
     assert doubt.where == "knee_angle_l"
