@@ -76,7 +76,11 @@ def without_odd_support(
     dict
         The cycles by side, in the same order; an odd one has the reason among its `reasons`.
     """
-    support = {side: np.array([_first_support(cycle) for cycle in cycles[side]]) for side in SIDES}
+    # From heel strike to the other foot's toe-off, as a fraction of the cycle; NaN if unknown.
+    support = {
+        side: np.array([(c.opposite_toe_off - c.start) / c.duration for c in cycles[side]])
+        for side in SIDES
+    }
     known = np.concatenate([support[side] for side in SIDES])
     known = known[np.isfinite(known)]
     # Of two that differ, neither is known to be the wrong one.
@@ -108,11 +112,6 @@ def without_odd_support(
         )
         for side in SIDES
     }
-
-
-def _first_support(cycle: GaitCycle) -> float:
-    """Fraction of a cycle from its heel strike to the other foot's toe-off; NaN if unknown."""
-    return (cycle.opposite_toe_off - cycle.start) / cycle.duration
 
 
 def _refused(cycle: GaitCycle, *reasons: str) -> GaitCycle:

@@ -101,7 +101,8 @@ def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
     known = person_of_session(options, tell)
     static = options.trials[0] if options.static is None else options.static
     given = {name: getattr(options, name) for name in ImportOptions.model_fields}
-    about = {"static": static, "identifier": _identifier(out)}
+    folder = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
+    about = {"static": static, "identifier": folder or "subject"}
     request = Request.model_validate(given | known._asdict() | about)
     person, laboratory, guessed = request.who
     assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
@@ -109,9 +110,3 @@ def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
     also = "".join(f", {name} {value}" for name, value in said if value is not None)
     tell("person", f"{person} of laboratory {laboratory}, trial {request.trial}{also}{assumed}")
     return request
-
-
-def _identifier(out: Path) -> str:
-    """A subject's name from the name of its folder."""
-    name = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
-    return name or "subject"
