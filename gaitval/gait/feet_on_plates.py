@@ -14,7 +14,7 @@ from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES
 from gaitval.gait.events import marker_stance
 from gaitval.gait.sampling import interpolated
-from gaitval.mocap.foot_markers import FootMarkers, foot_markers
+from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.recording import Plate, Recording
 
@@ -68,13 +68,12 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
     stance = stance_frames[nearest]
     outlines, lows = [], []
     for column, side in enumerate(SIDES):
-        foot: FootMarkers = markers[side]
-        outline = interpolated(foot.outline, frames)
-        height = outline[:, :, 2]
+        measured = markers[side].outline
+        outline = interpolated(measured, frames)
         with np.errstate(invalid="ignore"):
             # the foot is low in more than half of all frames
-            floor = np.nanpercentile(foot.outline[:, :, 2], 20.0, axis=0)
-            low = (height < floor + LOW_POINT) & stance[:, column, None]
+            floor = np.nanpercentile(measured[:, :, 2], 20.0, axis=0)
+            low = (outline[:, :, 2] < floor + LOW_POINT) & stance[:, column, None]
         outlines.append(outline)
         lows.append(low)
     return Feet((outlines[0], outlines[1]), (lows[0], lows[1]), stance)
