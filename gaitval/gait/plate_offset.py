@@ -33,9 +33,10 @@ def zero_plates(
     """Subtract what the plates show while no foot is on them.
 
     The offset of all six components is the mean in each phase without a foot on the plate (by the
-    markers), interpolated linearly between the phases, so that drift is removed too. It matters
-    most for the centre of pressure: WBDS01 T01 has −34 N and 18 Nm on its right plate in swing,
-    which moves the centre of pressure decimetres away from the foot at toe-off.
+    markers), interpolated linearly between the phases, so that drift is removed too. Phases in
+    which the force varies as if a foot were there are left out, if most are quiet. It matters most
+    for the centre of pressure: WBDS01 T01 has −34 N and 18 Nm on its right plate in swing, which
+    moves the centre of pressure decimetres away from the foot at toe-off.
 
     A plate without moments (`Plate.moment` is None) is left as it is, and an offset of its force is
     only reported, because its centre of pressure could not be corrected.
@@ -81,12 +82,17 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
     ]
     if not phases:
         return plate, []
+    # Whether something acts on the plate is judged below the frequencies at which a belt shakes it.
+    smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=RESTLESS_CUTOFF_HZ)
+    spreads = [float(smooth[begin:end].std()) for begin, end in phases]
+    restless = float(np.median(spreads))
+    if restless <= RESTLESS_N:
+        # A foot whose markers are lost, or whose strike they do not show, may be on it in others.
+        both = zip(phases, spreads, strict=True)
+        phases = [phase for phase, spread in both if spread <= RESTLESS_N]
     middles = np.array([0.5 * (begin + end - 1) for begin, end in phases])
     components = plate.force if plate.moment is None else np.hstack([plate.force, plate.moment])
     means = np.array([components[begin:end].mean(axis=0) for begin, end in phases])
-    # Whether something acts on the plate is judged below the frequencies at which a belt shakes it.
-    smooth = low_pass(plate.force[:, 2], rate=rate, cutoff_hz=RESTLESS_CUTOFF_HZ)
-    restless = float(np.median([smooth[begin:end].std() for begin, end in phases]))
     size = float(np.abs(np.median(means[:, :3], axis=0)).max())
     drift = float(np.ptp(means[:, 2])) if len(phases) > 1 else 0.0
     if size < SMALLEST_OFFSET_N and drift < SMALLEST_OFFSET_N:

@@ -312,6 +312,21 @@ def test_a_plate_that_is_pushed_without_a_foot_is_not_zeroed() -> None:
     assert "something else" in findings[0].action
 
 
+def test_a_foot_whose_heel_is_not_seen_is_not_taken_for_an_offset() -> None:
+    """From one swing to another its strikes are not seen: the foot seems to be in the air."""
+    seen = walk(belt=SPEED, plates=BELTS, offset=_drifting)
+    markers = seen.markers.copy()
+    heel = seen.names.index(LANDMARKS["L.Heel"])
+    height = markers[:, heel, 2]
+    swings = [int(np.nanargmax(np.where(np.abs(seen.time - t) < 0.6, height, 0))) for t in (2, 4)]
+    markers[slice(*swings), heel] = np.nan
+    hidden = replace(seen, markers=markers)
+    expected, _ = zero_plates(seen, landmarks=LANDMARKS)
+    zeroed, _ = zero_plates(hidden, landmarks=LANDMARKS)
+    for plate, other in zip(zeroed.plates, expected.plates, strict=True):
+        np.testing.assert_allclose(plate.force, other.force, atol=1.0)
+
+
 def test_trials_without_plates_have_nothing_to_zero() -> None:
     recording = walk()
     assert zero_plates(recording, landmarks=LANDMARKS) == (recording, ())
