@@ -10,6 +10,7 @@ from gaitval.gait.sampling import interpolated
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.foot_markers import pelvis_markers
+from gaitval.mocap.lost_frames import lost_frames
 from gaitval.mocap.recording import Event, FootForces, Recording
 from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
 from gaitval.session.request import Request
@@ -98,7 +99,8 @@ def trial_doubts(
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_doubts(plate.name, outside, used)
     of_motion = motion_doubts(needed, loads, stances, forces.rate, request.mass_kg)
-    found += contact_doubts(forces, marker_events(recording, landmarks=landmarks))
+    if not lost_frames(recording.markers):  # what was lost, not a plate, makes events differ
+        found += contact_doubts(forces, marker_events(recording, landmarks=landmarks))
     named = {doubt.plate for doubt in of_plates}
     # a plate with a warning already explains why its force and the motion disagree
     return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))

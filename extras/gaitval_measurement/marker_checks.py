@@ -11,6 +11,7 @@ import numpy as np
 
 from gaitval.arrays import Array, runs
 from gaitval.gait.quality_flags import QualityFlag
+from gaitval.mocap.lost_frames import lost_frames, said_lost
 from gaitval.mocap.recording import Recording
 
 LARGEST_NOISE: Final = 0.004
@@ -60,8 +61,10 @@ def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
     Yields
     ------
     warning
-        One about noise, for all markers together, and one for each marker with a stuck coordinate.
+        One about frames that were lost or are there twice, one about noise, each for all markers
+        together, and one for each marker with a stuck coordinate.
     """
+    yield from _lost(recording)
     noise = _noise(recording)
     noisy = [name for name in noise if noise[name] > LARGEST_NOISE]
     if noisy:
@@ -83,6 +86,26 @@ def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
                 "marker moves on: the trajectory was cut off at the edge of the volume, or filled. "
                 "Look at the trajectory in the recording program",
             )  # fmt: skip
+
+
+def _lost(recording: Recording) -> Iterator[QualityFlag]:
+    """All places where frames are missing or too many."""
+    lost = lost_frames(recording.markers)
+    rate = recording.marker_rate
+    said = [
+        f"before frame {at} ({recording.start + at / rate:.3f} s) {said_lost(frames)}"
+        for at, frames in lost[:NAMED]
+    ]
+    if len(lost) > NAMED:
+        said.append(f"and so at {len(lost) - NAMED} more frames")
+    if lost:
+        late = sum(frames for _, frames in lost) / rate
+        yield QualityFlag(
+            "lost frames", "all markers", abs(late), 0.0, "s",
+            f"{'; '.join(said)}: the times after it are wrong, and forces that lost nothing come "
+            f"{1000 * abs(late):.0f} ms {'later' if late > 0.0 else 'earlier'} than the markers "
+            "from there to the end. Export the trial again, or use a part of it (--trial-time)",
+        )  # fmt: skip
 
 
 def _noise(recording: Recording) -> dict[str, float]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.mocap.findings import Finding, finding, seen_frames
+from gaitval.mocap.lost_frames import lost_frames, said_lost
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
 
@@ -32,7 +33,15 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
         Findings of spikes and of jumps that remain, and (T, M) True in frames that were cut.
     """
     rate = recording.marker_rate
-    findings = []
+    lost = lost_frames(markers)
+    findings = [
+        finding(
+            recording, "jump", ["all markers"], at, at + 1, f"{said_lost(frames)}; left as it is"
+        )
+        for at, frames in lost
+    ]
+    # A step that is too long changes two velocities: the one before it, and the one after.
+    of_all = [frame for at, _ in lost for frame in (at, at + 1)]
     spiked = np.zeros(markers.shape[:2], dtype=bool)
     for column, name in enumerate(recording.names):
         path = markers[:, column]
@@ -43,6 +52,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
             findings.append(finding(recording, "spike", [name], begin, end, action))
         # A jump that is left when the spikes are cut does not come back.
         surprise = surprise_of(path)
+        surprise[of_all] = 0.0
         jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
         if len(jumps):
             action = (

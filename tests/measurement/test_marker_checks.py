@@ -119,3 +119,22 @@ def test_markers_that_change_alike_on_both_feet_are_not_asymmetric(height):
     assert not list(foot_marker_doubts(stood(R_MT1=height, L_MT1=height), walked(), LANDMARKS))
     apart = list(foot_marker_doubts(stood(R_MT1=height, L_MT1=-height), walked(), LANDMARKS))
     assert [each.where for each in apart] == ["R.MT1 and L.MT1"]
+
+
+@pytest.mark.parametrize("lost", [-8, -1, 1, 10])
+def test_frames_that_were_lost_or_are_there_twice_are_one_warning(lost: int) -> None:
+    whole = synthetic(8.0, marker_rate=150.0)
+    before = whole.markers[:400]
+    after = whole.markers[400 + lost :] if lost > 0 else whole.markers[400:]
+    twice = np.repeat(before[-1:], max(-lost, 0), axis=0)
+    other = whole.with_markers(whole.names, np.concatenate([before, twice, after]))
+    (doubt,) = [each for each in trajectory_doubts(other) if each.check == "lost frames"]
+    assert f"before frame {400 + max(-lost, 0)} " in doubt.message
+    assert doubt.value == pytest.approx(abs(lost) / 150.0, rel=0.1)
+    assert ("later" if lost > 0 else "earlier") in doubt.message
+
+
+def test_frames_that_are_held_for_a_while_lose_no_time() -> None:
+    held = synthetic(8.0, marker_rate=150.0)
+    held.markers[400:403] = held.markers[399]
+    assert not [doubt for doubt in trajectory_doubts(held) if doubt.check == "lost frames"]
