@@ -34,7 +34,8 @@ def zero_plates(
 
     The offset of all six components is the mean in each phase without a foot on the plate (by the
     markers), interpolated linearly between the phases, so that drift is removed too. Phases in
-    which the force varies as if a foot were there are left out, if most are quiet. It matters most
+    which the force varies as if a foot were there are left out, if most are quiet; what is larger
+    there than with a foot on the plate is no offset, and is left as it is. It matters most
     for the centre of pressure: WBDS01 T01 has −34 N and 18 Nm on its right plate in swing, which
     moves the centre of pressure decimetres away from the foot at toe-off.
 
@@ -100,6 +101,17 @@ def _zeroed(recording: Recording, plate: Plate, feet: Feet) -> tuple[Plate, list
 
     from gaitval.gait.zeroed_plate import without_offset
 
-    return without_offset(
-        recording, plate, middles, means, restless if restless > RESTLESS_N else None
-    )
+    kept = ""
+    with_foot = float(np.median(plate.force[occupied, 2])) if occupied.any() else np.inf
+    if float(np.median(means[:, 2])) > abs(with_foot) + RESTLESS_N:
+        # An offset is there with a foot on the plate, too, whose weight adds to it.
+        kept = (
+            f"with a foot on it {with_foot:.0f} N up, so somebody stood on it there: the corners "
+            "of two plates are exchanged, or the markers and forces are of different trials"
+        )
+    elif restless > RESTLESS_N:
+        kept = (
+            f"its force varies there by {restless:.0f} N (standard deviation), so something else "
+            "was on it"
+        )
+    return without_offset(recording, plate, middles, means, kept)

@@ -9,7 +9,7 @@ from gaitval.mocap.recording import Plate, Recording
 
 
 def without_offset(
-    recording: Recording, plate: Plate, middles: Array, means: Array, restless: float | None
+    recording: Recording, plate: Plate, middles: Array, means: Array, kept: str
 ) -> tuple[Plate, list[Finding]]:
     """A `plate` of `recording` without its offset, and what was done; see `plate_offset`.
 
@@ -17,19 +17,16 @@ def without_offset(
     ----------
     middles, means : (n,) samples and (n, 3 or 6) N and Nm, middle and mean of each phase without a
         foot on the plate.
-    restless : N, by how much the force varies there if something else is on the plate.
+    kept : why it is left as it is, in words; empty if it is taken away.
     """
     drift = float(np.ptp(means[:, 2]))
     shown = (
         f"shows {np.round(np.median(means[:, :3], axis=0), 1).tolist()} N (forward, left, up; up "
         f"varies by {drift:.1f} N) without a foot on it; "
     )
-    if restless is not None:
-        shown += (
-            f"its force varies there by {restless:.0f} N (standard deviation), so something else "
-            "was on it: left as it is"
-        )
-    elif plate.moment is None:
+    if kept:
+        return plate, [_offset_finding(recording, plate, f"{shown}{kept}: left as it is")]
+    if plate.moment is None:
         shown += (
             "left as it is, because the file has no moments to correct the centre of pressure "
             "with; give the trial as C3D with the plate's own channels"

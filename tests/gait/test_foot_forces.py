@@ -327,6 +327,17 @@ def test_a_foot_whose_heel_is_not_seen_is_not_taken_for_an_offset() -> None:
         np.testing.assert_allclose(plate.force, other.force, atol=1.0)
 
 
+def test_a_foot_on_exchanged_plates_is_not_taken_for_an_offset() -> None:
+    """Each plate shows the weight while the foot at its place is in the air."""
+    recording = walk(belt=SPEED, plates=BELTS)
+    first, second = recording.plates
+    plates = (replace(first, corners=second.corners), replace(second, corners=first.corners))
+    zeroed, findings = zero_plates(replace(recording, plates=plates), landmarks=LANDMARKS)
+    assert all(one is other for one, other in zip(zeroed.plates, plates, strict=True))
+    assert len(findings) == 2
+    assert all("corners of two plates are exchanged" in each.action for each in findings)
+
+
 def test_trials_without_plates_have_nothing_to_zero() -> None:
     recording = walk()
     assert zero_plates(recording, landmarks=LANDMARKS) == (recording, ())
