@@ -65,6 +65,10 @@ CLIPPED_SHARE: Final = 1e-4
 """Samples this near, relatively, to the largest are equal to it."""
 
 
+SATURATED: Final = "saturated channel"
+"""The check of this warning; `said.warnings` names it beside what it looks like."""
+
+
 @dataclass(frozen=True)
 class Stance:
     """A foot's whole contact that one plate shows; samples from `begin` up to `end`."""
@@ -291,7 +295,7 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
         if longest > max(CLIPPED_SECONDS, CLIPPED_SAMPLES / rate):
             saturated = True
             yield QualityFlag(
-                "saturated channel", where, longest, CLIPPED_SECONDS, "s",
+                SATURATED, where, longest, CLIPPED_SECONDS, "s",
                 f"the {name} force stays at its largest value for {1000 * longest:.0f} ms: the "
                 "amplifier or the converter is saturated there. Record with a larger range",
                 plate=plate.name,

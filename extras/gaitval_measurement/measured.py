@@ -18,6 +18,7 @@ from gaitval.session.session import Import
 from gaitval_measurement.bands import AXES, Bands, bands
 from gaitval_measurement.correct import corrected, wanted
 from gaitval_measurement.estimate import Examined, examined
+from gaitval_measurement.force_checks import SATURATED
 from gaitval_measurement.page import (
     SHOWN,
     TITLES,
@@ -183,7 +184,9 @@ def measured(found: Import, tell: Tell) -> Import:
         return examined(at.body.model, at.trials, request.mass_kg, request.height_m, stood)
 
     seen = left = look(found)
-    flags = [] if seen is None else [*warnings(seen)]
+    doubts = (doubt for walk in found.trials for doubt in walk.doubts)
+    cut_off = sorted({doubt.plate for doubt in doubts if doubt.check == SATURATED})
+    flags = [] if seen is None else [*warnings(seen, cut_off)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
     for flag in flags:

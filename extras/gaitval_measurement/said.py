@@ -40,6 +40,8 @@ ONE_FOOT: Final = (
     "markers, measure the plate's corners again, or give a trial with both feet on plates"
 )
 """What to do about a turned plate that only one foot stepped on."""
+OF_WEIGHT: Final = ("gain", "offset", "mass")
+"""Faults that the vertical force shows."""
 WORDS: Final[Mapping[str, Words]] = {
     "delay": Words(
         1000.0,
@@ -103,13 +105,13 @@ WORDS: Final[Mapping[str, Words]] = {
     "forces low-passed": Words(
         5.0,
         "",
-        "the forces were low-passed at about 5 Hz before",
+        "the forces were low-passed before, at a few Hz",
         "export the forces as they were recorded",
     ),
     "markers low-passed": Words(
         3.0,
         "",
-        "the markers were low-passed at about 3 Hz before",
+        "the markers were low-passed before, at a few Hz",
         "export the markers as they were recorded",
     ),
 }
@@ -183,10 +185,17 @@ def rows(seen: Examined) -> tuple[FaultRow, ...]:
     return tuple(table)
 
 
-def warnings(seen: Examined) -> tuple[QualityFlag, ...]:
-    """A warning for each fault that was found and matters."""
+def warnings(seen: Examined, saturated: Sequence[str] = ()) -> tuple[QualityFlag, ...]:
+    """A warning for each fault that was found and matters.
+
+    Parameters
+    ----------
+    seen : the faults.
+    saturated : plates with a channel that is cut off. What is missing of it looks like another
+        fault of the vertical force, also of another plate.
+    """
     single = one_foot(seen.data)
-    return tuple(_warning(f, single=single) for f in seen.found if f.matters)
+    return tuple(_warning(f, saturated, single=single) for f in seen.found if f.matters)
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
@@ -212,7 +221,7 @@ def named(found: Found) -> tuple[Cause, ...]:
     return found.cause, *second
 
 
-def _warning(found: Found, *, single: bool) -> QualityFlag:
+def _warning(found: Found, saturated: Sequence[str], *, single: bool) -> QualityFlag:
     kind = kind_of(found.cause.name)
     words = WORDS[kind]
     size = float(np.linalg.norm(found.values))
@@ -223,7 +232,13 @@ def _warning(found: Found, *, single: bool) -> QualityFlag:
             f"; or {_bare(cause)}, which the data cannot separate from it "
             f"({100 * found.share:.0f} to {100 * share:.0f})"
         )
-    text += ONE_FOOT if single and kind == "rotation" else f": {words.remedy}"
+    if saturated and kind in OF_WEIGHT:
+        text += (
+            f"; or it is what the saturated plate {' and '.join(saturated)} does not show: record "
+            "again with a larger range before you change anything else"
+        )
+    else:
+        text += ONE_FOOT if single and kind == "rotation" else f": {words.remedy}"
     factor = words.factor if words.unit else 1.0
     return QualityFlag(
         f"{CHECK}: {kind}",

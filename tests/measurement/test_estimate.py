@@ -216,3 +216,20 @@ def test_a_plate_under_one_foot_alone_is_not_turned_back(feet, turned):
         turned,
         not turned,
     )
+
+
+@pytest.mark.parametrize(("fault", "alike"), [("gain 2", True), ("mass", True), ("delay", False)])
+def test_a_saturated_plate_is_named_beside_what_it_looks_like(fault, alike):
+    """What one plate does not show looks like a gain of the other, or a wrong mass."""
+    data = Data(
+        names=("mass",), kind=("force z",), group=("right",), phase=np.zeros(1),
+        value=np.zeros(1), noise=np.ones(1), effect=np.ones((1, 1)), middles={},
+    )  # fmt: skip
+    seen = Examined(
+        (_found(Cause(fault, (fault,)), 0.1),), data, balance(data, 1.7), 0.0,
+        Lag(0.0, 0.003, 0.0), {},
+    )  # fmt: skip
+    (flag,), (beside,) = warnings(seen), warnings(seen, ("1",))
+    assert "saturated" not in str(flag)
+    assert ("the saturated plate 1 does not show" in str(beside)) == alike
+    assert ("--correct" in str(beside)) == (not alike)
