@@ -25,8 +25,8 @@ def without_offset(
         f"varies by {drift:.1f} N) without a foot on it; "
     )
     if kept:
-        return plate, [_offset_finding(recording, plate, f"{shown}{kept}: left as it is")]
-    if plate.moment is None:
+        shown += f"{kept}: left as it is"
+    elif plate.moment is None:
         shown += (
             "left as it is, because the file has no moments to correct the centre of pressure "
             "with; give the trial as C3D with the plate's own channels"
