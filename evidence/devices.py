@@ -376,7 +376,8 @@ def _share(people: list[list[tuple[float, float]]]) -> tuple[float, float, float
 @evidence.measurement(WORK)
 def search(arguments: Namespace) -> list[evidence.Row]:
     """A search over eight parameters of a controller for one person."""
-    from gaitval_devices.search import Aim, search_spline
+    from gaitval_devices.aim import Aim
+    from gaitval_devices.search import search_spline
 
     who = _person("5")
     began = time.process_time()

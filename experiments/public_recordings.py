@@ -29,7 +29,6 @@ from experiments.zoo_to_c3d import zoo_to_c3d
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
-from gaitval.session.functional import functional_record
 from gaitval.session.importing import import_files
 from gaitval.session.request import ImportOptions, checked
 
@@ -133,9 +132,7 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
                 "why": imported.subject.described.partition("; ")[2],
                 "peer": _peer(recording, imported.found, files["trials"], base),
                 "functional": [
-                    functional_record(joint)
-                    for joint in imported.found.functional
-                    if joint.joint == "hip"
+                    joint.record() for joint in imported.found.functional if joint.joint == "hip"
                 ],
             }
         result["seconds"] = time.perf_counter() - begin

@@ -71,8 +71,8 @@ def main() -> None:
             write()
             print(name, seed, about["epsilon"], flush=True)
         began, fit = time.process_time(), fit_of(subject)
-        found = identified(fit, fit.solve(fixed=nominal_parameters()), offset_of(subject))
-        posterior = found.posterior
+        solved = fit.solve(fixed=nominal_parameters())
+        posterior = identified(fit, solved, offset_of(subject)).posterior
         posteriors[name] = {
             "mean": posterior.mean.tolist(),
             "sd": posterior.sd.tolist(),

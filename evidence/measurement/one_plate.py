@@ -113,7 +113,7 @@ def errors(right: Any, found: Any) -> dict[str, float]:
 def one_plate(arguments: Namespace) -> list[evidence.Row]:
     """What each foot has of one plate under both, against its own plate."""
     configuration, seen, plain = load_configuration(), [], []
-    zero = trial.zero_plates
+    zero = trial.zero_plates  # type: ignore[attr-defined]
 
     def made_one(recording: Recording, **options: Any) -> tuple[Recording, Any]:
         zeroed, findings = zero(recording, **options)

@@ -11,7 +11,7 @@ from experiments.paper.drawings import JOINTS
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.curve_statistics import one_sample_test
+from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
 from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_statistics import multiple_correlation
@@ -226,7 +226,7 @@ def knees(runs: Mapping[str, Stored]) -> list[Claim]:
         Claim(
             "(Not in the paper.) No systematic error over the people.",
             f"Whole-cycle paired test, {len(runs)} people, {test.permutations} permutations, "
-            f"alpha {test.alpha}: walkers differ {where}. Peak flexion, simulated less measured "
+            f"alpha {ALPHA}: walkers differ {where}. Peak flexion, simulated less measured "
             f"(Bland and Altman): {peak.bias:+.1f}°, 95 % limits {peak.lower:.1f} to "
             f"{peak.upper:.1f}°.",
             judged([not test.regions]),
