@@ -72,9 +72,10 @@ speed: setup ## Write the tables of docs/speed.md (6 min on an otherwise idle ma
 	@$(BIN)/python docs/build/speed_tables.py steps
 	@$(BIN)/python docs/build/speed_tables.py steered
 
-general: setup ## Train the general policy of reports/general, which trainings start from (40 min)
+general: setup ## Train the general policy of reports/general, which trainings start from (65 min)
 	@$(BIN)/python -m experiments.general_policy --out reports/general-first
 	@$(BIN)/python -m experiments.general_policy --start reports/general-first --samples 24000000
+	@$(BIN)/python -m experiments.slow_policy
 
 held-out: setup ## Run all walks that know only a part of the record (2 h), and their tables
 	@$(BIN)/python -m experiments.held_out_runs holdout

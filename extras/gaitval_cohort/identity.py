@@ -15,7 +15,7 @@ from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.session.request import FILES
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.run import general_policy
+from gaitval.study.run import SLOW, general_policy
 from gaitval.study.sources import PACKAGE, code_of
 from gaitval.study.stage import Observer
 from gaitval_cohort.table import Study
@@ -111,8 +111,9 @@ def _policies(study: Study) -> list[str]:
     """Hashes of the stored policies that a training may start from."""
     if study.policy is not None:
         return [_hash_of(Path(study.policy) / name) for name in POLICY_FILES]
-    folders = [general_policy()] if study.start != "scratch" else []
-    return [file_hash(each / name) for each in folders if each for name in POLICY_FILES]
+    general = general_policy() if study.start != "scratch" else None
+    folders = (general, general / SLOW) if general else ()
+    return [file_hash(each / name) for each in folders for name in POLICY_FILES]
 
 
 def _known(subject: str, trial: str = "") -> tuple[str, Sequence[Worn]]:

@@ -90,7 +90,7 @@ def wearer(name_or_path: str, worn: Sequence[Device] = ()) -> Wearer:
     configuration = Configuration()
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)
-    policy = general_walker(configuration.environment)
+    policy = general_walker(configuration.environment, task.record, subject.leg_length_m)
     return Wearer(subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path)
 
 

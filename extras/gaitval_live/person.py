@@ -88,11 +88,15 @@ def prepared(
 
 
 def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> Person:
-    environment = run.configuration.environment
+    if policy is None:
+        record, leg_length = run.told().record, run.subject.leg_length_m
+        walker = general_walker(run.configuration.environment, record, leg_length)
+    else:
+        walker = stored_policy(run, policy)
     return Person(
         subject=run.subject,
         tasks=tuple(range_task(run, name) for name in references),
-        policy=general_walker(environment) if policy is None else stored_policy(run, policy),
+        policy=walker,
         folder=run.folder,
         references=tuple(file_hash(run.folder / name) for name in references),
     )

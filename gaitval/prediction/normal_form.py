@@ -62,6 +62,13 @@ def moment_units(leg_length: float) -> Array:
     return np.where(ankle, GRAVITY * leg_length, 1.0)[:, None]
 
 
+def normal_stride_time(record: GaitRecord, leg_length: float) -> float:
+    """Stride time of a `record` without dimension: over the square root of `leg_length`, m, by
+    gravity.
+    """
+    return float(record.stride_time / np.sqrt(leg_length / GRAVITY))
+
+
 def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
     """A record without dimension.
 
@@ -72,7 +79,7 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
     """
     return NormalForm(
         speed=record.speed / np.sqrt(GRAVITY * leg_length),
-        stride_time=record.stride_time / np.sqrt(leg_length / GRAVITY),
+        stride_time=normal_stride_time(record, leg_length),
         left_phase=record.left_phase,
         stance=np.array([record.stance_fraction[side] for side in SIDES]),
         angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),

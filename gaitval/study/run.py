@@ -17,6 +17,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, suppre
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from gaitval import wings
 from gaitval.artefacts import copy_files
@@ -45,8 +46,16 @@ from gaitval.study.stages import (
 )
 from gaitval.study.unread import given, say_unread
 
+if TYPE_CHECKING:
+    from gaitval.gait.record import GaitRecord
+
 GENERAL = "general"
 """Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
+SLOW: Final = "slow"
+"""Folder in it of the policy for slow strides."""
+SLOW_STRIDE: Final = 6.0
+"""√(leg length/g). Longer strides are walked by the policy that learned on them: from there on the
+general one falls with some of the virtual people of `experiments/slow_policy.py --try`."""
 
 STATE = "identification_state.json"
 """What an identification that runs has found, beside its results (`gaitval_bodies.posterior`)."""
@@ -65,12 +74,17 @@ IN_WORKERS = (
 """Modules whose functions the stages run in worker processes."""
 
 
-def general_policy() -> Path | None:
-    """The stored policy of several people, from which any training may start."""
+def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0) -> Path | None:
+    """The stored policy of several people, from which any training may start: for the strides of a
+    `record` of legs of this length if it is given, else for usual ones.
+    """
+    from gaitval.prediction.normal_form import normal_stride_time
+
     package = Path(__file__).parents[1]
     for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
         if (candidate / POLICY_FILES[0]).is_file():
-            return candidate
+            slow = record and normal_stride_time(record, leg_length_m) > SLOW_STRIDE
+            return candidate / SLOW if slow else candidate
     return None
 
 
@@ -85,9 +99,9 @@ def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
         if not scratch and why_run(stage, run.folder) in (None, INTERRUPTED):
             return
     shutil.rmtree(start, ignore_errors=True)
-    general = general_policy()
     if scratch:
         return
+    general = general_policy(run.told().record, run.subject.leg_length_m)
     if general is None:
         run.observer.say("There is no general policy to start from: training from nothing.")
         return

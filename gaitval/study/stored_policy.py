@@ -14,6 +14,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, PolicyError
+from gaitval.gait.record import GaitRecord
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
@@ -159,9 +160,13 @@ def stored_baseline(folder: Path, identifier: str) -> Path | None:
     return None
 
 
-def general_walker(environment: EnvironmentSettings) -> Policy:
-    """The general policy for an `environment`. Raises ConfigurationError if there is none."""
-    folder = general_policy()
+def general_walker(
+    environment: EnvironmentSettings, record: GaitRecord | None = None, leg_length_m: float = 1.0
+) -> Policy:
+    """The general policy for an `environment`, and a record as `general_policy` takes it. Raises
+    ConfigurationError if there is none.
+    """
+    folder = general_policy(record, leg_length_m)
     if folder is None:
         raise ConfigurationError(
             "there is no general policy, which walks here. Run this in a checkout of gaitval, "

@@ -381,7 +381,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
         stand_in(f"{name}_stage")
     monkeypatch.setattr("gaitval_bodies.stage.stage", stand_in_of(body_stage.stage))
     monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
-    monkeypatch.setattr(study, "general_policy", lambda: None)
+    monkeypatch.setattr(study, "general_policy", lambda *_: None)
     return epsilons
 
 
@@ -988,7 +988,7 @@ def scaled(
     opened: Opener, folder_with_reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Run:
     """A run whose body is scaled, with no stored policy anywhere."""
-    monkeypatch.setattr(study, "general_policy", lambda: None)
+    monkeypatch.setattr(study, "general_policy", lambda *_: None)
     shutil.copytree(folder_with_reference, tmp_path / "run")
     return opened()
 
@@ -1010,7 +1010,7 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
     scaled: Run, task: WalkingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda: general)
+    monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
     assert "general policy" in said(scaled)
@@ -1023,7 +1023,7 @@ def test_a_start_that_is_half_there_is_chosen_again(
 ) -> None:
     """As a kill between its two files, or an earlier gaitval, leaves a folder."""
     general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda: general)
+    monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
     record = {"inputs": {}, "code": {}, "outputs": {}}
     write_json(scaled.folder / "stages.json", {"train-1": record})
@@ -1059,7 +1059,7 @@ def test_the_persons_own_stored_policy_is_no_start(
     """A built-in person is learned as anybody is, so that the result is what a user will get."""
     assert stored_baseline(scaled.folder, "S05") is not None
     general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda: general)
+    monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
 
@@ -1072,7 +1072,7 @@ def test_a_policy_of_another_size_is_not_started_from(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     general = stored_policy(tmp_path / "general", task, general=True)
-    monkeypatch.setattr(study, "general_policy", lambda: general)
+    monkeypatch.setattr(study, "general_policy", lambda *_: general)
     run = opened("training.hidden_units=64")
     study.choose_start(run, study.train_stage(run, 1))
     assert not (run.folder / "start").exists()
