@@ -20,6 +20,7 @@ of zero-shot models"; figures in docs/learning.md).
 import argparse
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
@@ -34,7 +35,6 @@ from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.training import Progress, policy_of, run_training
-from gaitval.policy.workers import new_workers
 from gaitval.prediction.known import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -182,7 +182,7 @@ def main() -> None:
             *(PUSHES if arguments.start else ()),
         ]
     )
-    with new_workers(2) as pool:
+    with ProcessPoolExecutor(2) as pool:
         known = tuple(arguments.subjects if arguments.alone else BUILTIN)
         wanted = [
             (name, speed, configuration, known) for name in arguments.subjects for speed in SPEEDS

@@ -13,6 +13,7 @@ and what falls at once learns nothing (docs/learning.md). If interrupted, it res
 import argparse
 import time
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -30,7 +31,6 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.rollouts import walks_together
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.policy.workers import new_workers
 from gaitval.prediction.known import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
@@ -89,7 +89,7 @@ def tasks(
     """Those of the virtual people of a seed with these numbers, around each of the ten."""
     configuration = load_configuration(settings=list(settings))
     wanted = [(seed, name, number, configuration) for name in BUILTIN for number in numbers]
-    with new_workers(2) as pool:
+    with ProcessPoolExecutor(2) as pool:
         return list(pool.map(task_of, wanted))
 
 
