@@ -1,17 +1,24 @@
 """The general policy that is stored in the repository: it walks everybody, and is no result."""
 
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 from simulation_fixtures import task_of_subject
 
-from gaitval.configuration import Configuration
-from gaitval.datasets.subject_file import BUILTIN
+from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
+from gaitval.configuration import Configuration, load_configuration
+from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
-from gaitval.study.run import general_policy
+from gaitval.study.run import SLOW, SLOW_STRIDE, general_policy
 from gaitval_devices.scores import score_rollout
 
+ROOT = Path(__file__).parents[2]
 WALKED = ("S05",)
 """Whom it walks in every run of the tests; all of them in CI."""
 
@@ -44,3 +51,31 @@ def test_no_result_may_be_walked_with_it():
     assert folder is not None
     with pytest.raises(PolicyError, match="general policy"):
         load_policy(folder)
+
+
+def test_slow_strides_have_a_policy_that_learned_on_them():
+    slow = replace(load_subject("S09").record(), stride_time=2.5)
+    folder = general_policy(slow, 0.9)
+    assert folder == general_policy() / SLOW == general_policy(slow, 0.8)
+    # One 2.7 m tall has legs on which that is a usual stride: 4.5 √(leg length/g).
+    assert general_policy(slow, 3.0) == general_policy()
+    policy = load_start(folder, Configuration().environment)
+    assert policy.about["general"]
+    with pytest.raises(PolicyError, match="general policy"):
+        load_policy(folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("slow", "falls"), [(False, 8), (True, 0)])
+def test_a_slow_virtual_person_falls_with_the_general_policy_alone(slow, falls):
+    task, stride = task_of((TRIED[0], "S06", 2, load_configuration(settings=list(SETTINGS))))
+    assert stride > SLOW_STRIDE
+    policy = load_start(general_policy() / (SLOW if slow else ""), Configuration().environment)
+    assert fell(policy, task) == falls
+
+
+@pytest.mark.slow
+def test_the_command_that_trained_it_runs(tmp_path):
+    command = [sys.executable, "-m", "experiments.general_policy", "S05", "--samples", "1"]
+    subprocess.run([*command, "--work", tmp_path / "work", "--out", tmp_path], check=True, cwd=ROOT)
+    assert load_start(tmp_path, Configuration().environment).about["samples"] > 0
