@@ -1,5 +1,6 @@
 """A live walk from its first picture to Ctrl-C: session, server, browser and log together."""
 
+import signal
 import tempfile
 import webbrowser
 from collections.abc import Callable, Iterator
@@ -85,6 +86,8 @@ def show(
         say("For teaching and first looks, never for verdicts. Ctrl-C ends it.")
         if browser:
             webbrowser.open(_leading(Path(private), server.address).as_uri())
+        # Ended from outside as by Ctrl-C: no command resumes this walk, but its log shows it again.
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
         with suppress(KeyboardInterrupt):
             server.session.over.wait()
         if server.session.failed is not None:

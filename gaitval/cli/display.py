@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -60,6 +61,13 @@ class Terminal(Console):
         """As `Console.render`; rich's own control codes have segments of their own."""
         for each in super().render(renderable, options):
             yield each if each.control else each._replace(text=each.text.translate(HIDDEN))
+
+    def on_broken_pipe(self) -> None:
+        """Go on without words: who closed the pipe (`| head -1`) has read enough. Neither the work
+        nor the exit code, which is a verdict, ends with it, as they would with `Console`.
+        """
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
 
 
 # Tables are not squeezed into 80 columns without a terminal.

@@ -563,6 +563,16 @@ def test_check_refuses_a_missing_or_damaged_file(
     assert f"metrics.json: {words}" in plain_messages.getvalue()
 
 
+def test_who_closes_a_pipe_ends_neither_the_work_nor_the_verdict() -> None:
+    """`gaitval check … | head -1` ended with 1, which says that accuracy was lost."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as file:
+        terminal = display.Terminal(file=file)
+        terminal.print("read by nobody")  # `Console` raises SystemExit(1)
+        terminal.print("and this neither")
+
+
 # --- progress ----------------------------------------------------------------------------
 
 
