@@ -476,10 +476,25 @@
     `${scene.speed.lowest.toFixed(2)} to ${scene.speed.highest.toFixed(2)} m/s can be predicted; recorded at ` +
       `${scene.recorded.map((value) => value.toFixed(2)).join(", ")}.`,
   );
-  speed.addEventListener("input", () => {
-    showSpeed();
-    sendSpeed(Number(speed.value));
-  });
+  /* What somebody moves is sent, and shown on every page: a slider goes to where another page has
+     it, but not under the hand that moves it, whose own values come back late. */
+  const OWN = 500; // ms
+  function followed(input, show, send) {
+    let moved = -OWN;
+    let last = null;
+    input.addEventListener("input", () => {
+      moved = performance.now();
+      show();
+      send(Number(input.value));
+    });
+    return (value) => {
+      if (value === last || performance.now() - moved < OWN) return;
+      last = value;
+      input.value = value;
+      show();
+    };
+  }
+  const followSpeed = followed(speed, showSpeed, sendSpeed);
 
   const worn = find("#worn");
   find("#device").hidden = scene.devices.length === 0;
@@ -519,33 +534,17 @@
     Object.assign(input, { min: parameter.lowest, max: parameter.highest });
     const show = () => showAt(input, value, `${(factor * Number(input.value)).toFixed(digits)} ${unit}`.replace(/^-(0\.0*) /, "$1 "));
     const send = sender((wanted) => ({ do: "body", name: parameter.name, value: wanted }));
-    const change = () => {
-      show();
-      send(Number(input.value));
-    };
-    input.addEventListener("input", change);
     row.append(label, value, input);
     find("#parameters").append(row);
-    return { input, parameter, show, change };
+    return { input, parameter, follow: followed(input, show, send) };
   });
   find("#nominal").addEventListener("click", () => {
-    for (const { input, parameter, change } of dials) {
+    for (const { input, parameter } of dials) {
       if (Number(input.value) === parameter.nominal) continue;
       input.value = parameter.nominal;
-      change();
+      input.dispatchEvent(new Event("input"));
     }
   });
-
-  /* A page that is loaded again, or a second one, comes to a walk that was changed already. */
-  function begin(moment) {
-    speed.value = moment.speed;
-    showSpeed();
-    dials.forEach(({ input, show }, i) => {
-      input.value = moment.mu[i];
-      show();
-    });
-    if (moment.rate > 0) find("#rate").value = moment.rate;
-  }
 
   const PUSHES = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
   const LOOK = { 0: "oblique", 1: "front", 2: "side", 3: "top" };
@@ -577,12 +576,14 @@
   await watch((moment) => {
     moment.came = performance.now();
     const begins = now === null;
+    followSpeed(moment.speed);
+    dials.forEach(({ follow }, i) => follow(moment.mu[i]));
     // A person who starts again while the clock stands makes no step.
     if (!begins && ["step", "time", "rate", "worn"].every((name) => moment[name] === now[name])) return;
     before = now;
     now = moment;
-    if (begins) begin(moment);
-    else happened();
+    if (!begins) happened();
+    if (before?.rate !== now.rate && now.rate > 0) find("#rate").value = now.rate;
     if (before?.worn !== now.worn) worn.checked = now.worn === 1;
     if (before?.rate !== now.rate && pace.fine < 1) resize();
     const text = now.rate > 0 ? "Pause" : "Go on";

@@ -78,9 +78,9 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
 
 def message_of(shown: Shown, session: Session) -> bytes:
     """A moment as the page reads it: the number of bytes that follow (32 bits), then
-    little-endian doubles: `NUMBERS`, (14,) body parameters, (2,) N of the last push, (2, 3) body
-    weights and (2, 2) m of the ground's force and its centre, (14, 3) m and (14, 4) origins and
-    quaternions (x, y, z, w) of the segments, all in the world.
+    little-endian doubles: `NUMBERS`, (14,) body parameters as wanted, (2,) N of the last push,
+    (2, 3) body weights and (2, 2) m of the ground's force and its centre, (14, 3) m and (14, 4)
+    origins and quaternions (x, y, z, w) of the segments, all in the world.
     """
     seen, walk = shown.seen, session.walk
     replay = session.replay
@@ -95,7 +95,7 @@ def message_of(shown: Shown, session: Session) -> bytes:
     values = np.concatenate(
         [
             np.array(numbers, dtype=float),
-            *(seen.mu, shown.push, seen.force.ravel() / walk.weight, seen.pressure.ravel()),
+            *(seen.wanted, shown.push, seen.force.ravel() / walk.weight, seen.pressure.ravel()),
             *(frames[:, :3, 3].ravel(), quaternion.ravel()),
         ]
     )

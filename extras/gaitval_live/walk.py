@@ -49,7 +49,7 @@ class Seen(NamedTuple):
     step : actions so far.
     time : s walked, without the time after falls.
     phase : of the right gait cycle, 0 to 1.
-    speed : m/s, of the reference now.
+    speed : m/s, that the reference has or comes to.
     cycles : walked since the last start.
     down : whether it has fallen.
     positions : (31,) rad, m, world.
@@ -57,6 +57,7 @@ class Seen(NamedTuple):
     pressure : (2, 2) m, world, its centre; NaN without load.
     push : (2,) N, forward and left, mean of the last action.
     mu : (14,) body parameters.
+    wanted : (14,) that they have or come to.
     """
 
     step: int
@@ -70,6 +71,7 @@ class Seen(NamedTuple):
     pressure: Array
     push: Array
     mu: Array
+    wanted: Array
 
 
 class LiveEnvironment(WalkingEnvironment):
@@ -346,7 +348,7 @@ class LiveWalk:
             step=self.step,
             time=self._walked * self.seconds,
             phase=walker.phase % 1.0,
-            speed=self.speed,
+            speed=self._wanted,
             cycles=walker.phase - environment.start_phase,
             down=self.down,
             positions=positions,
@@ -354,4 +356,5 @@ class LiveWalk:
             pressure=pressure,
             push=environment.episode.root_force[3:5].copy(),
             mu=self.mu,
+            wanted=self._wanted_mu.copy(),
         )

@@ -142,6 +142,31 @@ def test_a_page_that_is_loaded_again_says_what_walks(person, request):
 
 
 @pytest.mark.slow
+def test_sliders_follow_a_second_page(person, request):
+    """Also while the clock stands, and also if the walk has not come to their value yet."""
+    walk = LiveWalk(person, person.speeds[1])
+    with (
+        served(person, walk) as server,
+        looked_at(request.config, server.address) as page,
+    ):
+        other = page.context.browser.new_page()
+        other.goto(server.address)
+        other.set_default_timeout(60_000)
+        until(other, "+document.getElementById('live').dataset.frames > 5")
+        other.get_by_label("Slow motion").select_option("0.25")
+        other.get_by_label("friction of the ground").fill("0.7")
+        until(page, "+document.getElementById('mu-friction').value === 0.7")
+        until(page, "document.getElementById('rate').value === '0.25'")
+        page.get_by_role("button", name="Pause").click()
+        other.get_by_label("walking speed").fill(f"{person.speeds[0]:.2f}")
+        until(page, f"+document.getElementById('speed').value === {person.speeds[0]:.2f}")
+        slider = page.get_by_label("walking speed")
+        assert slider.get_attribute("aria-valuetext") == f"{person.speeds[0]:.2f} m/s"
+        page.get_by_role("button", name="As scaled").click()
+        until(other, "+document.getElementById('mu-friction').value > 0.71")
+
+
+@pytest.mark.slow
 def test_a_device_is_taken_off_and_put_on(person, request):
     with in_hip_exo(person, request.config) as (walk, page):
         box = page.get_by_role("checkbox", name="hip exo")
