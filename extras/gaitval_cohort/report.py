@@ -8,7 +8,6 @@ from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
-from markupsafe import Markup
 
 from gaitval import __version__
 from gaitval.artefacts import versions
@@ -146,13 +145,13 @@ def _title(name: str) -> str:
     return "" if name.lower() == "cohort" else name
 
 
-def _against(values: pd.DataFrame, names: Sequence[str], figure_name: str) -> Markup | str:
+def _against(values: pd.DataFrame, names: Sequence[str], figure_name: str) -> str:
     """Values against speed, age and sex; nothing for fewer people than a model needs, with whom a
     panel shows no more than the table does.
     """
     if not names or values["person"].nunique() < FEWEST_PEOPLE:
         return ""
-    return Markup(by_speed_age_sex(values, names, figure_name=figure_name))
+    return by_speed_age_sex(values, names, figure_name=figure_name)
 
 
 def _link(folder: Path, store: Store, name: str, file: str) -> str:
@@ -206,8 +205,8 @@ def _unit(values: pd.DataFrame, name: str) -> str:
     return str(values.loc[values["name"] == name, "unit"].iloc[0])
 
 
-def _parameters(parameters: pd.DataFrame) -> Markup | str:
+def _parameters(parameters: pd.DataFrame) -> str:
     known = parameters[parameters["prior_sd"].astype(float) > 0.0]
     if known.empty:
         return ""
-    return Markup(parameter_distributions(known, figure_name="parameters"))
+    return parameter_distributions(known, figure_name="parameters")

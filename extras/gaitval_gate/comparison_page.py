@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from gaitval.arrays import Array
@@ -263,7 +262,7 @@ def _value(value: float | None) -> str:
     return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
-def _strips(versions: Versions) -> Markup:
+def _strips(versions: Versions) -> str:
     """Change of every measure in its margins, a dot for each subject and target; worse is right."""
     better = {margin.measure: margin.better for margin in load_registry().margin}
     found: dict[str, list[float]] = {}
@@ -290,7 +289,7 @@ def _strips(versions: Versions) -> Markup:
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlim(-CLIP - 0.2, CLIP + 0.2)
         axes.set_xlabel("better  ←  change in margins  →  worse")
-        return Markup(svg(figure, "changes"))
+        return svg(figure, "changes")
 
 
 def _drawings(
@@ -321,7 +320,7 @@ def _panels(
     name: str,
     before: Mapping[int, StoredWalk],
     first: int,
-) -> Markup:
+) -> str:
     rows = -(-len(walks) // COLUMNS)
     columns = min(COLUMNS, len(walks))
     with new_figure(_HEIGHTS.get(columns, 1.25) * rows + 0.2, width=_width(len(walks))) as figure:
@@ -334,7 +333,7 @@ def _panels(
             axis.set_visible(False)
         axes[0].set_xlim(0, 100)
         axes[0].set_xticks([0, 50, 100])
-        return Markup(svg(figure, f"{kind}-{name}-{first}"))
+        return svg(figure, f"{kind}-{name}-{first}")
 
 
 def _width(walks: int) -> float:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from gaitval.artefacts import write_text
@@ -263,7 +262,7 @@ def _small_multiples(
     name: str,
     *,
     first: int,
-) -> Markup:
+) -> str:
     rows = -(-len(panels) // COLUMNS)
     with new_figure(1.35 * rows + 0.3) as figure:
         axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True).ravel()
@@ -284,7 +283,7 @@ def _small_multiples(
             )
             axis.tick_params(labelbottom=True)
         # text in it comes from commits and units: svg() draws it as outlines
-        return Markup(svg(figure, name))
+        return svg(figure, name)
 
 
 def _plain(text: str) -> str:

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from markupsafe import Markup
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
@@ -48,15 +47,12 @@ def pair_grids(pairs: Sequence[Pair]) -> list[dict[str, Any]]:
                 "subject": pair.now.subject,
                 "strides": [len(next(iter(each.values()))) for each in (before, now) if each],
                 "figures": {
-                    # Figures contain no text from outside, so their markup is safe.
-                    name: Markup(
-                        grids.grid(
-                            each,
-                            height=1.27 if name == "kinematics" else 1.6,
-                            figure_name=f"pair-{number}-{name}",
-                            words=("before", "now"),
-                            linked=False,
-                        )
+                    name: grids.grid(
+                        each,
+                        height=1.27 if name == "kinematics" else 1.6,
+                        figure_name=f"pair-{number}-{name}",
+                        words=("before", "now"),
+                        linked=False,
                     )
                     for name, each in rows.items()
                 },

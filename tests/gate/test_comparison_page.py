@@ -219,3 +219,5 @@ def test_the_curves_of_one_walk_fill_the_width(
     assert html.count('class="third"') == 9
     widths = {round(float(each)) for each in re.findall(r'<svg[^>]* width="([\d.]+)pt"', html)}
     assert widths == {round(72 * WIDTH / 3)}
+    # The record's black line is not seen on a dark page, unless its colour follows the page.
+    assert not re.findall(r"(?:stroke|fill): #[0-9a-f]{6}", html)
