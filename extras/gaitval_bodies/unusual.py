@@ -19,6 +19,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.plausible import unusual_build
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
+from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.plausible import implausible
 
 TURNED: Final = 1.4
@@ -31,6 +32,9 @@ MOMENTS: Final = (0.5, 2.0)
 PELVIS_HEIGHT: Final = (0.45, 0.55)
 """Of the anterior superior iliac spines above the lowest marker of the feet, over stature; theirs
 is 0.48 to 0.54."""
+LEGS_APART: Final = 0.01
+"""m, of thigh and shank; people's legs differ by 5 mm, SD 4 mm (Knutson 2005, Chiropr Osteopat
+13:11)."""
 
 _STANCE = 60
 """Percent of the cycle in which every foot is loaded; beyond, a force's curve is no measurement."""
@@ -44,7 +48,24 @@ def remarks_before_scaling(
     """`remarks_on_body` of a `subject`, and what of it is `implausible` with a `configuration` and
     the `record` that is known.
     """
-    return [*remarks_on_body(subject), *implausible(subject, configuration, record)]
+    averaged = _averaged(subject, configuration.scaling.symmetric)
+    return [*remarks_on_body(subject), *averaged, *implausible(subject, configuration, record)]
+
+
+def _averaged(subject: Subject, symmetric: bool) -> Iterator[str]:
+    """Legs of which both were measured, and that the body has the mean of."""
+    if not subject.measurements:  # a marker's error makes lengths differ
+        return
+    table = scale_subject(subject, symmetric=symmetric).table
+    parts = [(each.right_m, each.left_m) for each in table
+             if each.segment in ("thigh", "shank") and each.side is None]  # fmt: skip
+    longer = sum(right - left for right, left in parts if right is not None and left is not None)
+    if abs(longer) >= LEGS_APART:
+        yield (
+            f"{subject.identifier}: measurements: the {'right' if longer > 0.0 else 'left'} leg is "
+            f"{100.0 * abs(longer):.1f} cm longer, thigh and shank together. The body has the mean "
+            "of both: --set scaling.symmetric=false gives each leg its own."
+        )
 
 
 def remarks_on_body(subject: Subject) -> list[str]:

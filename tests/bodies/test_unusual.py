@@ -1,13 +1,17 @@
 """A mistake in a subject's file is remarked on, and ten real people are not."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 
+from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, Curve
-from gaitval_bodies.unusual import remarks_on_body, remarks_on_gait
+from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.tape import measure_by_tape
+from gaitval_bodies.unusual import remarks_before_scaling, remarks_on_body, remarks_on_gait
 
 PEOPLE = builtin_subjects()
 
@@ -108,3 +112,21 @@ def test_without_forces_or_markers_there_is_less_to_compare() -> None:
     bare = person.gait.model_copy(update={"moments": {}, "forces": None})
     assert remarks(person.model_copy(update={"gait": bare, "markers": {}}), PEOPLE) == []
     assert remarks(person, ()) == []
+
+
+def test_two_measured_legs_are_not_averaged_without_a_word() -> None:
+    person = PEOPLE[4]
+    measured = measure_by_tape(height_m=person.height_m)
+    longer = replace(measured.right, thigh=measured.right.thigh + 0.015)
+
+    def said(body: Measurements, symmetric: bool = True, **more: object) -> list[str]:
+        subject = person.model_copy(update={"measurements": body.to_dict(), **more})
+        configuration = Configuration.model_validate({"scaling": {"symmetric": symmetric}})
+        found = remarks_before_scaling(subject, configuration, person.record())
+        return [each for each in found if "mean of both" in each]
+
+    (one,) = said(replace(measured, right=longer))
+    assert "the right leg is 1.5 cm longer" in one
+    assert said(measured) == []
+    assert said(replace(measured, right=longer), symmetric=False) == []
+    assert said(replace(measured, right=longer), prosthesis="left") == []
