@@ -42,8 +42,8 @@ def _difference(legs: LegDifference) -> str:
     if abs(mean) <= SEEN * sd:
         size = f"{number(1000 * mean, 0)} ± {1000 * sd:.0f} mm"
         return f"Whether the legs differ in length cannot be seen (left less right {size})"
-    side = "left" if mean > 0 else "right"
-    differs = f"The {side} leg is longer by {1000 * abs(mean):.0f} ± {1000 * sd:.0f} mm"
+    longer = "The left leg is longer by" if mean > 0 else "The right leg is longer by"
+    differs = f"{longer} {1000 * abs(mean):.0f} ± {1000 * sd:.0f} mm"
     if legs.differ:
         return (
             f"{differs}: more than people's legs differ, or that hip centre lies as much lower "

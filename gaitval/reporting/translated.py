@@ -25,7 +25,7 @@ from gaitval.reporting.words import Words
 _PLACE: Final = re.compile(r"%\((\w+)\)s")
 _NEUTRAL: Final = re.compile(
     r"[^A-Za-z]*|[HKA]\d(_[rl])?|[LR]|[0-9a-f]{64}"
-    r"|[^A-Za-z]*(m|s|m/s|N|Nm|Nm/kg|W/kg|J/kg|mm|cm|kg|Hz|rad|RMSE|RMS|GPS|SD|MAP)"
+    r"|[^A-Za-z]*(m|s|m/s|N|Nm|Nm/kg|W/kg|J/kg|mm|cm|kg|Hz|rad|RMSE|RMS|GPS|MAP)"
 )
 """Numbers, units and symbols: the same in all languages but for the decimal mark."""
 _FIGURE: Final = re.compile(

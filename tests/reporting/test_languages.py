@@ -29,6 +29,7 @@ from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import _failed_text as failed_text
 from gaitval.reporting.report import write_report
 from gaitval.reporting.translated import TranslatedWords
+from gaitval_bodies.words import _difference
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 PARTS = re.compile(r"%\(\w+\)s|%%|</?\w+[^>]*>")
@@ -134,6 +135,31 @@ def test_an_error_within_the_record_s_own_is_translated(language: str) -> None:
     assert "uncertainty" not in translated
     assert "3,4 (" in translated
     assert "± 4,6" in translated
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+@pytest.mark.parametrize("mean", [0.001, 0.012, -0.012])
+@pytest.mark.parametrize("differ", [False, True])
+def test_what_is_said_of_a_body_is_translated(language: str, mean: float, differ: bool) -> None:
+    legs = SimpleNamespace(estimate=(mean, 0.004), differ=differ)
+    said = f"Legs: 69.0 ± 1.3 cm, thigh and shank (scaled: 69.5 ± 1.7). {_difference(legs)}."
+    known = words(language).of(said)
+    assert known is not None
+    assert "69,5 ± 1,7" in known
+    for label in (
+        "hip to knee",
+        "knee to ankle",
+        "left leg longer",
+        "SDs of what was known before",
+    ):
+        assert words(language).of(label) not in (None, label)
+
+
+def test_a_standard_deviation_is_dp_in_portuguese() -> None:
+    assert words("pt").of("2.31 SD") == "2,31 DP"
+    assert words("de").of("≤ 2 SD") == "≤ 2 SD"
+    stored = messages.catalogue(messages.LANGUAGES / "pt.po")
+    assert [one.string for one in stored if re.search(r"\bSD\b", str(one.string))] == []
 
 
 def bracket_the_results(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -374,7 +400,10 @@ def test_versions_and_places_keep_their_points() -> None:
 def test_no_listed_text_is_stale() -> None:
     """Each line of `texts.txt` still stands in the code or a template, phrase by phrase."""
     root = Path(messages.TEMPLATES).parent
-    sources = [*root.rglob("*.py"), *root.rglob("*.j2"), *root.rglob("*.toml")]
+    both = (root, root.parent / "extras")
+    sources = [
+        path for each in both for end in ("py", "j2", "toml") for path in each.rglob(f"*.{end}")
+    ]
     written = "".join(path.read_text(encoding="utf-8") for path in sources)
     written = re.sub(r'"\s*\n\s*f?"', "", written).lower()  # texts over several lines
     lines = (messages.TEMPLATES / messages.TEXTS).read_text(encoding="utf-8").splitlines()
