@@ -228,6 +228,10 @@ def stability_regions(pushes: PushRecovery) -> str:
             axes.set_rlabel_position(195.0)
             axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["ahead", "left", "back", "right"])
             axes.tick_params(axis="x", labelsize=7.5, pad=-2)
+            # beside the circle and not across it, however long the word is in another language
+            _, left, _, right = axes.get_xticklabels()
+            left.set_horizontalalignment("right")
+            right.set_horizontalalignment("left")
             axes.grid(color="#d9d9d9", linewidth=0.4)
             force = np.append(largest, largest[0])
             axes.fill(closed, force, color=_PUSH_COLOUR, alpha=0.22, linewidth=0)
