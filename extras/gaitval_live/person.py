@@ -6,19 +6,23 @@ there.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
+from gaitval import wings
 from gaitval.artefacts import file_hash
 from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.model.body import BodyModel
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import stored_policy
 from gaitval.study.predicted_tasks import range_stage, range_task
-from gaitval.study.stage import Observer, Run, open_run, run_stage
+from gaitval.study.sources import code_of_part
+from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import scale_stage
 from gaitval.study.stored_policy import general_walker
 
@@ -81,10 +85,21 @@ def prepared(
     SubjectError : no speed can be predicted for the person.
     """
     with open_run(subject, Configuration(), folder, observer) as run:
-        stages = scale_stage(run), range_stage(run)
+        stages = scale_stage(run), _range_stage(run)
         for stage in stages:
             run_stage(stage, folder, observer=observer)
         yield _person(run, stages[1].outputs, policy)
+
+
+def _range_stage(run: Run) -> Stage:
+    """`range_stage`; of who has a prosthesis with the fit that `gaitval patients` walks them with.
+    The usual one ends far from some of their angles, and such a reference is fallen from.
+    """
+    side = run.subject.prosthesis
+    if side not in SIDES or "gentle_reference" not in wings.names(wings.PARTS):
+        return range_stage(run)
+    stage = range_stage(run, partial(wings.load(wings.PARTS, "gentle_reference"), amputation=side))
+    return replace(stage, values={**stage.values, "fit": code_of_part("gentle_reference")})
 
 
 def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> Person:

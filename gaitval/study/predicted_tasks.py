@@ -1,6 +1,6 @@
 """The references of a range of speeds, and what is walked there, from the files of run folders."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
@@ -28,18 +28,21 @@ def range_speeds(told: Sequence[float]) -> list[float]:
     return [round(float(speed), 4) for speed in np.geomspace(*ends, SPEEDS)]
 
 
-def range_stage(run: Run) -> Stage:
-    """Given trials of `run` → reference motions at all speeds of the range."""
+def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> Stage:
+    """Given trials of `run` → reference motions at all speeds of the range, by another `fit` than
+    `consistent_reference`, which takes the same.
+    """
     speeds = speeds_of(run)
 
     def build() -> None:
         from gaitval.reference.dynamic_fit import consistent_reference
 
+        fitted = fit or consistent_reference
         model = read_urdf(run.folder / "model.urdf")
         for done, (name, speed) in enumerate(speeds.items()):
             run.observer.progress({"samples": done, "total": len(speeds)})
             told = run.told(speed=speed)
-            consistent_reference(told.record, model, run.configuration.contact, told.accuracy).save(
+            fitted(told.record, model, run.configuration.contact, told.accuracy).save(
                 run.folder / name
             )
 

@@ -1,17 +1,38 @@
 """A person with references at all speeds, in a run folder."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from gaitval import wings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.predicted_tasks import range_speeds
-from gaitval.study.stage import Observer
+from gaitval.study.stage import Observer, Stage
+from gaitval_live import person as live_person
 from gaitval_live.log import Writer, check_person, read_log, walk_again
 from gaitval_live.person import folder_of, prepared
 from gaitval_live.walk import LiveWalk
 
+STAGE = Stage("range", lambda: None, (), ())
+
 
 def test_the_folder_of_a_person_is_not_that_of_a_study():
     assert folder_of(load_subject(5)).name == "S05-live"
+
+
+@pytest.mark.parametrize("side", ["none", "left"])
+def test_who_has_a_prosthesis_walks_by_the_fit_of_patients(monkeypatch, side):
+    """An amputee fell at a speed where the usual fit ended far from the angles."""
+    asked = []
+    monkeypatch.setattr(wings, "names", lambda group: ["gentle_reference"])
+    monkeypatch.setattr(wings, "load", lambda group, name: name)
+    monkeypatch.setattr(
+        live_person, "range_stage", lambda run, fit=None: asked.append(fit) or STAGE
+    )
+    monkeypatch.setattr(live_person, "partial", lambda fit, **options: (fit, options))
+    subject = load_subject(8).model_copy(update={"prosthesis": side})
+    live_person._range_stage(SimpleNamespace(subject=subject))
+    assert asked == ([None] if side == "none" else [("gentle_reference", {"amputation": "left"})])
 
 
 @pytest.mark.slow
