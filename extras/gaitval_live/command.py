@@ -85,8 +85,9 @@ def live(
     off.
 
     For teaching and first looks, never for verdicts: speeds are predicted, and nothing is compared
-    with a record. The first start takes half a minute, for references at six speeds. What is done
-    is logged, and can be walked again. Ctrl-C ends it.
+    with a record. The policy has not learned to walk with a device: with a prosthesis it falls. The
+    first start takes half a minute, for references at six speeds, and minutes of who has a
+    prosthesis. What is done is logged, and can be walked again. Ctrl-C ends it.
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval_live.log import check_person, read_log
