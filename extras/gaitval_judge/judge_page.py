@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from markupsafe import Markup
 
 from gaitval.arrays import Array
 from gaitval.build_info import now, source_commit
@@ -102,7 +103,7 @@ def _row(found: Judgement, verdicts: list[Verdict]) -> dict[str, Any]:
     }
 
 
-def _drawings(found: Judgement) -> dict[str, list[str]]:
+def _drawings(found: Judgement) -> dict[str, list[Markup]]:
     stance = {side: float("nan") for side in SIDES}
     if found.gait is not None:
         stance = dict(found.gait.stance_fraction)
@@ -112,7 +113,7 @@ def _drawings(found: Judgement) -> dict[str, list[str]]:
         )
         for name, band in found.band.items()
     }
-    drawn: dict[str, list[str]] = {}
+    drawn: dict[str, list[Markup]] = {}
     kinds: tuple[tuple[str, Mapping[str, tuple[Array, Array]], float], ...] = (
         ("angles", found.angles, float(np.degrees(1.0))),
         ("moments", found.moments, 1.0),
@@ -120,6 +121,7 @@ def _drawings(found: Judgement) -> dict[str, list[str]]:
     for kind, curves, factor in kinds:
         drawn[kind] = []
         if curves:
+            # Figures contain no text from outside, so their markup is safe.
             rows = figures.curve_rows(
                 curves, stance, kind, factor=factor, norms=bands if kind == "moments" else {},
                 layout=grids.KINEMATICS if kind == "angles" else grids.MOMENTS,
@@ -128,7 +130,7 @@ def _drawings(found: Judgement) -> dict[str, list[str]]:
                 rows, height=1.6, figure_name=kind, words=("model", "motion"), linked=False,
                 norm="typically developing children ± SD",
             )  # fmt: skip
-            drawn[kind].append(svg)
+            drawn[kind].append(Markup(svg))
     drawn["residuals"] = []
     if found.residual_curves is not None:
         limits = {v.id: v.tolerance for v in found.verdicts()}
@@ -140,5 +142,5 @@ def _drawings(found: Judgement) -> dict[str, list[str]]:
             moment_limit=limits["residual-moment-peak"],
             figure_name="residuals",
         )  # fmt: skip
-        drawn["residuals"].append(svg)
+        drawn["residuals"].append(Markup(svg))
     return drawn
