@@ -453,6 +453,18 @@ EQUAL: Final = (
         "records, sessions and pages are put together by fewer functions: metrics.json of the ten, "
         "rows of `anybody recordings` and the pages of ten imports are the same, byte for byte",
     ),
+    Equal(
+        "0fb32b1e44",
+        "e2ceea30f0",
+        (
+            *("extras/gaitval_cohort/identity.py", "extras/gaitval_devices/study.py"),
+            *("gaitval/prediction/normal_form.py", "gaitval/study/run.py"),
+            "gaitval/study/stored_policy.py",
+        ),
+        "strides longer than anybody's in these rows start from another policy: metrics.json of "
+        "the ten, and the policy chosen for usual strides, are the same "
+        "(tests/workflows/test_general_policy.py)",
+    ),
 )
 """Oldest first."""
 
