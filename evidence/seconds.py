@@ -512,7 +512,7 @@ def _fell(person: "Subject", speed: float | None = None) -> int:
     from gaitval.study.stored_policy import general_walker
 
     task = task_of(person, speed)
-    policy = general_walker(task.configuration.environment)
+    policy = general_walker(task.configuration.environment, task.record, person.leg_length_m)
     fell = np.zeros(STARTS, dtype=bool)
     starts = [{"phase": start / STARTS} for start in range(STARTS)]
     group = WalkingGroup([task] * STARTS)

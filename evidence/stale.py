@@ -457,7 +457,8 @@ EQUAL: Final = (
         "0fb32b1e44",
         "e2ceea30f0",
         (
-            *("extras/gaitval_cohort/identity.py", "extras/gaitval_devices/study.py"),
+            *("evidence/seconds.py", "extras/gaitval_cohort/identity.py"),
+            "extras/gaitval_devices/study.py",
             *("gaitval/prediction/normal_form.py", "gaitval/study/run.py"),
             "gaitval/study/stored_policy.py",
         ),

@@ -491,9 +491,15 @@ def _line(name: str, samples: int, some: Sequence[Json]) -> str:
 
 
 def written(arguments: argparse.Namespace) -> None:
-    """Collect what is finished in --work, if it is there, and write the table and the rows."""
+    """Collect what is finished in --work, if it is there, in place of what is stored of the same
+    people, and write the table and the rows.
+    """
     if arguments.work.is_dir():
-        write_json(STORE, {"studies": collected(arguments.work), "versions": versions()})
+        found = collected(arguments.work)
+        again = {each["person"] for each in found}
+        found += [each for each in read_json(STORE)["studies"] if each["person"] not in again]
+        found.sort(key=lambda each: PEOPLE.index(each["person"]))
+        write_json(STORE, {"studies": found, "versions": versions()})
     studies = read_json(STORE)["studies"]
     page = PAGE.read_text(encoding="utf-8")
     write_text(PAGE, with_table(page, "own-training", table(studies)))
