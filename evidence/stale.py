@@ -455,7 +455,7 @@ EQUAL: Final = (
     ),
     Equal(
         "0fb32b1e44",
-        "e2ceea30f0",
+        "bfc6457f12",
         (
             *("evidence/seconds.py", "extras/gaitval_cohort/identity.py"),
             "extras/gaitval_devices/study.py",
