@@ -55,8 +55,8 @@ SLOW: Final = "slow"
 """Folder in it of the policy for slow strides."""
 SLOW_STRIDE: Final = 6.5
 """√(leg length/g). Longer strides are walked by the policy that learned on them. Of the virtual
-people of `experiments/slow_policy.py --try`, the general one walks all 19 up to 6.13 and falls with
-6 of 11 from 6.72 on."""
+people of `experiments/slow_policy.py --try`, the general one walks all 20 up to 6.13 and falls with
+6 of 10 from 6.72 on."""
 
 STATE = "identification_state.json"
 """What an identification that runs has found, beside its results (`gaitval_bodies.posterior`)."""
