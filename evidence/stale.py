@@ -454,6 +454,19 @@ EQUAL: Final = (
         "rows of `anybody recordings` and the pages of ten imports are the same, byte for byte",
     ),
     Equal(
+        "a34e8bf58a",
+        "f4e3a7088f",
+        (
+            *("extras/gaitval_measurement/checks.py", "extras/gaitval_measurement/force_checks.py"),
+            "extras/gaitval_measurement/marker_checks.py",
+            *("extras/gaitval_measurement/measured.py", "extras/gaitval_measurement/said.py"),
+            *("gaitval/gait/plate_offset.py", "gaitval/gait/zeroed_plate.py"),
+            *("gaitval/mocap/cut_spikes.py", "gaitval/mocap/lost_frames.py"),
+        ),
+        "lost frames, exchanged corners and saturated plates are said, which are in none of these: "
+        "the walks of halves were made again, and their files are the same",
+    ),
+    Equal(
         "0fb32b1e44",
         "bfc6457f12",
         (
