@@ -74,14 +74,14 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
         return "found"
 
     monkeypatch.setattr(methods, "rollouts_identification", rollouts)
-    monkeypatch.setattr(stages, "_identified_from", lambda run: ("record", "model", True))
+    monkeypatch.setattr(stages, "read_urdf", lambda path: "model")
     monkeypatch.setattr(ReferenceMotion, "load", lambda path: path.name)
     begun = ("fit", "held")
     monkeypatch.setattr(begin, "begin", lambda *given: begun if given[-1] == "reference.npz" else 0)
     configuration = load_configuration(settings=["identification.method=rollouts"])
     run = SimpleNamespace(
         subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
-        folder=tmp_path,
+        folder=tmp_path, told=lambda: SimpleNamespace(record="record"),
     )  # fmt: skip
     assert stages._searched(run, SD, tmp_path) == "found"
     assert asked == [(*begun, subject, "record", "model", configuration, "told")]

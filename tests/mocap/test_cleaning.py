@@ -175,12 +175,10 @@ def test_a_marker_that_jumps_and_stays_is_reported_and_left() -> None:
 def test_markers_that_all_jump_at_one_frame_are_one_finding() -> None:
     recording = walk(marker_rate=150.0)
     cut = np.delete(recording.markers, slice(400, 420), axis=0)
-    result, report = cleaned(recording.with_markers(recording.names, cut))
+    result, findings = cleaned(recording.with_markers(recording.names, cut))
     np.testing.assert_array_equal(result.markers, cut)
-    assert [(f.kind, f.names, f.first) for f in report.findings] == [
-        ("jump", ("all markers",), 400)
-    ]
-    assert "frame(s) are missing" in report.findings[0].action
+    assert [(f.kind, f.names, f.first) for f in findings] == [("jump", ("all markers",), 400)]
+    assert "frame(s) are missing" in findings[0].action
 
 
 # -- exchanged markers ----------------------------------------------------------------------------
