@@ -28,7 +28,9 @@ from evidence.cohort.speed import memory_of
 if TYPE_CHECKING:
     from numpy.random import Generator
 
+    from gaitval.arrays import Array
     from gaitval.datasets.subject import Subject
+    from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
 REPEATS = option("--repeats", type=int, default=3, help="runs, of which the fastest counts")
@@ -504,19 +506,27 @@ def _fell(person: "Subject", speed: float | None = None) -> int:
     """Of the starts of a person at a speed, m/s, or as recorded: walks of `CYCLES` that end in a
     fall.
     """
-    import numpy as np
-
     from gaitval.model.parameters import nominal_parameters
-    from gaitval.policy.rollouts import walks_together
-    from gaitval.policy.walking_group import WalkingGroup
     from gaitval.study.stored_policy import general_walker
 
     task = task_of(person, speed)
     policy = general_walker(task.configuration.environment, task.record, person.leg_length_m)
+    return falls(task, policy, nominal_parameters(), CYCLES)
+
+
+def falls(task: "WalkingTask", policy: "Policy", mu: "Array", cycles: float) -> int:
+    """Of `STARTS` of a task with the parameters mu (14,), by a policy: walks of so many gait cycles
+    that end in a fall.
+    """
+    import numpy as np
+
+    from gaitval.policy.rollouts import walks_together
+    from gaitval.policy.walking_group import WalkingGroup
+
     fell = np.zeros(STARTS, dtype=bool)
     starts = [{"phase": start / STARTS} for start in range(STARTS)]
     group = WalkingGroup([task] * STARTS)
-    for walking, fallen in walks_together(group, policy, nominal_parameters(), starts, CYCLES):
+    for walking, fallen in walks_together(group, policy, mu, starts, cycles):
         fell |= walking & fallen
     return int(fell.sum())
 

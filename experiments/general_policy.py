@@ -19,7 +19,7 @@ of zero-shot models"; figures in docs/learning.md).
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, Final
@@ -160,6 +160,21 @@ def train_general(
     return policy_of(configuration, learner, {"general": True})
 
 
+def printed() -> Progress:
+    """Prints how far a training is that begins now, and how fast."""
+    began = time.monotonic()
+
+    def show(values: Mapping[str, float]) -> None:
+        rate = values["samples"] / (time.monotonic() - began)
+        print(
+            f"{values['samples']:>10,.0f} of {values['total']:,.0f} samples, "
+            f"{values['cycles']:.2f} cycles per episode, {rate:,.0f} samples/s",
+            flush=True,
+        )
+
+    return show
+
+
 def main() -> None:
     """Command line; see the module's docstring."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -194,19 +209,9 @@ def main() -> None:
         ]
         tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
     print(f"{len(tasks)} references", flush=True)
-    began = time.monotonic()
-
-    def show(values: dict[str, float]) -> None:
-        rate = values["samples"] / (time.monotonic() - began)
-        print(
-            f"{values['samples']:>10,.0f} of {values['total']:,.0f} samples, "
-            f"{values['cycles']:.2f} cycles per episode, {rate:,.0f} samples/s",
-            flush=True,
-        )
-
     start = load_start(arguments.start, configuration.environment) if arguments.start else None
     policy = train_general(
-        tasks, arguments.work, samples=arguments.samples, start=start, on_progress=show
+        tasks, arguments.work, samples=arguments.samples, start=start, on_progress=printed()
     )
     save_policy(policy if start is None else midway(start, policy), arguments.out)
     write_json(arguments.out / "about.json", about(arguments.subjects, policy, start))

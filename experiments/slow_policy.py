@@ -11,7 +11,6 @@ and what falls at once learns nothing (docs/learning.md). If interrupted, it res
 """
 
 import argparse
-import time
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -20,18 +19,17 @@ from typing import Final
 
 import numpy as np
 
+from evidence.seconds import falls
 from experiments.general_policy import TARGET as GENERAL
-from experiments.general_policy import train_general
+from experiments.general_policy import printed, train_general
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.identification.prior import prior_sd
-from gaitval.model.parameters import nominal_parameters
-from gaitval.policy.rollouts import walks_together
 from gaitval.policy.storage import Policy, load_start, save_policy
-from gaitval.policy.walking_group import WalkingGroup
 from gaitval.prediction.known import told
+from gaitval.prediction.normal_form import normal_stride_time
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
@@ -80,7 +78,7 @@ def task_of(wanted: Wanted) -> tuple[WalkingTask, float]:
     )
     model = scale_subject(person).model
     task = WalkingTask.of(model, slow, configuration, known.accuracy, mu=mu)
-    return task, float(slow.stride_time / np.sqrt(person.leg_length_m / GRAVITY))
+    return task, normal_stride_time(slow, person.leg_length_m)
 
 
 def tasks(
@@ -95,11 +93,7 @@ def tasks(
 
 def fell(policy: Policy, task: WalkingTask) -> int:
     """Of eight starts of a virtual person, with their own parameters: walks that end in a fall."""
-    mu = nominal_parameters() if task.reference_mu is None else task.reference_mu
-    starts, found = [{"phase": start / 8} for start in range(8)], np.zeros(8, dtype=bool)
-    for walking, fallen in walks_together(WalkingGroup([task] * 8), policy, mu, starts, WALKED):
-        found |= walking & fallen
-    return int(found.sum())
+    return falls(task, policy, task.reference_mu, WALKED)
 
 
 def main() -> None:
@@ -122,19 +116,9 @@ def main() -> None:
     settings = (f"training.environments={environments}", "training.rollout_steps=64", *SETTINGS)
     learned = [task for task, _ in tasks(SEED, range(AROUND_EACH), settings)]
     print(f"{len(learned)} references", flush=True)
-    began = time.monotonic()
-
-    def show(values: dict[str, float]) -> None:
-        rate = values["samples"] / (time.monotonic() - began)
-        print(
-            f"{values['samples']:>10,.0f} of {values['total']:,.0f} samples, "
-            f"{values['cycles']:.2f} cycles per episode, {rate:,.0f} samples/s",
-            flush=True,
-        )
-
     start = load_start(GENERAL, learned[0].configuration.environment)
     policy = train_general(
-        learned, arguments.work, samples=arguments.samples, start=start, on_progress=show
+        learned, arguments.work, samples=arguments.samples, start=start, on_progress=printed()
     )
     save_policy(policy, arguments.out)
     about = {
