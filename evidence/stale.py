@@ -479,6 +479,12 @@ EQUAL: Final = (
         "the ten, and the policy chosen for usual strides, are the same "
         "(tests/workflows/test_general_policy.py)",
     ),
+    Equal(
+        "aeb94e12c2",
+        "679437a5ba",
+        ("evidence/seconds.py",),
+        "the same loop over starts has a name of its own: tests/workflows/test_general_policy.py",
+    ),
 )
 """Oldest first."""
 
