@@ -484,6 +484,7 @@
     let last = null;
     input.addEventListener("input", () => {
       moved = performance.now();
+      last = null; // or a value that another page has set back within this time would look known
       show();
       send(Number(input.value));
     });
