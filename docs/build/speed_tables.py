@@ -80,8 +80,8 @@ def walking_task(name: str = SUBJECT) -> WalkingTask:
 def energy(tree: Tree, state: Array) -> float:
     """Kinetic and potential energy, J."""
     frames = empty_frames()
-    forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
-    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
+    forward(tree.joint_position, state[0], frames, 14)
+    velocities(state[1], frames, 14)
     arm = np.einsum("sij,sj->si", frames.rotation, tree.centre_of_mass)
     velocity = frames.linear + np.cross(frames.angular, arm)
     turning = np.einsum("sji,sj->si", frames.rotation, frames.angular)

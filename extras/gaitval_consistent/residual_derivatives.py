@@ -15,6 +15,8 @@ from gaitval.model.tree import (
     PARENT,
     ROOT_DOFS,
     SEGMENT_COUNT,
+    Tree,
+    empty_frames,
     forward,
 )
 
@@ -43,16 +45,7 @@ class _Work(NamedTuple):
 
 
 @njit
-def _root_residual(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
-    state: Array,
-    wrenches: Array,
-    work: _Work,
-    out: Array,
-) -> None:
+def _root_residual(tree: Tree, state: Array, wrenches: Array, work: _Work, out: Array) -> None:
     """Residual moment and force (6,) of one frame into `out`.
 
     Parameters
@@ -69,18 +62,7 @@ def _root_residual(
     # columns.
     root_state(state[0], state[1], state[2], q[0], q[1], q[2])
     newton_euler(
-        joint_position,
-        mass,
-        centre_of_mass,
-        inertia,
-        q[0],
-        q[1],
-        q[2],
-        wrenches[0],
-        wrenches[1],
-        wrenches[2],
-        segments,
-        generalised,
+        tree, q[0], q[1], q[2], wrenches[0], wrenches[1], wrenches[2], segments, generalised
     )
     for i in range(6):
         out[i] = generalised[i]
@@ -93,10 +75,7 @@ def _work_arrays() -> _Work:
 
 @njit
 def residuals_of_frames(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
+    tree: Tree,
     states: Array,
     wrenches: Array,
     out: Array,
@@ -105,24 +84,19 @@ def residuals_of_frames(
 
     Parameters
     ----------
-    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    tree : the body.
     states : (T, 3, 31) coordinates (with the pelvis' Cardan angles), rates, second rates.
     wrenches : (T, 3, 2, 3) force N, point m and free moment Nm on the right and the left foot.
     out : (T, 6) out: moment about the pelvis' origin, Nm, and force, N, world axes.
     """
     work = _work_arrays()
     for t in range(len(states)):
-        _root_residual(
-            joint_position, mass, centre_of_mass, inertia, states[t], wrenches[t], work, out[t]
-        )
+        _root_residual(tree, states[t], wrenches[t], work, out[t])
 
 
 @njit
 def residual_derivatives(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
+    tree: Tree,
     states: Array,
     wrenches: Array,
     known: Flags,
@@ -136,7 +110,7 @@ def residual_derivatives(
 
     Parameters
     ----------
-    joint_position, mass, centre_of_mass, inertia, states, wrenches : as for `residuals_of_frames`.
+    tree, states, wrenches : as for `residuals_of_frames`.
     known : (T,) frames to compute.
     by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
     by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
@@ -147,8 +121,12 @@ def residual_derivatives(
     found = np.empty(6)
     # The ground reaction does not depend on the body, so both feet are in the air for `by_body`.
     air = np.full((3, 2, 3), np.nan)
-    some_mass, some_inertia = np.empty_like(mass), np.empty_like(inertia)
-    centre = centre_of_mass.copy()
+    some_mass, some_inertia = np.empty_like(tree.mass), np.empty_like(tree.inertia)
+    centre = tree.centre_of_mass.copy()
+    some = Tree(
+        tree.joint_position, some_mass, centre, some_inertia,
+        tree.sphere_segment, tree.sphere_position, tree.sphere_radius,
+    )  # fmt: skip
     groups = BODY_UNKNOWNS - 3
     for t in range(len(states)):
         if not known[t]:
@@ -165,9 +143,7 @@ def residual_derivatives(
             )
             value = state[order, i]
             state[order, i] = value + sign * steps[order]
-            _root_residual(
-                joint_position, mass, centre_of_mass, inertia, state, wrenches[t], work, found
-            )
+            _root_residual(tree, state, wrenches[t], work, found)
             state[order, i] = value
             for r in range(6):
                 by_state[t, r, order, i] += sign * found[r] / (2.0 * steps[order])
@@ -177,12 +153,12 @@ def residual_derivatives(
             axis, sign = (case - groups) // 2, 1.0 - 2.0 * ((case - groups) % 2)
             for s in range(SEGMENT_COUNT):
                 share = 1.0 if trunk or GROUP_OF_SEGMENT[s] == case else 0.0
-                some_mass[s] = share * mass[s]
-                some_inertia[s] = share * inertia[s]
+                some_mass[s] = share * tree.mass[s]
+                some_inertia[s] = share * tree.inertia[s]
             if trunk:
                 centre[TORSO, axis] += sign * 1e-3
-            _root_residual(joint_position, some_mass, centre, some_inertia, state, air, work, found)
-            centre[TORSO] = centre_of_mass[TORSO]
+            _root_residual(some, state, air, work, found)
+            centre[TORSO] = tree.centre_of_mass[TORSO]
             for r in range(6):
                 if trunk:
                     by_body[t, r, groups + axis] += sign * found[r] / 2e-3
@@ -229,8 +205,8 @@ def marker_metric(
     coordinates : (T, 31) with the pelvis' Cardan angles.
     out : (T, 31, 31) added to; columns of J are in m/rad for angles, m/m for the translation.
     """
-    rotation, origin = np.empty((SEGMENT_COUNT, 3, 3)), np.empty((SEGMENT_COUNT, 3))
-    axes = np.zeros((COORDINATE_COUNT, 3))
+    frames = empty_frames()
+    rotation, origin, axes = frames.rotation, frames.origin, frames.axes
     q, unused, rates = np.empty(COORDINATE_COUNT), np.empty(3), np.zeros(3)
     zero = np.zeros(3)
     jacobian = np.empty((3, COORDINATE_COUNT))
@@ -245,7 +221,7 @@ def marker_metric(
     for t in range(len(coordinates)):
         q[:] = coordinates[t]
         root_state(coordinates[t], zero, zero, q, unused, unused)
-        forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
+        forward(joint_position, q, frames, SEGMENT_COUNT)
         for i in range(3):  # axes of the Cardan angles: angular velocity at unit rates
             rates[i] = 1.0
             root_state(coordinates[t], rates, zero, q, axes[i], unused)

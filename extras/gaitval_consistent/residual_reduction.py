@@ -39,7 +39,7 @@ from gaitval.inverse.motion_rates import cardan_coordinates, checked_motion
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, Tree, segment_frames, tree_arrays
+from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, segment_frames, tree_arrays
 from gaitval_consistent.change_splines import (
     BLOCK,
     DEGREE,
@@ -168,7 +168,7 @@ def _prior(
     # A change of amplitude A at the frequency f has the second derivative (2πf)² A, so at
     # `highest_hz` it costs as much again as the change itself, and more above.
     slow = tight / (2.0 * np.pi * settings.highest_hz) ** 4
-    joint_position = _tree(model)[0]
+    joint_position = tree_arrays(model).joint_position
     band = np.zeros((splines.count * COORDINATE_COUNT, BLOCK))
     i = np.arange(COORDINATE_COUNT)
     for interval, frames in splines.intervals:
@@ -202,11 +202,6 @@ def _with_body(model: BodyModel, body: Array) -> BodyModel:
             )
         )
     return replace(model, segments=tuple(segments))
-
-
-def _tree(model: BodyModel) -> tuple[Array, Array, Array, Array]:
-    tree: Tree = tree_arrays(model)
-    return tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia
 
 
 def _marker_arrays(markers: Sequence[ModelMarker]) -> tuple[Index, Array, Array]:
@@ -278,9 +273,8 @@ def _problem(
 def _total_mass_error(problem: _Problem, body: Array) -> tuple[float, Array]:
     """Change of the total mass in standard deviations, and its derivatives (10,)."""
     factors = np.exp(body[: len(MASS_GROUPS)])
-    masses = (
-        np.bincount(GROUP_OF_SEGMENT, weights=_tree(problem.model)[1]) / problem.total_mass_sigma
-    )
+    mass = tree_arrays(problem.model).mass
+    masses = np.bincount(GROUP_OF_SEGMENT, weights=mass) / problem.total_mass_sigma
     # ln factors are the unknowns, so the derivative of a mass is the mass itself.
     return float(masses @ (factors - 1.0)), np.append(masses * factors, np.zeros(3))
 
@@ -288,8 +282,8 @@ def _total_mass_error(problem: _Problem, body: Array) -> tuple[float, Array]:
 def _estimate(problem: _Problem, change: Array, body: Array) -> _Estimate:
     states = problem.base + problem.splines.evaluate(change.reshape(-1, COORDINATE_COUNT))
     found = np.empty((len(states), 6))
-    tree = _tree(_with_body(problem.model, body))
-    residuals_of_frames(*tree, states, problem.wrenches, found)
+    tree = tree_arrays(_with_body(problem.model, body))
+    residuals_of_frames(tree, states, problem.wrenches, found)
     found = np.where(problem.known[:, None], found * problem.scale, 0.0)
     cost = float((found**2).sum() + change @ times_band(problem.prior, change))
     cost += float(((body / problem.body_sigma) ** 2).sum())
@@ -299,7 +293,7 @@ def _estimate(problem: _Problem, change: Array, body: Array) -> _Estimate:
 
 def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
     """Step of the change (N,) and of the body (10,), by elimination of the banded part."""
-    tree = _tree(_with_body(problem.model, at.body))
+    tree = tree_arrays(_with_body(problem.model, at.body))
     error, error_slope = _total_mass_error(problem, at.body)
     band, slope = problem.prior.copy(), times_band(problem.prior, at.change)
     border = np.zeros((len(at.change), BODY_UNKNOWNS))
@@ -309,7 +303,7 @@ def _gauss_newton_step(problem: _Problem, at: _Estimate) -> tuple[Array, Array]:
         states, known = at.states[frames], problem.known[frames]
         by_state = np.zeros((len(states), 6, 3, COORDINATE_COUNT))
         by_body = np.zeros((len(states), 6, BODY_UNKNOWNS))
-        residual_derivatives(*tree, states, problem.wrenches[frames], known, by_state, by_body)
+        residual_derivatives(tree, states, problem.wrenches[frames], known, by_state, by_body)
         # Chain rule over n: value, rate and second rate of a coordinate, each linear in its
         # coefficients.
         rows = np.einsum("trni,tna->trai", by_state, problem.splines.values[frames])

@@ -67,7 +67,7 @@ def kinematics_kept(environment: DeviceEnvironment, before: Rollout) -> Kinemati
     laden = apply_parameters(task.model, before.mu)
     force = before.ground_reaction
     tree = tree_arrays(laden)
-    centre = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, before.positions)
+    centre = centres_of_mass(tree, before.positions)
     further = _further_force(person.mass, laden.mass, centre, before)
     vertical = np.maximum(force[..., 2], 0.0)
     share = vertical / np.maximum(vertical.sum(axis=1, keepdims=True), 1.0)

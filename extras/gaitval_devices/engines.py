@@ -77,10 +77,8 @@ def passive_motion(
     lifted = np.array([s.mass for s in model.segments])
     for _ in range(rows - 1):
         for _ in range(round(seconds / step / (rows - 1))):
-            forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes,
-                    SEGMENT_COUNT)  # fmt: skip
-            velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear,
-                       SEGMENT_COUNT)  # fmt: skip
+            forward(tree.joint_position, state[0], frames, SEGMENT_COUNT)
+            velocities(state[1], frames, SEGMENT_COUNT)
             _without_weight(tree.centre_of_mass, lifted, frames, forces)
             accelerations(tree, frames, state, forces, stiffness, damping, step, work, acceleration)
             integrate(state, acceleration, step)
@@ -112,8 +110,8 @@ def _compiled(
     tree, frames = tree_arrays(body), empty_frames()
     centres, inertias, energies = [], [], []
     for q, qd in zip(positions, rates, strict=True):
-        forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT)
-        velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, SEGMENT_COUNT)
+        forward(tree.joint_position, q, frames, SEGMENT_COUNT)
+        velocities(qd, frames, SEGMENT_COUNT)
         arm = np.einsum("sij,sj->si", frames.rotation, tree.centre_of_mass)
         turned = frames.rotation @ tree.inertia @ frames.rotation.transpose(0, 2, 1)
         speed = frames.linear + np.cross(frames.angular, arm)

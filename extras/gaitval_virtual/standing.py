@@ -8,7 +8,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.coordinates import COORDINATES
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import rotation_vector, segment_frames
+from gaitval.model.tree import enter_rotation_vector, segment_frames
 from gaitval.scaling.foot_shape import FOOT_SHAPE
 from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
@@ -76,7 +76,7 @@ def standing_pose(
     cz, sz, cy, sy = np.cos(b), np.sin(b), np.cos(a), np.sin(a)
     # Heading about z after tilt about y: the pelvis tilts in its own sagittal plane.
     turn = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]) @ [[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]
-    pose[:3] = rotation_vector(turn)
+    enter_rotation_vector(turn, pose[:3])
     # Any place on the floor: nothing may depend on where a person stands. The height is set so that
     # the ankle is where it was measured.
     pose[3:6] = 0.4, -0.3, 0.0

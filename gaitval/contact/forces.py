@@ -188,7 +188,7 @@ def ground_forces(
     arrays; `tree`, `law`, `lag`, `memory`, `generalised` and `feet` as it takes them.
     """
     frames = empty_frames()
-    forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, LEG_SEGMENTS)
-    velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, LEG_SEGMENTS)
+    forward(tree.joint_position, q, frames, LEG_SEGMENTS)
+    velocities(qd, frames, LEG_SEGMENTS)
     work = contact_workspace(tree.sphere_segment.shape[0])
     contact_forces(tree, law, frames, lag, memory, generalised, feet, work)

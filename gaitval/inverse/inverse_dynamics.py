@@ -21,7 +21,13 @@ from gaitval.errors import RecordError
 from gaitval.inverse.motion_rates import Kinematics, checked_motion, differentiate
 from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, tree_arrays, whole_body_centre_of_mass
+from gaitval.model.tree import (
+    COORDINATE_COUNT,
+    ROOT_DOFS,
+    Tree,
+    tree_arrays,
+    whole_body_centre_of_mass,
+)
 
 JOINTS = ("hip", "knee", "ankle")
 """Joints of `InverseDynamics.joint_force` and `joint_moment`, in order."""
@@ -121,10 +127,7 @@ class Residuals:
 
 @njit
 def _all_frames(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
+    tree: Tree,
     positions: Array,
     rates: Array,
     second_rates: Array,
@@ -151,19 +154,9 @@ def _all_frames(
     rotation, origin, wrench = segments.frames.rotation, segments.frames.origin, segments.wrench
     for t in range(len(positions)):
         newton_euler(
-            joint_position,
-            mass,
-            centre_of_mass,
-            inertia,
-            positions[t],
-            rates[t],
-            second_rates[t],
-            force[t],
-            point[t],
-            free_moment[t],
-            segments,
-            generalised[t],
-        )
+            tree, positions[t], rates[t], second_rates[t], force[t], point[t], free_moment[t],
+            segments, generalised[t],
+        )  # fmt: skip
         for side in range(2):
             for j in range(3):
                 joint[t, side, j] = wrench[_JOINT_SEGMENT[side, j]]
@@ -177,7 +170,7 @@ def _all_frames(
                 locked[t, side, 0] += sign * rotation[shank, i, 0] * wrench[shank, 0, i]
                 locked[t, side, 1] += sign * rotation[shank, i, 2] * wrench[shank, 0, i]
                 locked[t, side, 2] += sign * rotation[foot, i, 2] * wrench[foot, 0, i]
-        centre[t] = whole_body_centre_of_mass(mass, centre_of_mass, rotation, origin)
+        centre[t] = whole_body_centre_of_mass(tree, segments.frames)
 
 
 def checked_wrenches(
@@ -278,26 +271,13 @@ def inverse_dynamics(
     time, positions = checked_motion(time, positions)
     force, point, free_moment = checked_wrenches(time, force, point, free_moment)
     rates = kinematics or differentiate(time, positions)
-    tree = tree_arrays(model)
     frames = len(time)
     generalised = np.empty((frames, COORDINATE_COUNT))
     joint, locked = np.empty((frames, 2, 3, 2, 3)), np.empty((frames, 2, 3))
     centre, ankle = np.empty((frames, 3)), np.empty((frames, 2, 3))
-    _all_frames(
-        tree.joint_position,
-        tree.mass,
-        tree.centre_of_mass,
-        tree.inertia,
-        *(np.ascontiguousarray(values, dtype=float) for values in rates),
-        force,
-        point,
-        free_moment,
-        generalised,
-        joint,
-        locked,
-        centre,
-        ankle,
-    )
+    motion = (np.ascontiguousarray(values, dtype=float) for values in rates)
+    ground, found = (force, point, free_moment), (generalised, joint, locked, centre, ankle)
+    _all_frames(tree_arrays(model), *motion, *ground, *found)
     _check_feet(ankle, point)
     loaded = ~np.isnan(point[..., 0])
     # A force without a point does not act on the body, so it is no peak either.

@@ -20,7 +20,7 @@ from gaitval.display import Saved
 from gaitval.errors import RecordError
 from gaitval.inverse.marked_body import MarkerTrial, bounds, held_pose, marker_trial, place
 from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
-from gaitval.inverse.pose_solver import solve_frames, solve_from_all_sides, solve_trial
+from gaitval.inverse.pose_solver import solve_frame, solve_from_all_sides, solve_trial
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import ROOT_DOFS
@@ -80,7 +80,7 @@ class MarkerErrors:
     rms : (M,) of each marker over the frames that show it; NaN for one that is never seen.
     largest : (M,) of each marker.
     whole_rms, whole_largest : over all markers and frames.
-    worst_marker, worst_frame : name and index of the frame of `whole_largest`.
+    worst_marker : name of that of `whole_largest`.
     """
 
     names: tuple[str, ...]
@@ -89,7 +89,6 @@ class MarkerErrors:
     whole_rms: float
     whole_largest: float
     worst_marker: str
-    worst_frame: int
 
 
 def marker_errors(result: InverseKinematics) -> MarkerErrors:
@@ -118,7 +117,6 @@ def marker_errors(result: InverseKinematics) -> MarkerErrors:
         whole_rms=float(np.sqrt((filled**2).sum() / count.sum())),
         whole_largest=float(filled[frame, marker]),
         worst_marker=result.names[marker],
-        worst_frame=int(frame),
     )
 
 
@@ -143,7 +141,7 @@ def inverse_kinematics(
     Raises
     ------
     ModelError : markers are on unknown segments, share a name, or have unusable positions or
-        weights; coordinates are unknown.
+        weights.
     RecordError : `measured` has another shape, is not in metres or shows the pelvis in no frame, or
         the pelvis rotates by more than `LARGEST_TURN`.
     """
@@ -165,25 +163,18 @@ def inverse_kinematics(
     converged = np.zeros(len(positions), dtype=np.bool_)
     free = determined & solvable[:, None]
     work = workspace()
-    solve_from_all_sides(
-        problem,
-        problem.weight[first],
-        problem.measured[first],
-        start,
-        positions[first],
-        free[first],
-        low,
-        high,
-        work,
-    )
+    solve_from_all_sides(problem, first, start, positions[first], free[first], low, high, work)
     # From there to the end of the trial, then to its beginning.
     for way in (1, -1):
         solve_trial(
             problem, positions, start, free, low, high, first, way, iterations, converged, work
         )
     gaps = _interpolate(positions, free)
-    if gaps.any():  # the rest of the body must fit what was filled in
-        solve_frames(problem, positions, free, low, high, gaps, iterations, converged, work)
+    for t in np.flatnonzero(gaps & free.any(axis=1)):
+        # The rest of the body must fit what was filled in.
+        count = solve_frame(problem, t, positions[t], free[t], low, high, work)
+        iterations[t] += abs(count)
+        converged[t] = count > 0
 
     positions[:, :3] = _continuous(positions[:, :3])
     edge = 1e-9
@@ -213,11 +204,11 @@ def _determined(problem: MarkerTrial, frozen: Flags) -> Flags:
     work = workspace()
     pose = np.full(len(COORDINATES), GENERIC_ANGLE)
     pose[:ROOT_DOFS] = 0.0
-    measured = problem.measured[0]
-    for row, present in zip(found, patterns.astype(float), strict=True):
-        # JᵀJ does not depend on the measured positions, so those of any frame will do. Weights are
-        # 1: a small weight does not make a marker less seen.
-        evaluate(problem, present, measured, pose, work)
+    # JᵀJ does not depend on the measured positions, so those of any frame will do. Weights are 1: a
+    # small weight does not make a marker less seen.
+    problem = problem._replace(weight=patterns.astype(float))
+    for t, row in enumerate(found):
+        evaluate(problem, t, pose, work)
         independent_coordinates(work.normal, frozen, SMALLEST_LEVER**2, row)
     return np.asarray(found[pattern.reshape(-1)])
 

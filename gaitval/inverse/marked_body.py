@@ -7,12 +7,12 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.compiled import njit
-from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.coordinates import COORDINATES
 from gaitval.errors import ModelError, RecordError
 from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
-from gaitval.model.tree import PARENT, forward, tree_arrays
+from gaitval.model.tree import SEGMENT_COUNT, empty_frames, forward, tree_arrays
 
 
 class MarkerTrial(NamedTuple):
@@ -98,14 +98,6 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
     )
 
 
-def _check_coordinates(names: Mapping[str, object]) -> None:
-    unknown = [name for name in names if name not in ACTUATED]
-    if unknown:
-        raise ModelError(
-            f"no joint has the coordinates {', '.join(unknown)}. They are {', '.join(ACTUATED)}."
-        )
-
-
 def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
     """The coordinates that are held, and a pose with their values.
 
@@ -117,12 +109,7 @@ def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
     -------
     tuple
         (31,) True for a held coordinate, and (31,) its value, zero for all others.
-
-    Raises
-    ------
-    ModelError : no joint has the coordinate.
     """
-    _check_coordinates(held)
     frozen, start = np.zeros(len(COORDINATES), dtype=np.bool_), np.zeros(len(COORDINATES))
     for name, value in held.items():
         frozen[COORDINATES.index(name)] = True
@@ -141,18 +128,10 @@ def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
     -------
     tuple
         (31,) and (31,); infinite for a coordinate that has no range.
-
-    Raises
-    ------
-    ModelError : a range is empty, or no joint has its coordinate.
     """
-    _check_coordinates(ranges)
     low, high = np.full(len(COORDINATES), -np.inf), np.full(len(COORDINATES), np.inf)
-    for name, (lowest, highest) in ranges.items():
-        if not lowest < highest:
-            raise ModelError(f"the range of {name} is empty: from {lowest} to {highest}.")
-        low[COORDINATES.index(name)] = lowest
-        high[COORDINATES.index(name)] = highest
+    for name, ends in ranges.items():
+        low[COORDINATES.index(name)], high[COORDINATES.index(name)] = ends
     return low, high
 
 
@@ -195,11 +174,10 @@ def place(
     poses : (T, 31).
     points : (T, M, 3) m, out.
     """
-    rotation = np.empty((len(PARENT), 3, 3))
-    origin = np.empty((len(PARENT), 3))
-    axes = np.zeros((poses.shape[1], 3))
+    frames = empty_frames()
+    rotation, origin = frames.rotation, frames.origin
     for t in range(len(poses)):
-        forward(joint_position, poses[t], rotation, origin, axes, len(PARENT))
+        forward(joint_position, poses[t], frames, SEGMENT_COUNT)
         for m in range(len(segment)):
             s = segment[m]
             for i in range(3):

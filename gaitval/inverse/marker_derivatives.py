@@ -8,7 +8,7 @@ Algorithms, section 6.2). Matrices are filled only below the diagonal and along 
 coordinates of different branches do not interact.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,16 @@ from gaitval.compiled import njit
 from gaitval.coordinates import COORDINATES
 from gaitval.inverse.marked_body import MarkerTrial
 from gaitval.model.body import SEGMENTS
-from gaitval.model.tree import DOF_COUNT, FIRST_DOF, PARENT, ROOT_DOFS, forward
+from gaitval.model.tree import (
+    DOF_COUNT,
+    FIRST_DOF,
+    PARENT,
+    ROOT_DOFS,
+    SEGMENT_COUNT,
+    Frames,
+    empty_frames,
+    forward,
+)
 
 _LAST_COORDINATE = np.array(
     [FIRST_DOF[s] + DOF_COUNT[s] - 1 if s else ROOT_DOFS - 1 for s in range(len(SEGMENTS))]
@@ -46,9 +55,7 @@ PARENT_COORDINATE: Index = np.array(
 class MarkerWorkspace(NamedTuple):
     """Arrays that the solver writes into, so that it allocates none per frame."""
 
-    rotation: Array
-    origin: Array
-    axes: Array
+    frames: Frames  # without velocities
     weight_sum: Array  # of the markers outboard of each segment: Σw
     first: Array  # Σ w p
     second: Array  # Σ w p pᵀ
@@ -60,41 +67,24 @@ class MarkerWorkspace(NamedTuple):
     matrix: Array
     step: Array
     trial: Array
-    fixed: Flags
     other: Array  # another pose
-    stiff: Flags
     cost: Array  # (1,) of the last pose that was solved
+    fixed: Flags
+    stiff: Flags
 
 
 def workspace() -> MarkerWorkspace:
     """Arrays for `evaluate` and the solver to fill, for one pose; see `MarkerWorkspace`."""
     n, segments = len(COORDINATES), len(SEGMENTS)
-    return MarkerWorkspace(
-        rotation=np.zeros((segments, 3, 3)),
-        origin=np.zeros((segments, 3)),
-        axes=np.zeros((n, 3)),
-        weight_sum=np.zeros(segments),
-        first=np.zeros((segments, 3)),
-        second=np.zeros((segments, 3, 3)),
-        force=np.zeros((segments, 3)),
-        torque=np.zeros((segments, 3, 3)),
-        normal=np.zeros((n, n)),
-        curvature=np.zeros((n, n)),
-        gradient=np.zeros(n),
-        matrix=np.zeros((n, n)),
-        step=np.zeros(n),
-        trial=np.zeros(n),
-        fixed=np.zeros(n, dtype=np.bool_),
-        other=np.zeros(n),
-        stiff=np.zeros(n, dtype=np.bool_),
-        cost=np.zeros(1),
-    )
+    vectors, matrices = (segments, 3), (segments, 3, 3)
+    shapes = segments, vectors, matrices, vectors, matrices, (n, n), (n, n), n, (n, n), n, n, n, 1
+    numbers: Any = (np.zeros(shape) for shape in shapes)
+    flags: Any = (np.zeros(n, dtype=np.bool_) for _ in range(2))
+    return MarkerWorkspace(empty_frames(), *numbers, *flags)
 
 
 @njit
-def evaluate(
-    problem: MarkerTrial, weight: Array, measured: Array, q: Array, work: MarkerWorkspace
-) -> float:
+def evaluate(problem: MarkerTrial, frame: int, q: Array, work: MarkerWorkspace) -> float:
     """Cost ½ Σ w r² at a pose with its derivatives, into `work.normal`, `.curvature`, `.gradient`.
 
     Points are taken from the pelvis origin. With p(q) outboard of a coordinate that turns about
@@ -106,9 +96,8 @@ def evaluate(
 
     Parameters
     ----------
-    problem : the body and the places of its M markers.
-    weight : (M,) w of this frame; 0 for an unseen marker.
-    measured : (M, 3) m, world axes.
+    problem : the body, the places of its M markers, their weights w and where they were.
+    frame : of the trial.
     q : (31,) pose, root convention of `model.tree`.
     work : of `workspace`; its lower triangles are filled along the branches only.
 
@@ -117,8 +106,8 @@ def evaluate(
     float
         The cost, m² times the unit of the weights.
     """
-    forward(problem.joint_position, q, work.rotation, work.origin, work.axes, len(work.weight_sum))
-    rotation, origin, axes = work.rotation, work.origin, work.axes
+    forward(problem.joint_position, q, work.frames, SEGMENT_COUNT)
+    rotation, origin, axes = work.frames.rotation, work.frames.origin, work.frames.axes
     weight_sum, first, second = work.weight_sum, work.first, work.second
     force, torque = work.force, work.torque
     weight_sum[:] = 0.0
@@ -126,7 +115,7 @@ def evaluate(
     second[:] = 0.0
     force[:] = 0.0
     torque[:] = 0.0
-    cost = 0.0
+    weight, measured, cost = problem.weight[frame], problem.measured[frame], 0.0
     # Allocated once: an array made in the loop would cost more than the sums.
     p = np.empty(3)
     r = np.empty(3)

@@ -15,7 +15,7 @@ from gaitval.coordinates import COORDINATES
 from gaitval.inverse.marked_body import place
 from gaitval.inverse.pose_solver import moved
 from gaitval.inverse.segment_lengths import LENGTHS
-from gaitval.model.tree import DOF_COUNT, FIRST_DOF, PARENT, forward
+from gaitval.model.tree import DOF_COUNT, FIRST_DOF, PARENT, SEGMENT_COUNT, empty_frames, forward
 
 _MOST_ITERATIONS = 100
 _STEP_TOLERANCE = 1e-6  # m and rad
@@ -81,14 +81,13 @@ def _derivatives(
     coordinates (F, M, 3, 31; the pelvis' rotation as a rotation vector in world axes), and by the
     lengths (F, M, 3, K); the last two are zero on entry.
     """
-    rotation = np.empty((len(PARENT), 3, 3))
-    origin = np.empty((len(PARENT), 3))
-    axes = np.zeros((poses.shape[1], 3))
+    frames = empty_frames()
+    rotation, origin, axes = frames.rotation, frames.origin, frames.axes
     for i in range(3):
         # The pelvis' rotation is a rotation vector in world axes; `forward` fills the other axes.
         axes[i, i] = 1.0
     for f in range(len(poses)):
-        forward(joint_position, poses[f], rotation, origin, axes, len(PARENT))
+        forward(joint_position, poses[f], frames, SEGMENT_COUNT)
         for m in range(len(segment)):
             s = segment[m]
             place_derivative[f, m] = rotation[s]

@@ -21,6 +21,7 @@ from gaitval.model.tree import (
     PARENT,
     SEGMENT_COUNT,
     Frames,
+    Tree,
     empty_frames,
     forward,
     velocities,
@@ -55,14 +56,7 @@ def empty_dynamics() -> SegmentDynamics:
 
 @njit_borrowing
 def inertial_wrenches(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
-    q: Array,
-    qd: Array,
-    qdd: Array,
-    segments: SegmentDynamics,
+    tree: Tree, q: Array, qd: Array, qdd: Array, segments: SegmentDynamics
 ) -> None:
     """What each segment needs for its own motion, into `segments`.
 
@@ -71,13 +65,15 @@ def inertial_wrenches(
 
     Parameters
     ----------
-    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    tree : the body.
     q, qd, qdd : (31,) positions, velocities, accelerations, root convention of `model.tree`.
     segments : out; `wrench` gets the moment about the segment's joint and the force, world axes.
     """
-    (rotation, origin, axes, angular, linear), turning, wrench = segments
-    forward(joint_position, q, rotation, origin, axes, SEGMENT_COUNT)
-    velocities(origin, axes, qd, angular, linear, SEGMENT_COUNT)
+    frames, turning, wrench = segments
+    rotation, origin, axes, angular, _ = frames
+    mass, centre_of_mass, inertia = tree.mass, tree.centre_of_mass, tree.inertia
+    forward(tree.joint_position, q, frames, SEGMENT_COUNT)
+    velocities(qd, frames, SEGMENT_COUNT)
     for i in range(3):
         turning[0, 0, i] = qdd[i]
         turning[0, 1, i] = qdd[3 + i]
@@ -186,10 +182,7 @@ def joint_wrenches(segments: SegmentDynamics, generalised: Array) -> None:
 
 @njit
 def newton_euler(
-    joint_position: Array,
-    mass: Array,
-    centre_of_mass: Array,
-    inertia: Array,
+    tree: Tree,
     q: Array,
     qd: Array,
     qdd: Array,
@@ -203,7 +196,7 @@ def newton_euler(
 
     Parameters
     ----------
-    joint_position, mass, centre_of_mass, inertia : of `Tree`.
+    tree : the body.
     q, qd, qdd : (31,) positions, velocities, accelerations, root convention of `model.tree`.
     force, point, free_moment : (2, 3) N, m, Nm on the right and the left foot, world; a point
         that is NaN is a foot in the air.
@@ -211,7 +204,7 @@ def newton_euler(
     generalised : (31,) out: of the root the moment about the pelvis' origin, Nm, and the force, N;
         of the joints the moments, Nm, positive if they would increase their coordinates.
     """
-    inertial_wrenches(joint_position, mass, centre_of_mass, inertia, q, qd, qdd, segments)
+    inertial_wrenches(tree, q, qd, qdd, segments)
     origin, wrench = segments.frames.origin, segments.wrench
     for side in range(2):
         if np.isnan(point[side, 0]):

@@ -134,8 +134,7 @@ def moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
 @njit
 def solve_frame(
     problem: MarkerTrial,
-    weight: Array,
-    measured: Array,
+    frame: int,
     q: Array,
     free: Flags,
     low: Array,
@@ -151,7 +150,7 @@ def solve_frame(
 
     Parameters
     ----------
-    problem, weight, measured, work : as for `evaluate`.
+    problem, frame, work : as for `evaluate`.
     q : (31,) start, and then the result.
     free : (31,) coordinates to be found; the others stay.
     low, high : (31,) bounds.
@@ -162,7 +161,7 @@ def solve_frame(
     """
     n = len(q)
     damping = 0.0
-    cost = evaluate(problem, weight, measured, q, work)
+    cost = evaluate(problem, frame, q, work)
     work.cost[0] = cost
     for iteration in range(1, _MOST_ITERATIONS + 1):
         for j in range(n):
@@ -195,7 +194,7 @@ def solve_frame(
             q[:] = work.trial
             return iteration
         # A trial step that is no better leaves the derivatives of another pose behind.
-        new = evaluate(problem, weight, measured, work.trial, work)
+        new = evaluate(problem, frame, work.trial, work)
         if new <= cost * (1.0 + 1e-13):
             q[:] = work.trial
             cost = new
@@ -205,15 +204,14 @@ def solve_frame(
             if damping > 1e12:
                 return -iteration
             damping = max(1e-4, 10.0 * damping)
-            evaluate(problem, weight, measured, q, work)
+            evaluate(problem, frame, q, work)
     return -_MOST_ITERATIONS
 
 
 @njit
 def solve_from_all_sides(
     problem: MarkerTrial,
-    weight: Array,
-    measured: Array,
+    frame: int,
     start: Array,
     q: Array,
     free: Flags,
@@ -227,7 +225,7 @@ def solve_from_all_sides(
 
     Parameters
     ----------
-    problem, weight, measured, work : as for `evaluate`.
+    problem, frame, work : as for `evaluate`.
     start : (31,) joint angles to start from.
     q : (31,) out; coordinates that are not free are read from it.
     free, low, high : (31,) as for `solve_frame`.
@@ -236,6 +234,7 @@ def solve_from_all_sides(
     -------
     Number of iterations of the best pose, negative if they were not enough.
     """
+    weight, measured = problem.weight[frame], problem.measured[frame]
     total = weight.sum()
     best, iterations = np.inf, 0
     for j in range(len(q)):
@@ -252,8 +251,8 @@ def solve_from_all_sides(
                 # The pelvis starts at the weighted mean of the markers.
                 for m in range(len(weight)):
                     work.other[3 + i] += weight[m] * measured[m, i] / total
-        solve_frame(problem, weight, measured, work.other, work.stiff, low, high, work)
-        count = solve_frame(problem, weight, measured, work.other, free, low, high, work)
+        solve_frame(problem, frame, work.other, work.stiff, low, high, work)
+        count = solve_frame(problem, frame, work.other, free, low, high, work)
         if work.cost[0] < best:
             best, iterations = work.cost[0], count
             q[:] = work.other
@@ -314,23 +313,13 @@ def solve_trial(
         if known >= 2 and free[t, :ROOT_DOFS].all():
             _led_on(q, last, turn, free[t], low, high, guess)
         if free[t].any():
-            count = solve_frame(
-                problem, problem.weight[t], problem.measured[t], guess, free[t], low, high, work
-            )
+            count = solve_frame(problem, t, guess, free[t], low, high, work)
             total = problem.weight[t].sum()
             if count < 0 or work.cost[0] > total * (4.0 * good_error + _SUDDEN_ERROR**2):
                 cost = work.cost[0]
                 another[:] = guess
                 other_count = solve_from_all_sides(
-                    problem,
-                    problem.weight[t],
-                    problem.measured[t],
-                    start_pose,
-                    another,
-                    free[t],
-                    low,
-                    high,
-                    work,
+                    problem, t, start_pose, another, free[t], low, high, work
                 )
                 if work.cost[0] < 0.99 * cost:
                     guess[:] = another
@@ -354,43 +343,3 @@ def solve_trial(
         turned(inverse, q[:3], turn)
         positions[t] = q
         t += direction
-
-
-@njit
-def solve_frames(
-    problem: MarkerTrial,
-    positions: Array,
-    free: Flags,
-    low: Array,
-    high: Array,
-    chosen: Flags,
-    iterations: Index,
-    converged: Flags,
-    work: MarkerWorkspace,
-) -> None:
-    """Solve some frames again from their current poses.
-
-    Parameters
-    ----------
-    problem, work : as for `evaluate`.
-    positions : (T, 31) changed in place.
-    free : (T, 31) coordinates to be found.
-    low, high : (31,) bounds.
-    chosen : (T,) frames to solve.
-    iterations : (T,) to which those needed are added.
-    converged : (T,) out, in the chosen frames.
-    """
-    for t in range(len(positions)):
-        if chosen[t] and free[t].any():
-            count = solve_frame(
-                problem,
-                problem.weight[t],
-                problem.measured[t],
-                positions[t],
-                free[t],
-                low,
-                high,
-                work,
-            )
-            iterations[t] += abs(count)
-            converged[t] = count > 0

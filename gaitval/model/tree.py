@@ -136,14 +136,6 @@ def enter_rotation_vector(matrix: Array, vector: Array) -> None:
     vector[0], vector[1], vector[2] = factor * x, factor * y, factor * z
 
 
-@njit
-def rotation_vector(matrix: Array) -> Array:
-    """`enter_rotation_vector` of `matrix` into a new array (3,)."""
-    vector = np.empty(3)
-    enter_rotation_vector(matrix, vector)
-    return vector
-
-
 @njit_borrowing
 def _half_turn(x: Any, y: Any, z: Any, share: float) -> Any:
     """Quaternion of the rotation by twice `share` of a rotation vector."""
@@ -187,20 +179,17 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
 
 
 @njit_borrowing
-def forward(
-    joint_position: Array, q: Array, rotation: Array, origin: Array, axes: Array, segments: int
-) -> None:
+def forward(joint_position: Array, q: Array, frames: Frames, segments: int) -> None:
     """Forward kinematics of the first `segments` segments.
 
     Parameters
     ----------
     joint_position : (14, 3) m, as in `Tree`.
     q : (31,) positions.
-    rotation : (14, 3, 3) out, segment to world.
-    origin : (14, 3) out, m, joint of each segment to its parent, world.
-    axes : (31, 3) out, axis of every actuated coordinate, world; the root's rows are left.
+    frames : its rotations, origins and axes out; the root's axes are left.
     segments : number of segments, counted from the pelvis (9 are pelvis and legs).
     """
+    rotation, origin, axes = frames.rotation, frames.origin, frames.axes
     enter_rotation(q, rotation[0])
     origin[0, 0], origin[0, 1], origin[0, 2] = q[3], q[4], q[5]
     for s in range(1, segments):
@@ -229,17 +218,16 @@ def forward(
 
 
 @njit_borrowing
-def velocities(
-    origin: Array, axes: Array, qd: Array, angular: Array, linear: Array, segments: int
-) -> None:
-    """Velocities of the first `segments` segments after `forward`.
+def velocities(qd: Array, frames: Frames, segments: int) -> None:
+    """Velocities of the first `segments` segments.
 
     Parameters
     ----------
-    origin, axes : as `forward` left them.
     qd : (31,) velocities.
-    angular, linear : (14, 3) out, rad/s and m/s of the segment's joint, world.
+    frames : as `forward` left them; angular and linear velocities out.
+    segments : as for `forward`.
     """
+    _, origin, axes, angular, linear = frames
     for i in range(3):
         angular[0, i] = qd[i]
         linear[0, i] = qd[3 + i]
@@ -259,13 +247,10 @@ def velocities(
 
 
 @njit
-def whole_body_centre_of_mass(
-    mass: Array, centre_of_mass: Array, rotation: Array, origin: Array
-) -> Array:
-    """Centre of mass (3,) m, world, with `rotation` and `origin` as `forward` left them; `mass`
-    (14,) kg and `centre_of_mass` (14, 3) m as in `Tree`.
-    """
-    total = np.zeros(3)
+def whole_body_centre_of_mass(tree: Tree, frames: Frames) -> Array:
+    """Centre of mass (3,) m, world, of the body `tree` with `frames` as `forward` left them."""
+    mass, centre_of_mass = tree.mass, tree.centre_of_mass
+    rotation, origin, total = frames.rotation, frames.origin, np.zeros(3)
     for s in range(mass.shape[0]):
         for i in range(3):
             total[i] += mass[s] * (
@@ -279,19 +264,12 @@ def whole_body_centre_of_mass(
 
 
 @njit
-def centres_of_mass(
-    joint_position: Array, mass: Array, centre_of_mass: Array, positions: Array
-) -> Array:
-    """Centre of mass (T, 3) m, world, at `positions` (T, 31); `joint_position`, `mass` and
-    `centre_of_mass` as in `Tree`.
-    """
-    segments = mass.shape[0]
-    rotation, origin = np.empty((segments, 3, 3)), np.empty((segments, 3))
-    axes = np.zeros((COORDINATE_COUNT, 3))
-    found = np.empty((positions.shape[0], 3))
+def centres_of_mass(tree: Tree, positions: Array) -> Array:
+    """Centre of mass (T, 3) m, world, of the body `tree` at `positions` (T, 31)."""
+    frames, found = empty_frames(), np.empty((positions.shape[0], 3))
     for t in range(positions.shape[0]):
-        forward(joint_position, positions[t], rotation, origin, axes, segments)
-        found[t] = whole_body_centre_of_mass(mass, centre_of_mass, rotation, origin)
+        forward(tree.joint_position, positions[t], frames, SEGMENT_COUNT)
+        found[t] = whole_body_centre_of_mass(tree, frames)
     return found
 
 
@@ -311,13 +289,10 @@ def segment_frames(model: BodyModel, positions: Array) -> Array:
     """Poses of all segments of `model` over a motion, `positions` (T, 31) in the order of
     `coordinates.COORDINATES`: (T, 14, 4, 4) homogeneous transforms, segment to world.
     """
-    tree = tree_arrays(model)
-    frames = np.zeros((len(positions), len(SEGMENTS), 4, 4))
-    frames[..., 3, 3] = 1.0
-    rotation, origin = np.empty((len(SEGMENTS), 3, 3)), np.empty((len(SEGMENTS), 3))
-    axes = np.zeros((COORDINATE_COUNT, 3))
+    joint_position, frames = tree_arrays(model).joint_position, empty_frames()
+    found = np.zeros((len(positions), SEGMENT_COUNT, 4, 4))
+    found[..., 3, 3] = 1.0
     for t, q in enumerate(np.asarray(positions, dtype=float)):
-        forward(tree.joint_position, q, rotation, origin, axes, len(SEGMENTS))
-        frames[t, :, :3, :3] = rotation
-        frames[t, :, :3, 3] = origin
-    return frames
+        forward(joint_position, q, frames, SEGMENT_COUNT)
+        found[t, :, :3, :3], found[t, :, :3, 3] = frames.rotation, frames.origin
+    return found

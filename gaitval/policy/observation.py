@@ -429,8 +429,8 @@ def measure(
     observation, errors, action = episode.observation, episode.errors, episode.action
     parameters, extended = episode.parameters, yardstick.extended
     q, qd, frames, motion = state[0], state[1], work.frames, work.motion
-    forward(tree.joint_position, q, frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT)
-    velocities(frames.origin, frames.axes, qd, frames.angular, frames.linear, SEGMENT_COUNT)
+    forward(tree.joint_position, q, frames, SEGMENT_COUNT)
+    velocities(qd, frames, SEGMENT_COUNT)
     whole_body_motion(tree, frames, motion, work)
 
     q_ref, qd_ref, com_ref, ee_ref = (

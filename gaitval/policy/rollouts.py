@@ -144,9 +144,7 @@ def times_of(walker: Walker, steps: int) -> Array:
 
 def centre_of_mass_of(steps: Steps, walker: Walker) -> Array:
     """(T, 3) m, centre of mass of the whole body of `walker` in its `steps`."""
-    tree = walker.tree
-    found = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, steps.positions)
-    return np.asarray(found, dtype=float)
+    return np.asarray(centres_of_mass(walker.tree, steps.positions), dtype=float)
 
 
 def _centre_of_pressure(feet: Array) -> Array:

@@ -92,9 +92,7 @@ def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -
     )
     for i in range(3, COORDINATE_COUNT):
         q[i], qd[i], qdd[i] = x[i], x[RATES + i], x[SECOND_RATES + i]
-    inertial_wrenches(
-        tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia, q, qd, qdd, work.segments
-    )
+    inertial_wrenches(tree, q, qd, qdd, work.segments)
     joint_wrenches(work.segments, work.generalised)
     frames = work.segments.frames
     for i in range(COORDINATE_COUNT):

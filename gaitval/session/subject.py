@@ -169,9 +169,7 @@ def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None
     """
     tree, cycles = tree_arrays(model), []
     for walk in walks:
-        centre = centres_of_mass(
-            tree.joint_position, tree.mass, tree.centre_of_mass, walk.positions
-        )
+        centre = centres_of_mass(tree, walk.positions)
         acceleration = make_interp_spline(walk.recording.time, centre, k=5).derivative(2)
         for cycle in valid_cycles(walk, "right", kinetics=False):
             cycles.append(acceleration(cycle.start + cycle.duration * PHASE) / STANDARD_GRAVITY)

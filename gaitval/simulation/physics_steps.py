@@ -94,16 +94,9 @@ class Account(NamedTuple):
 
 def empty_account(count: int) -> Account:
     """Account of `count` physics steps, to be filled."""
-    return Account(
-        np.zeros(count),
-        np.zeros((count, COORDINATE_COUNT)),
-        np.zeros((count, COORDINATE_COUNT)),
-        np.zeros((count, ACTUATED_COUNT)),
-        np.zeros((count, 2, 6)),
-        np.zeros((2, 3)),
-        np.zeros(ACTUATED_COUNT),
-        np.zeros(ACTUATED_COUNT),
-    )
+    states, joints = (count, COORDINATE_COUNT), (ACTUATED_COUNT,)
+    rows = (count,), states, states, (count, *joints), (count, 2, 6)
+    return Account(*(np.zeros(shape) for shape in (*rows, (2, 3), joints, joints)))
 
 
 class Workspace(NamedTuple):
@@ -175,10 +168,8 @@ def forces(
         forces[6 + i] = command[i]
     for i in range(6):
         forces[i] = root_force[i]
-    forward(
-        tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, SEGMENT_COUNT
-    )
-    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, SEGMENT_COUNT)
+    forward(tree.joint_position, state[0], frames, SEGMENT_COUNT)
+    velocities(state[1], frames, SEGMENT_COUNT)
     contact_forces(tree, body.law, frames, body.lag, memory, forces, work.feet, work.contact)
 
 
@@ -241,22 +232,16 @@ def steps(
     slope : (25,) rad, change of the targets from step to step.
     work : overwritten.
     """
+    step, acceleration = body.physics_step, work.acceleration
     for row in range(account.phase.shape[0]):
         for i in range(ACTUATED_COUNT):
             target[i] += slope[i]
         forces(body, state, phase, pace, target, root_force, memory, work)
         accelerations(
-            body.tree,
-            work.frames,
-            state,
-            work.forces,
-            body.stiffness,
-            body.total_damping,
-            body.physics_step,
-            work.dynamics,
-            work.acceleration,
-        )
-        integrate(state, work.acceleration, body.physics_step)
+            body.tree, work.frames, state, work.forces, body.stiffness, body.total_damping, step,
+            work.dynamics, acceleration,
+        )  # fmt: skip
+        integrate(state, acceleration, step)
         phase += pace * body.phase_step
         enter(body, state, phase, row, account, work)
     return phase

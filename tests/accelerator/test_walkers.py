@@ -130,7 +130,7 @@ def centre_of_mass_velocity(walker):
         integrate(state, np.zeros(31), sign * half)
         places.append(state[0])
     tree = walker.tree
-    there = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, np.array(places))
+    there = centres_of_mass(tree, np.array(places))
     return (there[1] - there[0]) / (2 * half)
 
 

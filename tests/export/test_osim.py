@@ -21,6 +21,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.rotations import pelvis_angles
 from gaitval.model.tree import (
+    empty_frames,
     forward,
     segment_frames,
     tree_arrays,
@@ -105,10 +106,10 @@ def test_masses_and_inertia_are_those_of_here(model, peer, seed):
     q, qd = random_state(seed)
     peer.pose(q, qd)
     tree = tree_arrays(model)
-    rotation, origin, axes = np.empty((14, 3, 3)), np.empty((14, 3)), np.zeros((31, 3))
-    angular, linear = np.empty((14, 3)), np.empty((14, 3))
-    forward(tree.joint_position, q, rotation, origin, axes, 14)
-    velocities(origin, axes, qd, angular, linear, 14)
+    frames = empty_frames()
+    rotation, angular, linear = frames.rotation, frames.angular, frames.linear
+    forward(tree.joint_position, q, frames, 14)
+    velocities(qd, frames, 14)
     arm = np.einsum("sij,sj->si", rotation, tree.centre_of_mass)
     speed = linear + np.cross(angular, arm)
     local = np.einsum("sji,sj->si", rotation, angular)
@@ -117,7 +118,7 @@ def test_masses_and_inertia_are_those_of_here(model, peer, seed):
     assert peer.model.calcKineticEnergy(peer.state) == pytest.approx(energy, rel=1e-10)
     assert peer.model.getTotalMass(peer.state) == pytest.approx(model.mass, rel=1e-12)
     centre = peer.model.calcMassCenterPosition(peer.state).to_numpy() @ TO_OPENSIM
-    expected = whole_body_centre_of_mass(tree.mass, tree.centre_of_mass, rotation, origin)
+    expected = whole_body_centre_of_mass(tree, frames)
     np.testing.assert_allclose(centre, expected, atol=1e-12)
 
 

@@ -25,7 +25,7 @@ def test_both_derivatives_are_those_of_the_cost(seed):
 
     def at(pose):
         """Cost, gradient and Hessian (lower triangle along the branches)."""
-        cost = evaluate(problem, problem.weight[0], problem.measured[0], pose, work)
+        cost = evaluate(problem, 0, pose, work)
         return cost, work.gradient.copy(), work.normal - work.curvature
 
     def stepped(step):

@@ -9,13 +9,10 @@ from simulation_fixtures import kinematics, random_state
 from gaitval.coordinates import ACTUATED, AXES, COORDINATES, mirrored
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import (
-    Frames,
     enter_rotation,
-    forward,
-    rotation_vector,
+    enter_rotation_vector,
     segment_frames,
     tree_arrays,
-    velocities,
     whole_body_centre_of_mass,
 )
 from gaitval.policy.observation import measure_workspace, whole_body_motion
@@ -33,10 +30,10 @@ def test_poses_and_velocities_of_all_segments_are_those_of_dart(task, peer, seed
     for i, name in enumerate(SEGMENTS):
         body = peer.body(name)
         pose = body.getWorldTransform().matrix()
-        np.testing.assert_allclose(seen["rotation"][i], pose[:3, :3], atol=ROUNDING)
-        np.testing.assert_allclose(seen["origin"][i], pose[:3, 3], atol=ROUNDING)
-        np.testing.assert_allclose(seen["angular"][i], body.getAngularVelocity(), atol=ROUNDING)
-        np.testing.assert_allclose(seen["linear"][i], body.getLinearVelocity(), atol=ROUNDING)
+        np.testing.assert_allclose(seen.rotation[i], pose[:3, :3], atol=ROUNDING)
+        np.testing.assert_allclose(seen.origin[i], pose[:3, 3], atol=ROUNDING)
+        np.testing.assert_allclose(seen.angular[i], body.getAngularVelocity(), atol=ROUNDING)
+        np.testing.assert_allclose(seen.linear[i], body.getLinearVelocity(), atol=ROUNDING)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -45,11 +42,9 @@ def test_the_centre_of_mass_and_its_velocity_are_those_of_dart(task, peer, seed)
     seen = kinematics(task.model, q, qd)
     tree = tree_arrays(task.model)
     peer.set(q, qd)
-    com = whole_body_centre_of_mass(
-        tree.mass, tree.centre_of_mass, seen["rotation"], seen["origin"]
-    )
+    com = whole_body_centre_of_mass(tree, seen)
     motion = np.empty((3, 3))
-    whole_body_motion(tree, Frames(**seen), motion, measure_workspace())
+    whole_body_motion(tree, seen, motion, measure_workspace())
     np.testing.assert_allclose(com, peer.skeleton.getCOM(), atol=ROUNDING)
     np.testing.assert_allclose(motion[0], peer.skeleton.getCOM(), atol=ROUNDING)
     np.testing.assert_allclose(motion[1], peer.skeleton.getCOMLinearVelocity(), atol=ROUNDING)
@@ -59,14 +54,14 @@ def test_a_body_that_turns_as_a_whole_has_one_angular_velocity(task):
     q, qd = random_state(4)
     qd[6:] = 0.0
     motion = np.empty((3, 3))
-    frames = Frames(**kinematics(task.model, q, qd))
+    frames = kinematics(task.model, q, qd)
     whole_body_motion(tree_arrays(task.model), frames, motion, measure_workspace())
     np.testing.assert_allclose(motion[2], qd[:3], atol=ROUNDING)
 
 
 def test_a_coordinate_turns_its_segment_about_the_axis_that_forward_reports(task, peer):
     q, _ = random_state(3)
-    axes = kinematics(task.model, q, np.zeros(31))["axes"]
+    axes = kinematics(task.model, q, np.zeros(31)).axes
     for i, name in enumerate(COORDINATES):
         if name not in ACTUATED:
             continue
@@ -87,15 +82,11 @@ def test_the_legs_alone_are_the_same_as_in_the_whole_body(task):
     """Contact computes the first nine segments only."""
     q, qd = random_state(4)
     whole = kinematics(task.model, q, qd)
-    rotation, origin, axes = np.empty((9, 3, 3)), np.empty((9, 3)), np.empty((31, 3))
-    angular, linear = np.empty((9, 3)), np.empty((9, 3))
-    forward(tree_arrays(task.model).joint_position, q, rotation, origin, axes, 9)
-    velocities(origin, axes, qd, angular, linear, 9)
+    legs = kinematics(task.model, q, qd, 9)
     assert SEGMENTS[:9][-1] == "toes_l"
-    np.testing.assert_array_equal(rotation, whole["rotation"][:9])
-    np.testing.assert_array_equal(origin, whole["origin"][:9])
-    np.testing.assert_array_equal(linear, whole["linear"][:9])
-    np.testing.assert_array_equal(angular, whole["angular"][:9])
+    for name in ("rotation", "origin", "linear", "angular"):
+        found, expected = getattr(legs, name)[:9], getattr(whole, name)[:9]
+        np.testing.assert_array_equal(found, expected, name)
 
 
 def test_segment_frames_are_those_of_yourdfpy(task, peer):
@@ -124,7 +115,9 @@ def test_rotation_vectors_are_scipys_and_survive_the_round_trip(angle):
         matrix = np.empty((3, 3))
         enter_rotation(vector, matrix)
         np.testing.assert_allclose(matrix, Rotation.from_rotvec(vector).as_matrix(), atol=1e-14)
-        np.testing.assert_allclose(rotation_vector(matrix), vector, rtol=0, atol=ROUNDING)
+        found = np.empty(3)
+        enter_rotation_vector(matrix, found)
+        np.testing.assert_allclose(found, vector, rtol=0, atol=ROUNDING)
 
 
 # ---- What a positive coordinate does to the body, seen from its neutral pose. ----

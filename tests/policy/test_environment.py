@@ -14,7 +14,7 @@ from walking_states import put, reference_at
 from gaitval.coordinates import ACTUATED
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
-from gaitval.model.tree import forward
+from gaitval.model.tree import empty_frames, forward
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import OBSERVATION_SIZES
 from gaitval.policy.reward import REWARD_TERMS
@@ -316,9 +316,9 @@ def test_a_body_that_the_reference_was_made_for_is_not_lifted(task):
 
 
 def kinematics_of(tree, q):
-    rotation, origin, axes = np.empty((14, 3, 3)), np.empty((14, 3)), np.zeros((31, 3))
-    forward(tree.joint_position, q, rotation, origin, axes, 14)
-    return rotation, origin
+    frames = empty_frames()
+    forward(tree.joint_position, q, frames, 14)
+    return frames.rotation, frames.origin
 
 
 def test_initial_noise_is_on_the_joints_only(task, extended):

@@ -68,7 +68,7 @@ def test_the_extended_observation_adds_what_balance_needs(task, extended, peer):
     qd_ref *= 1.0 + extended.constants.pace_scale * action[-1]
     velocity, angular_velocity = whole_body(peer, q, qd)
     turn = Rotation.from_rotvec(q[:3]) * Rotation.from_rotvec(q_ref[:3]).inv()
-    origin = kinematics(task.model, q, qd)["origin"]
+    origin = kinematics(task.model, q, qd).origin
     effectors = reference_at(task, phase, task.reference.end_effectors)
     beside = (q - q_ref)[3:6] * [1.0, 1.0, 0.0]  # where the pelvis is, is an error of its own
     feet = [origin[SEGMENTS.index(name)] for name in END_EFFECTORS[:2]] - effectors[:2] - beside

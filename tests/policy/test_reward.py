@@ -47,7 +47,7 @@ def test_every_term_falls_with_its_own_squared_error(task, extended, peer):
     qd_ref *= pace  # who walks through the cycle faster moves faster
     middle = walker.phase - 0.5 * pace * walker.action_seconds / reference.stride_time
     row = round(middle % 1.0 * 1024) % 1024  # to half a sample; forces change by up to 0.5 %
-    origin = kinematics(task.model, q, qd)["origin"]
+    origin = kinematics(task.model, q, qd).origin
     effectors = np.array([origin[SEGMENTS.index(name)] for name in END_EFFECTORS])
     peer.set(q)
     turn = Rotation.from_rotvec(q[:3]) * Rotation.from_rotvec(q_ref[:3]).inv()

@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
-from gaitval.model.tree import forward
+from gaitval.model.tree import empty_frames, forward
 from gaitval.policy import rollouts as module
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.processes import keeping_workers, kept_workers
@@ -174,12 +174,13 @@ def test_a_recorded_centre_of_pressure_is_under_its_foot(task):
     )
     assert rollout.time[0] == walker.walker.physics_step
     tree, count = walker.walker.tree, len(task.model.spheres)
-    rotation, origin, axes = np.empty((14, 3, 3)), np.empty((14, 3)), np.zeros((31, 3))
+    frames = empty_frames()
+    rotation, origin = frames.rotation, frames.origin
     loaded = rollout.ground_reaction[..., 2] > 1.0
     np.testing.assert_array_equal(np.isfinite(rollout.centre_of_pressure[..., 0]), loaded)
     assert loaded.any(axis=0).all()
     for t in range(len(rollout.time)):
-        forward(tree.joint_position, rollout.positions[t], rotation, origin, axes, 14)
+        forward(tree.joint_position, rollout.positions[t], frames, 14)
         turned = np.einsum("kij,kj->ki", rotation[tree.sphere_segment], tree.sphere_position)
         centres = (turned + origin[tree.sphere_segment])[:, :2].reshape(2, count // 2, 2)
         for side in np.flatnonzero(loaded[t]):

@@ -40,8 +40,8 @@ def other_body(model: BodyModel) -> BodyModel:
 
 def frames_at(tree, state):
     frames = empty_frames()
-    forward(tree.joint_position, state[0], frames.rotation, frames.origin, frames.axes, 14)
-    velocities(frames.origin, frames.axes, state[1], frames.angular, frames.linear, 14)
+    forward(tree.joint_position, state[0], frames, 14)
+    velocities(state[1], frames, 14)
     return frames
 
 

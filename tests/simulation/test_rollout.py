@@ -70,7 +70,7 @@ def test_the_centre_of_pressure_is_under_the_loaded_foot(task, rollout):
         frames = kinematics(task.model, rollout.positions[t], np.zeros(31))
         for i, side in enumerate("rl"):
             if rollout.ground_reaction[t, i, 2] > 100.0:
-                ankle = frames["origin"][SEGMENTS.index(f"foot_{side}")]
+                ankle = frames.origin[SEGMENTS.index(f"foot_{side}")]
                 arm = rollout.centre_of_pressure[t, i] - ankle
                 assert -0.05 < arm[0] < 0.2
                 assert abs(arm[1]) < 0.08

@@ -26,7 +26,7 @@ def parameters(lane):
 def lowest(model, positions):
     """Height of the lowest point of the spheres, m."""
     frames, tree = kinematics(model, positions, np.zeros(31)), tree_arrays(model)
-    rotation, origin = (frames[name][tree.sphere_segment] for name in ("rotation", "origin"))
+    rotation, origin = (each[tree.sphere_segment] for each in (frames.rotation, frames.origin))
     centres = np.einsum("kij,kj->ki", rotation, tree.sphere_position) + origin
     return float((centres[:, 2] - tree.sphere_radius).min())
 

@@ -57,7 +57,7 @@ def test_a_standing_body_presses_with_its_weight_and_nothing_else(task, peer):
         q[COORDINATES.index(f"hip_flexion_{side}")] = np.deg2rad(-8.0)
         q[COORDINATES.index(f"ankle_angle_{side}")] = np.deg2rad(8.0)
     frames, tree = kinematics(task.model, q, np.zeros(31)), tree_arrays(task.model)
-    rotation, origin = (frames[name][tree.sphere_segment] for name in ("rotation", "origin"))
+    rotation, origin = (each[tree.sphere_segment] for each in (frames.rotation, frames.origin))
     centres = np.einsum("kij,kj->ki", rotation, tree.sphere_position) + origin
     weight, radius = task.model.mass * GRAVITY, tree.sphere_radius[0]
     contact = task.configuration.contact

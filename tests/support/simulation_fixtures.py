@@ -16,7 +16,14 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.inverse.newton_euler import empty_dynamics, newton_euler
 from gaitval.model.body import SEGMENTS, BodyModel, ContactSphere, Segment
-from gaitval.model.tree import forward, tree_arrays, velocities, whole_body_centre_of_mass
+from gaitval.model.tree import (
+    Frames,
+    empty_frames,
+    forward,
+    tree_arrays,
+    velocities,
+    whole_body_centre_of_mass,
+)
 from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.environment import action_size
 from gaitval.policy.observation import OBSERVATION_SIZES
@@ -58,8 +65,7 @@ def standing_moments(model: BodyModel, q: np.ndarray, column: int, place: Any) -
     point[column] = place
     out = np.empty(31)
     newton_euler(
-        tree.joint_position, tree.mass, tree.centre_of_mass, tree.inertia,
-        q, still, still, force, point, np.zeros((2, 3)), empty_dynamics(), out,
+        tree, q, still, still, force, point, np.zeros((2, 3)), empty_dynamics(), out,
     )  # fmt: skip
     return out
 
@@ -117,20 +123,12 @@ def inverse_dynamics(peer: DartPeer, q: np.ndarray, qd: np.ndarray, after: np.nd
     return peer.mass_matrix() @ (after - qd) / step + peer.bias_forces()
 
 
-def kinematics(model: BodyModel, q: np.ndarray, qd: np.ndarray) -> dict[str, np.ndarray]:
+def kinematics(model: BodyModel, q: np.ndarray, qd: np.ndarray, segments: int = 14) -> Frames:
     """All outputs of the compiled forward kinematics at one state."""
-    tree = tree_arrays(model)
-    rotation, origin = np.empty((14, 3, 3)), np.empty((14, 3))
-    axes, angular, linear = np.zeros((31, 3)), np.empty((14, 3)), np.empty((14, 3))
-    forward(tree.joint_position, q, rotation, origin, axes, 14)
-    velocities(origin, axes, qd, angular, linear, 14)
-    return {
-        "rotation": rotation,
-        "origin": origin,
-        "axes": axes,
-        "angular": angular,
-        "linear": linear,
-    }
+    frames = empty_frames()
+    forward(tree_arrays(model).joint_position, q, frames, segments)
+    velocities(qd, frames, segments)
+    return frames
 
 
 @cache
@@ -153,10 +151,8 @@ def constant_reference(model: BodyModel, q: np.ndarray) -> ReferenceMotion:
     """A reference that stays at one pose."""
     tree = tree_arrays(model)
     frames = kinematics(model, q, np.zeros(31))
-    com = whole_body_centre_of_mass(
-        tree.mass, tree.centre_of_mass, frames["rotation"], frames["origin"]
-    )
-    effectors = frames["origin"][[SEGMENTS.index(name) for name in END_EFFECTORS]]
+    com = whole_body_centre_of_mass(tree, frames)
+    effectors = frames.origin[[SEGMENTS.index(name) for name in END_EFFECTORS]]
     count = 4
     return ReferenceMotion(
         phase=np.arange(count) / count,

@@ -126,7 +126,7 @@ def test_markers_and_plates_are_of_the_same_instants(monkeypatch: pytest.MonkeyP
     person = made.recorded_person(2, 0, load_subject("S02"), walker, configuration)
     force = total_force(person.walking)
     tree = tree_arrays(person.body)
-    path = centres_of_mass(tree.joint_position, tree.mass, tree.centre_of_mass, person.positions)
+    path = centres_of_mass(tree, person.positions)
     step = person.time[1]
     acceleration = np.diff(path, 2, axis=0) / step**2
     expected = person.body.mass * (acceleration + np.array([0.0, 0.0, 9.80665]))
