@@ -209,23 +209,18 @@ def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Ro
     )
 
 
-class _Environments:
-    """A task's environments, one an engine, and a group of them: they are slow to build."""
+class _Environments(dict[Engine | None, Any]):
+    """A task's environments, one an engine, and a group of them (None), built when asked for."""
 
     def __init__(self, task: WalkingTask) -> None:
         self._task = task
-        self._built: dict[Engine, WalkingEnvironment] = {}
-        self._group: WalkingGroup | None = None
 
-    def group(self) -> WalkingGroup:
-        if self._group is None:
-            self._group = WalkingGroup([self._task] * WIDTH)
-        return self._group
-
-    def of(self, engine: Engine) -> WalkingEnvironment:
-        if engine not in self._built:
-            self._built[engine] = WalkingEnvironment(self._task, engine=engine)
-        return self._built[engine]
+    def __missing__(self, engine: Engine | None) -> Any:
+        if engine is None:
+            self[engine] = WalkingGroup([self._task] * WIDTH)
+        else:
+            self[engine] = WalkingEnvironment(self._task, engine=engine)
+        return self[engine]
 
 
 _environments: tuple[int, _Environments] | None = None
@@ -248,16 +243,11 @@ class _Given(NamedTuple):
         return _environments[1]
 
 
-def _call(work: tuple[_Given, Callable[[WalkingEnvironment, Any], Any], Engine, Any]) -> Any:
+def _call(work: tuple[_Given, Callable[[Any, Any], Any], Engine | None, Any]) -> Any:
     given, function, engine, item = work
     # Any worker may take any item, so each item brings its task; a worker builds the task's
     # environments once.
-    return function(given.environments().of(engine), item)
-
-
-def _call_together(work: tuple[_Given, Callable[[WalkingGroup, Any], Any], Any]) -> Any:
-    given, function, item = work
-    return function(given.environments().group(), item)
+    return function(given.environments()[engine], item)
 
 
 class RolloutPool:
@@ -306,12 +296,6 @@ class RolloutPool:
         other._own, other._given = None, _Given(next(_pools), task)
         return other
 
-    def map(
-        self, function: Callable[[WalkingEnvironment, Item], Result], items: Sequence[Item]
-    ) -> list[Result]:
-        """`function(environment, item)` of all `items`, in order; `function` must be a module's."""
-        return list(self.each(function, items))
-
     def each(
         self,
         function: Callable[[WalkingEnvironment, Item], Result],
@@ -319,8 +303,8 @@ class RolloutPool:
         *,
         engine: Engine | None = None,
     ) -> Iterator[Result]:
-        """As `map`, each result as soon as it and those before it are there. Worker processes start
-        at once, and finish what earlier calls gave them first.
+        """`function(environment, item)` of all `items`, each result as soon as it and those before
+        it are there. Worker processes start at once, and finish what earlier calls gave them first.
 
         Parameters
         ----------
@@ -328,15 +312,7 @@ class RolloutPool:
         items : in the order of the results.
         engine : another one than the pool's.
         """
-        engine = engine or self._engine
-        if self._executor is not None:
-            work = [(self._given, function, engine, item) for item in items]
-            return self._executor.map(_call, work)
-        alone = self._alone
-        assert alone is not None
-        # A generator: each walk is simulated when its result is asked for, as with workers the
-        # results come one by one.
-        return (function(alone.of(engine), item) for item in items)
+        return self._results(function, engine or self._engine, items)
 
     def each_together(
         self, function: Callable[[WalkingGroup, Item], Result], items: Sequence[Item]
@@ -348,9 +324,16 @@ class RolloutPool:
         function : a module's function, of a `WalkingGroup` and an item.
         items : in the order of the results.
         """
+        return self._results(function, None, items)
+
+    def _results(
+        self, function: Callable[[Any, Item], Result], engine: Engine | None, items: Sequence[Item]
+    ) -> Iterator[Result]:
         if self._executor is not None:
-            work = [(self._given, function, item) for item in items]
-            return self._executor.map(_call_together, work)
+            work = [(self._given, function, engine, item) for item in items]
+            return self._executor.map(_call, work)
         alone = self._alone
         assert alone is not None
-        return (function(alone.group(), item) for item in items)
+        # A generator: each walk is simulated when its result is asked for, as with workers the
+        # results come one by one.
+        return (function(alone[engine], item) for item in items)

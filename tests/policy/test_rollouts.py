@@ -438,12 +438,12 @@ def test_worker_processes_give_the_same_walks_in_order(task, environment):
     expected = went(_walk(environment, each) for each in starts)
     assert len({each.start_phase for each in expected}) == 5
     with RolloutPool(task, workers=2) as pool:
-        assert went(pool.map(_walk, starts)) == expected
+        assert went(pool.each(_walk, starts)) == expected
         with pytest.raises(ModelError, match="mu must have shape"):
-            pool.map(_walk, [_Start(policy, np.zeros(3), 0.1)])
-        assert went(pool.map(_walk, starts[:1])) == expected[:1]  # the workers survive it
+            list(pool.each(_walk, [_Start(policy, np.zeros(3), 0.1)]))
+        assert went(pool.each(_walk, starts[:1])) == expected[:1]  # the workers survive it
     with RolloutPool(task, workers=1) as alone:
-        assert went(alone.map(_walk, starts)) == expected
+        assert went(alone.each(_walk, starts)) == expected
 
 
 def blas_threads(*_):
@@ -456,7 +456,7 @@ def test_linear_algebra_has_one_thread_without_workers_too(task):
         before = blas_threads()
         assert 2 in before  # and 1 where OpenSim is loaded: its own library never has more
         with RolloutPool(task, workers=1) as pool:
-            assert pool.map(blas_threads, [0]) == [{1}]
+            assert list(pool.each(blas_threads, [0])) == [{1}]
         assert blas_threads() == before
 
 
@@ -477,7 +477,7 @@ def test_kept_workers_serve_one_pool_after_the_other_each_with_its_task(task):
         kept = kept_workers()
         for each in (task, other, task):
             with RolloutPool(each, workers=2) as pool:
-                found = pool.map(getattr, ["task"] * 4)
+                found = list(pool.each(getattr, ["task"] * 4))
             assert {one.record.stride_time for one in found} == {each.record.stride_time}
         assert kept_workers() is kept
         processes = {kept.submit(os.getpid).result(60) for _ in range(8)}
@@ -500,7 +500,7 @@ WAITING = """
 
     task = pickle.loads(Path(sys.argv[1]).read_bytes())
     with RolloutPool(task, workers=2) as pool:
-        assert pool.map(operator.is_not, [1, 2]) == [True, True]
+        assert list(pool.each(operator.is_not, [1, 2])) == [True, True]
         print("waiting", flush=True)
         sys.stdin.read()
 """
