@@ -14,7 +14,6 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import COORDINATES, RANGES
-from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import InverseKinematics, inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
@@ -75,30 +74,18 @@ def anchored(
     kinematics: InverseKinematics,
     *,
     rate: float,
-    floor_velocity: Array | None = None,
-    held: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
 ) -> AnchoredFeet:
     """Repeat inverse kinematics with the feet anchored while they rest.
 
     Parameters
     ----------
-    model, markers, measured, held, ranges : as for `inverse_kinematics`, whose result is
-        `kinematics`.
+    model, markers, measured, ranges : as for `inverse_kinematics`, whose result is `kinematics`.
     rate : Hz, of the frames.
-    floor_velocity : (3,) m/s of the floor in the markers' axes: zero overground, the belt's on a
-        treadmill; found from the resting feet if not given. RecordError if it is not three numbers.
     """
     measured = np.asarray(measured, dtype=float)
     velocities = _foot_velocities(markers, measured, rate)
-    if floor_velocity is None:
-        floor = _floor_velocity(velocities)
-    else:
-        floor = np.asarray(floor_velocity, dtype=float)
-        if floor.shape != (3,) or not np.isfinite(floor).all():
-            raise RecordError(
-                f"the velocity of the floor must be three numbers in m/s, but it is {floor}."
-            )
+    floor = _floor_velocity(velocities)
     resting = _resting(velocities, floor, rate)
 
     soles = [_sole(model, side) for side in "rl"]
@@ -126,7 +113,7 @@ def anchored(
         model,
         [*markers, *anchors],
         np.concatenate([measured, *targets], axis=1),
-        held={**unseen, **(held or {})},
+        held=unseen,
         ranges=ranges,
     )
     solved = replace(

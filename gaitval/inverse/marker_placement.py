@@ -192,40 +192,22 @@ def placement_checks(
     """
     worst = max(distances, key=lambda name: distances[name])
     rms = float(np.sqrt(np.mean(np.square(list(distances.values())))))
-    checks = [
-        PlacementCheck(
-            f"largest distance of a landmark ({worst})",
-            distances[worst],
-            LARGEST_DISTANCE,
-            "m",
-            CHECKLIST,
-        ),
-        PlacementCheck("RMS distance of the landmarks", rms, LARGEST_RMS, "m", CHECKLIST),
+    rows = [
+        (f"largest distance of a landmark ({worst})", distances[worst], LARGEST_DISTANCE, "m"),
+        ("RMS distance of the landmarks", rms, LARGEST_RMS, "m"),
     ]
     for side in ("right", "left"):
         ankle, hip = (
             np.degrees(standing[COORDINATES.index(f"{name}_{side[0]}")])
             for name in ("ankle_angle", "hip_flexion")
         )
-        checks.append(
-            PlacementCheck(
-                f"{side} ankle angle in standing",
-                float(abs(ankle)),
-                LARGEST_ANKLE_ANGLE,
-                "deg",
-                CHECKLIST,
-            )
-        )
-        checks.append(
-            PlacementCheck(
-                f"{side} hip flexion in standing, from the standing pelvis",
-                float(abs(hip - np.degrees(pelvic_tilt))),
-                LARGEST_HIP_ANGLE,
-                "deg",
-                CHECKLIST,
-            )
-        )
-    return tuple(checks)
+        bent = float(abs(hip - np.degrees(pelvic_tilt)))
+        rows += [
+            (f"{side} ankle angle in standing", float(abs(ankle)), LARGEST_ANKLE_ANGLE, "deg"),
+            (f"{side} hip flexion in standing, from the standing pelvis", bent,
+             LARGEST_HIP_ANGLE, "deg"),
+        ]  # fmt: skip
+    return tuple(PlacementCheck(*row, CHECKLIST) for row in rows)
 
 
 def _check_sides(

@@ -116,28 +116,20 @@ class ModelFit:
     model : with the fitted lengths, see `with_lengths`.
     markers : in the fitted positions.
     lengths : of `LENGTH_SD`, in its order.
-    marker_shift : (M,) m, how far each marker moved from where the standing trial put it (given the
-        fitted lengths).
     rms_before, rms_after, largest_before, largest_after : m, distance of measured and model
         markers over the frames used (standing and walking).
-    standing_change : (31,) rad or m, pose in standing after the fit minus that before.
     measurement_sd : m, each way, of a walking marker of mean weight, from the residuals.
-    frames : (F,) indices of the walking frames used.
-    iterations, converged : of Gauss-Newton, over all estimates of σ.
+    converged : whether Gauss-Newton and the estimates of σ did.
     """
 
     model: BodyModel
     markers: tuple[ModelMarker, ...]
     lengths: tuple[FittedLength, ...]
-    marker_shift: Array
     rms_before: float
     rms_after: float
     largest_before: float
     largest_after: float
-    standing_change: Array
     measurement_sd: float
-    frames: Index
-    iterations: int
     converged: bool
 
     def __getitem__(self, name: str) -> FittedLength:
@@ -152,7 +144,6 @@ def fit_model(
     *,
     placement_sd: Mapping[str, float] | None = None,
     length_sd: Mapping[str, float] | None = None,
-    held: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
     soft_tissue_sd: float = SOFT_TISSUE_SD,
 ) -> ModelFit:
@@ -168,28 +159,28 @@ def fit_model(
         `TRACKING_SD` for others.
     length_sd : m, standard deviation of the prior of a length, instead of that in `LENGTH_SD`; 0
         fixes the length.
-    held, ranges : as in `inverse_kinematics.inverse_kinematics`.
+    ranges : as in `inverse_kinematics.inverse_kinematics`.
     soft_tissue_sd : m, see `SOFT_TISSUE_SD`; 0 for markers that do not move on their segments.
 
     Raises
     ------
-    ScalingError : names are unknown, deviations are not positive, or there are too few frames.
+    ScalingError : there are too few frames.
     ModelError, RecordError : as `inverse_kinematics.inverse_kinematics` raises them.
     """
     standing, walking = np.asarray(standing, dtype=float), np.asarray(walking, dtype=float)
+    known, placed = LENGTH_SD | dict(length_sd or {}), placement_sd or {}
     deviations = (
-        _length_deviations(length_sd or {}),
-        _placement_deviations(markers, placement_sd or {}),
+        np.array([known[name] for name in LENGTHS], dtype=float),
+        np.array([placed.get(marker.name, TRACKING_SD) for marker in markers], dtype=float),
     )
     # The start of the fit, and which coordinates the markers of each frame show.
-    stood = inverse_kinematics(model, markers, _median(standing), held=held, ranges=ranges)
-    walked = inverse_kinematics(model, markers, walking, held=held, ranges=ranges)
+    stood = inverse_kinematics(model, markers, _median(standing), ranges=ranges)
+    walked = inverse_kinematics(model, markers, walking, ranges=ranges)
     chosen = _choose(walking)
 
     measured = np.concatenate([_median(standing), walking[chosen]])
     free = np.concatenate([stood.determined, walked.determined[chosen]])
-    limits = bounds({name: ranges[name] for name in ranges if name not in (held or {})})
-    fit = _problem(model, markers, measured, free, deviations, limits)
+    fit = _problem(model, markers, measured, free, deviations, bounds(ranges))
     state = FitState(
         lengths=np.zeros(len(LENGTHS)),
         places=fit.placement.copy(),
@@ -198,29 +189,18 @@ def fit_model(
     # With blocks of 31 × 150, more threads wait for each other longer than they compute.
     with threadpool_limits(1, user_api="blas"):
         sigma = _measurement_sd(fit, state)
-        iterations = 0
         fitted = state
         # σ weighs the fit and is estimated from its residuals, so the two alternate.
         for _ in range(_NOISE_UPDATES):
-            fitted, count, converged = solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
-            iterations += count
+            fitted, _, converged = solve(fit, fitted, _precision(fit, sigma, soft_tissue_sd))
             last, sigma = sigma, _measurement_sd(fit, fitted)
             if abs(sigma - last) < 0.01 * last:
                 break
         else:
             converged = False
-        return _result(
-            model,
-            markers,
-            fit,
-            state,
-            with_level_pelvis(fit, fitted),
-            _precision(fit, sigma, soft_tissue_sd),
-            sigma,
-            chosen,
-            iterations,
-            converged,
-        )
+        precision = _precision(fit, sigma, soft_tissue_sd)
+        level = with_level_pelvis(fit, fitted)
+        return _result(model, markers, fit, state, level, precision, sigma, converged)
 
 
 def _problem(
@@ -260,35 +240,6 @@ def _problem(
         low=low,
         high=high,
     )
-
-
-def _length_deviations(given: Mapping[str, float]) -> Array:
-    unknown = [name for name in given if name not in LENGTH_SD]
-    if unknown:
-        raise ScalingError(
-            f"no such lengths: {', '.join(unknown)}. They are {', '.join(LENGTH_SD)}."
-        )
-    values = LENGTH_SD | dict(given)
-    bad = [f"{name} {value}" for name, value in values.items() if not 0 <= value < 1]
-    if bad:
-        raise ScalingError(
-            "standard deviations of lengths must be 0 m or more, but these are not: "
-            f"{', '.join(bad)}."
-        )
-    return np.array([values[name] for name in LENGTHS], dtype=float)
-
-
-def _placement_deviations(markers: Sequence[ModelMarker], given: Mapping[str, float]) -> Array:
-    names = [marker.name for marker in markers]
-    bad = [f"{name}: no such marker" for name in given if name not in names]
-    bad += [f"{name}: {value} m" for name, value in given.items() if not 0 < value < 1]
-    if bad:
-        raise ScalingError(
-            "standard deviations of marker positions must be between 0 and 1 m and for markers "
-            "of the model, but these are not:\n"
-            "  " + "\n  ".join(bad)
-        )
-    return np.array([given.get(name, TRACKING_SD) for name in names], dtype=float)
 
 
 def _median(standing: Array) -> Array:
@@ -404,8 +355,6 @@ def _result(
     after: FitState,
     precision: Array,
     sigma: float,
-    chosen: Index,
-    iterations: int,
     converged: bool,
 ) -> ModelFit:
     covariance = shared_covariance(fit, after, precision)
@@ -428,12 +377,6 @@ def _result(
     for state in (before, after):
         distance = np.linalg.norm(fit.measured - model_markers(fit, state), axis=2)
         errors.append(distance[fit.weight > 0])
-    # The rotation between the two poses: rotation vectors cannot be subtracted.
-    turn = (
-        Rotation.from_rotvec(after.poses[0, :3]) * Rotation.from_rotvec(before.poses[0, :3]).inv()
-    )
-    change = after.poses[0] - before.poses[0]
-    change[:3] = turn.as_rotvec()
     return ModelFit(
         model=with_lengths(model, {length.name: length.fitted for length in lengths}),
         markers=tuple(
@@ -441,16 +384,10 @@ def _result(
             for marker, place in zip(markers, after.places, strict=True)
         ),
         lengths=lengths,
-        marker_shift=np.linalg.norm(
-            after.places - fit.placement - fit.coupling @ after.lengths, axis=1
-        ),
         rms_before=float(np.sqrt((errors[0] ** 2).mean())),
         rms_after=float(np.sqrt((errors[1] ** 2).mean())),
         largest_before=float(errors[0].max()),
         largest_after=float(errors[1].max()),
-        standing_change=change,
         measurement_sd=sigma,
-        frames=chosen,
-        iterations=iterations,
         converged=converged,
     )

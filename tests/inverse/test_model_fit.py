@@ -10,7 +10,7 @@ from marked_walk import LEG_SEGMENTS, moving_walk, spread_markers
 from scipy.spatial.transform import Rotation
 
 from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.errors import ModelError, RecordError, ScalingError
+from gaitval.errors import RecordError, ScalingError
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import bounds, marker_positions
@@ -199,8 +199,8 @@ def test_a_body_that_fits_already_stays_as_it_is():
     fit = fit_model(model, placed, stand, walk, ranges=FREE)
     for length in fit.lengths:
         assert length.fitted == pytest.approx(length.prior, abs=1e-5), length.name
-    assert np.abs(fit.standing_change).max() < 1e-4
-    assert fit.marker_shift.max() < 1e-4
+    for marker, start in zip(fit.markers, placed, strict=True):
+        np.testing.assert_allclose(marker.position, start.position, atol=1e-4)
     assert fit.rms_after < 1e-4
 
 
@@ -242,22 +242,6 @@ def test_a_length_can_be_kept_and_stops_at_four_deviations():
     assert not fit["thigh"].at_bound
     assert fit["shank"].at_bound
     assert fit["shank"].fitted == pytest.approx(fit["shank"].prior + 4 * LENGTH_SD["shank"])
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"length_sd": {"femur": 0.01}}, ScalingError, "no such lengths: femur"),
-        ({"length_sd": {"thigh": -0.01}}, ScalingError, "thigh -0.01"),
-        ({"placement_sd": {"nose": 0.01}}, ScalingError, "nose: no such marker"),
-        ({"placement_sd": {"pelvis 0": 0.0}}, ScalingError, "pelvis 0: 0.0 m"),
-        ({"held": {"knee": 0.0}}, ModelError, "knee"),
-    ],
-)
-def test_settings_that_cannot_be_used_are_refused(options, error, message):
-    model, placed, _, _, stand, walk = made_up(0.0, segments=LEG_SEGMENTS)
-    with pytest.raises(error, match=message):
-        fit_model(model, placed, stand, walk, **options)
 
 
 FEW = ("pelvis 0", "pelvis 1", "pelvis 2", *(f"thigh_{side} {i}" for side in "rl" for i in "01"))
@@ -350,7 +334,10 @@ def test_the_markers_of_wbds01_fit_within_the_published_limits(gait_data):
     # what the standing trial says, standing angles within 2°.
     for length in fit.lengths:
         assert abs(length.fitted - length.prior) < 2 * length.prior_sd, length.name
-    assert np.degrees(np.abs(fit.standing_change[6:])).max() < 2.0
+    stand = np.nanmedian(person.standing, axis=0, keepdims=True)
+    bodies = (person.model, person.markers), (fit.model, fit.markers)
+    stood, now = (inverse_kinematics(*body, stand).positions[0, 6:] for body in bodies)
+    assert np.degrees(np.abs(now - stood)).max() < 2.0
     # What it found holds for a trial that it has not seen, overground and 2.6 times as fast.
     other = trials(
         raw / "WBDS01static1.c3d", raw / "WBDS01walkO01Cmkr.txt", mass=74.3, height=1.725
