@@ -33,8 +33,8 @@ from gaitval.policy.observation import (
     is_mirrored,
     measure_workspace,
 )
-from gaitval.simulation.physics_steps import Account, Workspace
-from gaitval.simulation.side_by_side import LaneArrays, LaneBodies, SideBySide, advance_lanes
+from gaitval.simulation.physics_steps import Account, WalkerBody, Workspace
+from gaitval.simulation.side_by_side import LaneArrays, SideBySide, advance_lanes
 from gaitval.simulation.tables import LaneTables
 from gaitval.simulation.walker import WalkerArrays, WalkingTask, walker_arrays
 
@@ -75,25 +75,14 @@ class GroupArrays(NamedTuple):
     fell: NDArray[np.bool_]
 
 
-class GroupSettings(NamedTuple):
-    """Numbers of `EnvironmentSettings` that an action needs (`action_limit`, `action_scale` in rad,
-    `pace_scale`), and the training's `tolerance_share`.
-    """
-
-    action_limit: float
-    action_scale: float
-    pace_scale: float
-    tolerance_share: float
-
-
 @njit_borrowing
 def act_together(
     asked: NDArray[np.float32],
-    settings: GroupSettings,
+    settings: Array,
     group: GroupArrays,
     inward: Pairs,
     outward: Pairs,
-    bodies: LaneBodies,
+    bodies: WalkerBody,
     lanes: LaneArrays,
     account: Account,
     work: Workspace,
@@ -107,7 +96,8 @@ def act_together(
     Parameters
     ----------
     asked : (environments, 25 or 26) of the policy; the biases are subtracted.
-    settings : limits and scales of an action.
+    settings : (4,) `action_limit`, `action_scale` in rad and `pace_scale` of `EnvironmentSettings`,
+        and the training's `tolerance_share`.
     group : what the environments work with; rewards, falls and episodes are filled.
     inward, outward : pairs of rows (8, n) and lanes (n, 8) that hold the same before and after the
         physics steps.
@@ -117,6 +107,7 @@ def act_together(
     seen : (environments, size) out, the observations as the policy gets them.
     """
     episodes, yards = group.episodes, group.yardstick
+    limit, scale, pace_scale, tolerance_share = settings[0], settings[1], settings[2], settings[3]
     count = asked.shape[0]
     for e in range(count):
         # This phase is still that of the observation that led to the action, which is mirrored if
@@ -126,12 +117,10 @@ def act_together(
         bias = group.biases[e, int(phase % 1.0 * group.biases.shape[1])]
         for i in range(asked.shape[1]):
             asked[e, i] -= bias[i]
-        take_action(
-            asked[e], settings.action_limit, group.shares[e], mirrored, action, episodes.before[e]
-        )
-        group.pace[e, 0] = 1.0 + settings.pace_scale * action[ACTUATED_COUNT]
+        take_action(asked[e], limit, group.shares[e], mirrored, action, episodes.before[e])
+        group.pace[e, 0] = 1.0 + pace_scale * action[ACTUATED_COUNT]
         for i in range(ACTUATED_COUNT):
-            group.next_offset[e, i] = settings.action_scale * action[i]
+            group.next_offset[e, i] = scale * action[i]
     for k in range(len(inward)):
         # Environments have rows, for which their own code works; lanes are columns, where eight
         # numbers of one kind are neighbours in memory. Both are copies of the same numbers.
@@ -156,7 +145,7 @@ def act_together(
         ),
         in_lanes(lanes.walkers.state), in_lanes(lanes.phase)[0], in_lanes(lanes.pace)[0],
         in_lanes(group.lane_lift)[0],
-        settings.tolerance_share, in_lanes(lanes.walkers.ground), in_lanes(lanes.walkers.moments),
+        tolerance_share, in_lanes(lanes.walkers.ground), in_lanes(lanes.walkers.moments),
         in_lanes(lanes.walkers.squares), in_lanes(group.judged), in_lanes(group.work),
     )  # fmt: skip
     for k in range(len(outward)):
@@ -185,17 +174,14 @@ def act_together(
 @njit
 def _actions(
     asked: NDArray[np.float32], settings: Array, group: GroupArrays, inward: Pairs, outward: Pairs,
-    bodies: LaneBodies, lanes: LaneArrays, account: Account, work: Workspace,
+    bodies: WalkerBody, lanes: LaneArrays, account: Account, work: Workspace,
     seen: NDArray[np.float32],
 ) -> Iterator[int]:  # fmt: skip
     """`act_together` each time it is asked for the next, until the tolerance share in `settings`
     (4,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
     """
     while settings[3] > 0.0:
-        act_together(
-            asked, GroupSettings(settings[0], settings[1], settings[2], settings[3]), group,
-            inward, outward, bodies, lanes, account, work, seen,
-        )  # fmt: skip
+        act_together(asked, settings, group, inward, outward, bodies, lanes, account, work, seen)
         yield 0
 
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit_borrowing
-from gaitval.contact.law import ContactLaw
 from gaitval.lanes import WIDTH, in_lanes, numbers_in_lanes, with_lanes
 from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.simulation.physics_steps import (
@@ -25,27 +24,6 @@ from gaitval.simulation.physics_steps import (
 from gaitval.simulation.servo import ReferenceTables
 from gaitval.simulation.tables import LaneTables
 from gaitval.simulation.walker import Walker, WalkerArrays, walker_arrays
-
-
-class LaneBodies(NamedTuple):
-    """`WalkerBody` of eight walkers: its numbers and arrays have a last axis of eight, but for
-    what all have in common.
-
-    Attributes
-    ----------
-    law : of the same type for all, with arrays (8,) for numbers.
-    phase_step : (1, 8).
-    """
-
-    tree: Tree
-    law: ContactLaw
-    tables: ReferenceTables
-    stiffness: Array
-    damping: Array
-    total_damping: Array
-    lag: Array
-    physics_step: float
-    phase_step: Array
 
 
 class LaneArrays(NamedTuple):
@@ -71,13 +49,15 @@ class LaneArrays(NamedTuple):
 
 @njit_borrowing
 def advance_lanes(
-    bodies: LaneBodies, arrays: LaneArrays, account: Account, work: Workspace
+    bodies: WalkerBody, arrays: LaneArrays, account: Account, work: Workspace
 ) -> None:
     """All physics steps of an action of eight walkers; see `physics_steps.advance`.
 
     Parameters
     ----------
-    bodies, arrays : of the walkers; the phases and states in `arrays` change.
+    bodies : of the walkers: numbers and arrays have a last axis of eight, but for what all have in
+        common, and `phase_step` is (1, 8).
+    arrays : of the walkers; their phases and states change.
     account : filled, with a last axis of eight; its length is the number of steps.
     work : overwritten.
     """
@@ -89,29 +69,15 @@ def advance_lanes(
         lanes.target[i] = walkers.offset[i]
         lanes.slope[i] = (lanes.next_offset[i] - walkers.offset[i]) / float(count)
     body = WalkerBody(
-        in_lanes(bodies.tree),
-        numbers_in_lanes(bodies.law),
-        bodies.tables,
-        in_lanes(bodies.stiffness),
-        in_lanes(bodies.damping),
-        in_lanes(bodies.total_damping),
-        in_lanes(bodies.lag),
-        # Common to all, so not in lanes.
-        bodies.physics_step,
-        in_lanes(bodies.phase_step)[0],
-    )
+        in_lanes(bodies.tree), numbers_in_lanes(bodies.law), bodies.tables,
+        in_lanes(bodies.stiffness), in_lanes(bodies.damping), in_lanes(bodies.total_damping),
+        # The step is common to all, so not in lanes.
+        in_lanes(bodies.lag), bodies.physics_step, in_lanes(bodies.phase_step)[0],
+    )  # fmt: skip
     lanes.phase[0] = steps(
-        body,
-        walkers.state,
-        lanes.phase[0],
-        lanes.pace[0],
-        lanes.target,
-        lanes.slope,
-        lanes.root_force,
-        walkers.memory,
-        in_lanes(account),
-        in_lanes(work),
-    )
+        body, walkers.state, lanes.phase[0], lanes.pace[0], lanes.target, lanes.slope,
+        lanes.root_force, walkers.memory, in_lanes(account), in_lanes(work),
+    )  # fmt: skip
 
 
 def _tables_of(walkers: Sequence[Walker]) -> Any:
@@ -150,7 +116,7 @@ class SideBySide:
         tree, stiffness, damping, total, lag, phase_step = (
             with_lanes(arrays) for arrays in (body.tree, *body[3:6], body.lag, one)
         )
-        self.bodies = LaneBodies(
+        self.bodies = WalkerBody(
             tree, law, _tables_of(walkers), stiffness, damping, total, lag,
             body.physics_step, phase_step,
         )  # fmt: skip
@@ -170,6 +136,7 @@ class SideBySide:
     def enter_body(self, lane: int, walker: Walker) -> None:
         """The walker of a lane has other parameters."""
         bodies, body = self.bodies, walker.body
+        phase_step: Any = bodies.phase_step
         for name in Tree._fields:
             # Which segment a sphere is on is common to all bodies: an index, not in lanes.
             if name != "sphere_segment":
@@ -179,7 +146,7 @@ class SideBySide:
             getattr(bodies.law, name)[lane] = getattr(law, name)
         for name in ("stiffness", "damping", "total_damping", "lag"):
             getattr(bodies, name)[:, lane] = getattr(body, name)
-        bodies.phase_step[0, lane] = body.phase_step
+        phase_step[0, lane] = body.phase_step
 
     def advance(self) -> None:
         """All physics steps of an action of every walker."""
