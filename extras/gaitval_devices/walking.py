@@ -19,7 +19,6 @@ from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.physics_steps import (
     Action,
-    outside_steps,
 )
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.servo import servo_stiffness
@@ -292,24 +291,9 @@ class DeviceWalker(Walker):
                 rows[:, h, 4] = account.velocities[:, ROOT_DOFS + worn.joint]
         return rows
 
-    def _advance_outside(self, action: Action) -> float:
-        """`steps_with_devices` with another engine's dynamics and integrator."""
-        engine, account, substeps = self._outside, self._account, self._substeps
-        assert engine is not None
-        body = self.body._replace(lag=self.body.lag / substeps)
-        pace, offset, next_offset, root_force = action
-        slope = (next_offset - offset) / (len(account.phase) * substeps)
-        step = body.physics_step / substeps
-        for row in outside_steps(
-            substeps, body, self.state, self.phase, pace, offset.copy(), slope, root_force,
-            self._memory, account, self._work,
-        ):  # fmt: skip
-            hinge_torques(
-                step, self.state, self._which, self._numbers, self.hinges, self._work.forces
-            )
-            self._log[row] = self.hinges
-            self.state[0], self.state[1] = engine.advance(self._work.forces)
-        return float(account.phase[-1])
+    def _add_forces(self, row: int, step: float) -> None:
+        hinge_torques(step, self.state, self._which, self._numbers, self.hinges, self._work.forces)
+        self._log[row] = self.hinges
 
     def _control(self) -> None:
         """Read the sensors, and set clutches, dampers and commands for the next action."""

@@ -27,11 +27,6 @@ def _joint_axes(segment: str) -> NDArray[np.float64]:
     return np.column_stack(axes) if len(axes) == 3 else np.eye(3)
 
 
-def _set_inertia(body: object, segment: Segment) -> None:
-    inertia = dartpy.dynamics.Inertia(segment.mass, segment.centre_of_mass, segment.inertia)
-    body.setInertia(inertia)  # type: ignore[attr-defined]
-
-
 def _add_segment(skeleton: object, segment: Segment) -> None:
     parent = skeleton.getBodyNode(PARENTS[segment.name])  # type: ignore[attr-defined]
     names = JOINT_COORDINATES[segment.name]
@@ -86,7 +81,8 @@ class HumanSkeleton:
         """Give all joints and segments the positions and masses of another model."""
         for segment in model.segments:
             body = self.skeleton.getBodyNode(segment.name)
-            _set_inertia(body, segment)
+            inertia = segment.mass, segment.centre_of_mass, segment.inertia
+            body.setInertia(dartpy.dynamics.Inertia(*inertia))
             if segment.name in PARENTS:
                 body.getParentJoint().setTransformFromParentBodyNode(
                     _isometry(_joint_axes(segment.name), np.asarray(segment.joint_position))

@@ -33,7 +33,6 @@ from gaitval.simulation.physics_steps import (
     Account,
     Action,
     WalkerBody,
-    Workspace,
     advance,
     empty_account,
     outside_steps,
@@ -116,32 +115,6 @@ def _outside_engine(
         step = physics_step / MUJOCO_STEPS
         return MujocoBody(model, option=f'timestep="{step}" integrator="Euler"')
     return None
-
-
-def _advance_outside(
-    engine: "HumanSkeleton | MujocoBody",
-    substeps: int,
-    body: WalkerBody,
-    state: Array,
-    phase: float,
-    action: Action,
-    memory: Array,
-    account: Account,
-    work: Workspace,
-) -> float:
-    """`advance` with another engine's dynamics and integrator, which is at `state` and takes
-    `substeps` in a physics step.
-    """
-    pace, offset, next_offset, root_force = action
-    # `lag` is proportional to the step, and the contact acts in every one of the engine's steps.
-    body = body._replace(lag=body.lag / substeps)
-    slope = (next_offset - offset) / (len(account.phase) * substeps)
-    target = offset.copy()
-    for _ in outside_steps(
-        substeps, body, state, phase, pace, target, slope, root_force, memory, account, work
-    ):
-        state[0], state[1] = engine.advance(work.forces)
-    return float(account.phase[-1])
 
 
 class Steps(NamedTuple):
@@ -278,17 +251,12 @@ class Walker:
         friction = float(self.mu[PARAMETERS.index("friction")])
         self.law = contact_law(self.task.configuration.contact, friction)
         stiffness, damping = self.gains
+        total = damping + self.mu[PARAMETERS.index("damping")]
+        phase_step = self.physics_step / self.task.reference.stride_time
         self.body = WalkerBody(
-            self.tree,
-            self.law,
-            self.tables,
-            stiffness,
-            damping,
-            damping + self.mu[PARAMETERS.index("damping")],
-            self.lag,
-            self.physics_step,
-            self.physics_step / self.task.reference.stride_time,
-        )
+            self.tree, self.law, self.tables, stiffness, damping, total, self.lag,
+            self.physics_step, phase_step,
+        )  # fmt: skip
         if self._outside is not None:
             self._outside.configure(model)
             self._outside.set_servo(stiffness, self.body.total_damping)
@@ -331,11 +299,29 @@ class Walker:
         """
         account = self._account
         action = Action(pace, self.offset, offset, root_force)
-        walk = (self.body, self.state, self.phase, action, self._memory, account)
         if self._outside is None:
-            self.phase = advance(*walk)
+            self.phase = advance(self.body, self.state, self.phase, action, self._memory, account)
         else:
-            self.phase = _advance_outside(self._outside, self._substeps, *walk, self._work)
+            self.phase = self._advance_outside(action)
         self.offset[:] = offset
         if recording is not None:
             recording.append(account, root_force)
+
+    def _advance_outside(self, action: Action) -> float:
+        """`advance` with another engine's dynamics and integrator, which is at `state`."""
+        engine, account, substeps = self._outside, self._account, self._substeps
+        assert engine is not None
+        pace, offset, next_offset, root_force = action
+        # `lag` is proportional to the step, and the contact acts in each of the engine's steps.
+        body = self.body._replace(lag=self.body.lag / substeps)
+        slope = (next_offset - offset) / (len(account.phase) * substeps)
+        for row in outside_steps(
+            substeps, body, self.state, self.phase, pace, offset.copy(), slope, root_force,
+            self._memory, account, self._work,
+        ):  # fmt: skip
+            self._add_forces(row, body.physics_step / substeps)
+            self.state[0], self.state[1] = engine.advance(self._work.forces)
+        return float(account.phase[-1])
+
+    def _add_forces(self, row: int, step: float) -> None:
+        """Change the forces of an engine's `step` (s), which is of a `row` of the account."""
