@@ -70,36 +70,27 @@ def dynamics_workspace() -> DynamicsWorkspace:
 
 
 @njit_borrowing
+def _times(r: Array, inertia: Array) -> Any:
+    """r I, of a row (3,) and a symmetric matrix (3, 3)."""
+    i01, i02, i12 = inertia[0, 1], inertia[0, 2], inertia[1, 2]
+    return (
+        r[0] * inertia[0, 0] + r[1] * i01 + r[2] * i02,
+        r[0] * i01 + r[1] * inertia[1, 1] + r[2] * i12,
+        r[0] * i02 + r[1] * i12 + r[2] * inertia[2, 2],
+    )
+
+
+@njit_borrowing
+def _dot(a: Any, r: Array) -> Any:
+    return a[0] * r[0] + a[1] * r[1] + a[2] * r[2]
+
+
+@njit_borrowing
 def _turned(r: Array, inertia: Array) -> Any:
     """Elements xx, xy, xz, yy, yz, zz of R I Rᵀ, both (3, 3)."""
-    i00, i11, i22 = inertia[0, 0], inertia[1, 1], inertia[2, 2]
-    i01, i02, i12 = inertia[0, 1], inertia[0, 2], inertia[1, 2]
-    x0, x1, x2 = r[0, 0], r[0, 1], r[0, 2]
-    y0, y1, y2 = r[1, 0], r[1, 1], r[1, 2]
-    z0, z1, z2 = r[2, 0], r[2, 1], r[2, 2]
-    a0, a1, a2 = (
-        x0 * i00 + x1 * i01 + x2 * i02,
-        x0 * i01 + x1 * i11 + x2 * i12,
-        x0 * i02 + x1 * i12 + x2 * i22,
-    )
-    b0, b1, b2 = (
-        y0 * i00 + y1 * i01 + y2 * i02,
-        y0 * i01 + y1 * i11 + y2 * i12,
-        y0 * i02 + y1 * i12 + y2 * i22,
-    )
-    c0, c1, c2 = (
-        z0 * i00 + z1 * i01 + z2 * i02,
-        z0 * i01 + z1 * i11 + z2 * i12,
-        z0 * i02 + z1 * i12 + z2 * i22,
-    )
-    return (
-        a0 * x0 + a1 * x1 + a2 * x2,
-        a0 * y0 + a1 * y1 + a2 * y2,
-        a0 * z0 + a1 * z1 + a2 * z2,
-        b0 * y0 + b1 * y1 + b2 * y2,
-        b0 * z0 + b1 * z1 + b2 * z2,
-        c0 * z0 + c1 * z1 + c2 * z2,
-    )
+    x, y, z = r[0], r[1], r[2]
+    a, b, c = _times(x, inertia), _times(y, inertia), _times(z, inertia)
+    return _dot(a, x), _dot(a, y), _dot(a, z), _dot(b, y), _dot(b, z), _dot(c, z)
 
 
 @njit_borrowing
@@ -217,31 +208,11 @@ def _react(body: Array, axis: Array, u: Array) -> Any:
 
 @njit_borrowing
 def _release(body: Array, u: Array, compliance: float) -> None:
-    """body (21,) -= u uᵀ compliance."""
-    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
-    s0, s1, s2 = u0 * compliance, u1 * compliance, u2 * compliance
-    s3, s4, s5 = u3 * compliance, u4 * compliance, u5 * compliance
-    body[0] -= s0 * u0
-    body[1] -= s1 * u0
-    body[2] -= s1 * u1
-    body[3] -= s2 * u0
-    body[4] -= s2 * u1
-    body[5] -= s2 * u2
-    body[6] -= s3 * u0
-    body[7] -= s3 * u1
-    body[8] -= s3 * u2
-    body[9] -= s3 * u3
-    body[10] -= s4 * u0
-    body[11] -= s4 * u1
-    body[12] -= s4 * u2
-    body[13] -= s4 * u3
-    body[14] -= s4 * u4
-    body[15] -= s5 * u0
-    body[16] -= s5 * u1
-    body[17] -= s5 * u2
-    body[18] -= s5 * u3
-    body[19] -= s5 * u4
-    body[20] -= s5 * u5
+    """body (21,) -= u uᵀ compliance, of the lower triangle."""
+    for i in range(6):
+        share = u[i] * compliance
+        for j in range(i + 1):
+            body[i * (i + 1) // 2 + j] -= share * u[j]
 
 
 @njit_borrowing
