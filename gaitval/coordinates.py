@@ -27,10 +27,12 @@ The pelvis (root) has six coordinates, as in `dartpy`'s FreeJoint: a rotation ve
 then the position of its origin, the middle of the hip joint centres.
 """
 
+from collections.abc import Mapping
 from typing import Final, Literal
 
 Side = Literal["right", "left"]
 SIDES: Final[tuple[Side, Side]] = ("right", "left")
+_Axis = tuple[float, float, float]
 
 
 def opposite(side: Side) -> Side:
@@ -77,57 +79,39 @@ ACTUATED: Final[tuple[str, ...]] = (
 COORDINATES: Final[tuple[str, ...]] = (*ROOT, *ACTUATED)
 """All 31 coordinates, root first."""
 
-AXES: Final[dict[str, tuple[float, float, float]]] = {
-    "hip_flexion_r": (0, -1, 0),
-    "hip_adduction_r": (1, 0, 0),
-    "hip_rotation_r": (0, 0, 1),
-    "knee_angle_r": (0, 1, 0),
-    "ankle_angle_r": (0, -1, 0),
-    "subtalar_angle_r": (1, 0, 0),
-    "mtp_angle_r": (0, -1, 0),
-    "hip_flexion_l": (0, -1, 0),
+_TURNS: Final[Mapping[str, tuple[_Axis, tuple[float, float]]]] = {
+    "hip_flexion": ((0, -1, 0), (-0.7, 2.3)),
+    "hip_adduction": ((1, 0, 0), (-0.9, 0.7)),
+    "hip_rotation": ((0, 0, 1), (-0.9, 0.9)),
+    "knee_angle": ((0, 1, 0), (-0.09, 2.6)),
+    "ankle_angle": ((0, -1, 0), (-1.05, 0.7)),
+    "subtalar_angle": ((1, 0, 0), (-0.6, 0.6)),
+    "mtp_angle": ((0, -1, 0), (-0.8, 1.4)),
+    "lumbar_extension": ((0, -1, 0), (-1.6, 0.7)),
+    "lumbar_bending": ((1, 0, 0), (-0.7, 0.7)),
+    "lumbar_rotation": ((0, 0, 1), (-0.8, 0.8)),
+    "arm_flex": ((0, -1, 0), (-1.1, 3.1)),
+    "arm_add": ((1, 0, 0), (-3.1, 0.7)),
+    "arm_rot": ((0, 0, 1), (-1.6, 1.6)),
+    "elbow_flex": ((0, -1, 0), (-0.18, 2.7)),
+}
+"""Axis, on the right side, and range of each actuated coordinate."""
+
+
+def _axis(name: str) -> _Axis:
+    side, joint = split_side(name)
+    x, y, z = _TURNS[joint][0]
     # Left axes of adduction, inversion and internal rotation point the other way, so that a
     # positive value means the same movement; flexion turns about the transverse axis, which both
     # sides share.
-    "hip_adduction_l": (-1, 0, 0),
-    "hip_rotation_l": (0, 0, -1),
-    "knee_angle_l": (0, 1, 0),
-    "ankle_angle_l": (0, -1, 0),
-    "subtalar_angle_l": (-1, 0, 0),
-    "mtp_angle_l": (0, -1, 0),
-    "lumbar_extension": (0, -1, 0),
-    "lumbar_bending": (1, 0, 0),
-    "lumbar_rotation": (0, 0, 1),
-    "arm_flex_r": (0, -1, 0),
-    "arm_add_r": (1, 0, 0),
-    "arm_rot_r": (0, 0, 1),
-    "elbow_flex_r": (0, -1, 0),
-    "arm_flex_l": (0, -1, 0),
-    "arm_add_l": (-1, 0, 0),
-    "arm_rot_l": (0, 0, -1),
-    "elbow_flex_l": (0, -1, 0),
-}
+    return (-x, y, -z) if side == "left" else (x, y, z)
+
+
+AXES: Final[dict[str, _Axis]] = {name: _axis(name) for name in ACTUATED}
 """Axis of each actuated coordinate in the parent's frame at the neutral pose (REP-103)."""
 
-_RANGES: Final[dict[str, tuple[float, float]]] = {
-    "hip_flexion": (-0.7, 2.3),
-    "hip_adduction": (-0.9, 0.7),
-    "hip_rotation": (-0.9, 0.9),
-    "knee_angle": (-0.09, 2.6),
-    "ankle_angle": (-1.05, 0.7),
-    "subtalar_angle": (-0.6, 0.6),
-    "mtp_angle": (-0.8, 1.4),
-    "lumbar_extension": (-1.6, 0.7),
-    "lumbar_bending": (-0.7, 0.7),
-    "lumbar_rotation": (-0.8, 0.8),
-    "arm_flex": (-1.1, 3.1),
-    "arm_add": (-3.1, 0.7),
-    "arm_rot": (-1.6, 1.6),
-    "elbow_flex": (-0.18, 2.7),
-}
-
 RANGES: Final[dict[str, tuple[float, float]]] = {
-    name: _RANGES[split_side(name)[1]] for name in ACTUATED
+    name: _TURNS[split_side(name)[1]][1] for name in ACTUATED
 }
 """Lowest and highest value of each actuated coordinate, rad: ranges of motion of healthy adults
 (AAOS 1965; Soucie et al. 2011, Haemophilia 17:500), with 5 and 10 degrees of hyperextension allowed

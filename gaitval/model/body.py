@@ -10,55 +10,29 @@ from typing import Final
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
 
-SEGMENTS = (
-    "pelvis",
-    "thigh_r",
-    "shank_r",
-    "foot_r",
-    "toes_r",
-    "thigh_l",
-    "shank_l",
-    "foot_l",
-    "toes_l",
-    "torso",
-    "upper_arm_r",
-    "forearm_r",
-    "upper_arm_l",
-    "forearm_l",
-)
+_JOINTS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
+    "thigh_r": ("pelvis", ("hip_flexion_r", "hip_adduction_r", "hip_rotation_r")),
+    "shank_r": ("thigh_r", ("knee_angle_r",)),
+    "foot_r": ("shank_r", ("ankle_angle_r", "subtalar_angle_r")),
+    "toes_r": ("foot_r", ("mtp_angle_r",)),
+    "thigh_l": ("pelvis", ("hip_flexion_l", "hip_adduction_l", "hip_rotation_l")),
+    "shank_l": ("thigh_l", ("knee_angle_l",)),
+    "foot_l": ("shank_l", ("ankle_angle_l", "subtalar_angle_l")),
+    "toes_l": ("foot_l", ("mtp_angle_l",)),
+    "torso": ("pelvis", ("lumbar_extension", "lumbar_bending", "lumbar_rotation")),
+    "upper_arm_r": ("torso", ("arm_flex_r", "arm_add_r", "arm_rot_r")),
+    "forearm_r": ("upper_arm_r", ("elbow_flex_r",)),
+    "upper_arm_l": ("torso", ("arm_flex_l", "arm_add_l", "arm_rot_l")),
+    "forearm_l": ("upper_arm_l", ("elbow_flex_l",)),
+}
+"""Parent of each segment but the pelvis, and the coordinates of the joint between them."""
+
+SEGMENTS = ("pelvis", *_JOINTS)
 """Segment names, each parent before its children; the order of every per-segment array."""
 
-PARENTS = {
-    "thigh_r": "pelvis",
-    "shank_r": "thigh_r",
-    "foot_r": "shank_r",
-    "toes_r": "foot_r",
-    "thigh_l": "pelvis",
-    "shank_l": "thigh_l",
-    "foot_l": "shank_l",
-    "toes_l": "foot_l",
-    "torso": "pelvis",
-    "upper_arm_r": "torso",
-    "forearm_r": "upper_arm_r",
-    "upper_arm_l": "torso",
-    "forearm_l": "upper_arm_l",
-}
+PARENTS = {name: parent for name, (parent, _) in _JOINTS.items()}
 
-JOINT_COORDINATES = {
-    "thigh_r": ("hip_flexion_r", "hip_adduction_r", "hip_rotation_r"),
-    "shank_r": ("knee_angle_r",),
-    "foot_r": ("ankle_angle_r", "subtalar_angle_r"),
-    "toes_r": ("mtp_angle_r",),
-    "thigh_l": ("hip_flexion_l", "hip_adduction_l", "hip_rotation_l"),
-    "shank_l": ("knee_angle_l",),
-    "foot_l": ("ankle_angle_l", "subtalar_angle_l"),
-    "toes_l": ("mtp_angle_l",),
-    "torso": ("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
-    "upper_arm_r": ("arm_flex_r", "arm_add_r", "arm_rot_r"),
-    "forearm_r": ("elbow_flex_r",),
-    "upper_arm_l": ("arm_flex_l", "arm_add_l", "arm_rot_l"),
-    "forearm_l": ("elbow_flex_l",),
-}
+JOINT_COORDINATES = {name: coordinates for name, (_, coordinates) in _JOINTS.items()}
 """Coordinates of the joint between a segment and its parent, outermost rotation first."""
 
 _SIDE: Final[dict[str, Side]] = {"_r": "right", "_l": "left"}
