@@ -79,10 +79,10 @@ class _Side:
         for state in self.states:
             # torch counts steps per parameter, and a checkpoint contains the count.
             state["step"] += 1.0
-        adam_step(
-            self.network, self.gradients, self.means, self.squares,
-            shrink, group["lr"], group["betas"], group["eps"], int(self.states[0]["step"]),
-        )  # fmt: skip
+        step = int(self.states[0]["step"])
+        layers = zip(self.network, self.gradients, self.means, self.squares, strict=True)
+        for arrays in layers:
+            adam_step(*arrays, shrink, group["lr"], group["betas"], group["eps"], step)
 
 
 def _adam_state(optimiser: Any, parameter: torch.Tensor) -> dict[str, Any]:
@@ -175,15 +175,9 @@ class WalkingPPO(PPO):
         )
         clip_range = float(self.clip_range(self._current_progress_remaining))  # type: ignore[operator]
         log_std = policy.get_parameter("log_std").detach().numpy()
+        names = "observations", "actions", "advantages", "log_probs", "returns"
         observations, actions, advantages, log_probabilities, returns = (
-            np.ascontiguousarray(buffer.swap_and_flatten(array))
-            for array in (
-                buffer.observations,
-                buffer.actions,
-                buffer.advantages,
-                buffer.log_probs,
-                buffer.returns,
-            )
+            np.ascontiguousarray(buffer.swap_and_flatten(getattr(buffer, name))) for name in names
         )
         advantages, log_probabilities, returns = (
             array.ravel() for array in (advantages, log_probabilities, returns)
@@ -428,9 +422,8 @@ class Learner:
         buffer.values[:] = values[: steps * count].cpu().numpy().reshape(steps, count)
         buffer.log_probs[:] = log_prob.cpu().numpy().reshape(steps, count)
         buffer.rewards[:] = self._normalised_rewards(experience)
-        cut_off = (
-            experience.ended & ~experience.fell
-        )  # it would have continued, so its value counts
+        # It would have continued, so its value counts.
+        cut_off = experience.ended & ~experience.fell
         if cut_off.any():
             with torch.no_grad():
                 final = ppo.policy.predict_values(

@@ -111,10 +111,9 @@ def _tanh(values: Numbers) -> None:
 
 
 @njit_unlocked
-def _add_bias(values: Numbers, bias: Numbers) -> None:
-    for i in range(values.shape[0]):
-        for j in range(values.shape[1]):
-            values[i, j] += bias[j]
+def _layer(inputs: Numbers, weights: Numbers, bias: Numbers, out: Numbers) -> None:
+    np.dot(inputs, weights.T, out)
+    out += bias
 
 
 @njit_unlocked
@@ -131,14 +130,11 @@ def forward(network: Network, observations: Numbers, rows: Index, layers: Layers
     for i in range(len(rows)):
         # Copied, so that the minibatch is contiguous, as BLAS wants its matrices.
         layers.inputs[i] = observations[rows[i]]
-    np.dot(layers.inputs, network.first.T, layers.first)
-    _add_bias(layers.first, network.first_bias)
+    _layer(layers.inputs, network.first, network.first_bias, layers.first)
     _tanh(layers.first)
-    np.dot(layers.first, network.second.T, layers.second)
-    _add_bias(layers.second, network.second_bias)
+    _layer(layers.first, network.second, network.second_bias, layers.second)
     _tanh(layers.second)
-    np.dot(layers.second, network.last.T, layers.output)
-    _add_bias(layers.output, network.last_bias)
+    _layer(layers.second, network.last, network.last_bias, layers.output)
 
 
 @njit_unlocked
@@ -335,7 +331,7 @@ def square_norm(gradients: Network) -> float:
 
 
 @njit_unlocked
-def _adam(
+def adam_step(
     values: Numbers,
     gradients: Numbers,
     means: Numbers,
@@ -346,6 +342,18 @@ def _adam(
     epsilon: float,
     step: int,
 ) -> None:
+    """A step of Adam (Kingma, Ba 2015, algorithm 1).
+
+    Parameters
+    ----------
+    values, gradients : weights or biases of a layer, changed, and of the loss by them.
+    means, squares : running means of gradients and their squares, changed.
+    shrink : factor on the gradients, where their norm is limited.
+    rate : learning rate.
+    betas : decay of the two running means per step.
+    epsilon : added to the root of the mean square.
+    step : number of this step, from 1.
+    """
     one, two = betas
     # Bias corrections of both running means. As in torch, ε is added after the second one, to √(v /
     # (1 - β₂ᵗ)): elsewhere it would be another optimiser.
@@ -357,38 +365,3 @@ def _adam(
         m[i] = one * m[i] + (1.0 - one) * gradient
         v[i] = two * v[i] + (1.0 - two) * gradient * gradient
         x[i] -= size * m[i] / (np.sqrt(v[i]) / root + epsilon)
-
-
-@njit_unlocked
-def adam_step(
-    network: Network,
-    gradients: Network,
-    means: Network,
-    squares: Network,
-    shrink: float,
-    rate: float,
-    betas: tuple[float, float],
-    epsilon: float,
-    step: int,
-) -> None:
-    """A step of Adam (Kingma, Ba 2015, algorithm 1).
-
-    Parameters
-    ----------
-    network : weights and biases, changed.
-    gradients : of the loss.
-    means, squares : running means of gradients and their squares, changed.
-    shrink : factor on the gradients, where their norm is limited.
-    rate : learning rate.
-    betas : decay of the two running means per step.
-    epsilon : added to the root of the mean square.
-    step : number of this step, from 1.
-    """
-    x, g, m, v = network, gradients, means, squares
-    numbers = shrink, rate, betas, epsilon, step
-    _adam(x.first, g.first, m.first, v.first, *numbers)
-    _adam(x.first_bias, g.first_bias, m.first_bias, v.first_bias, *numbers)
-    _adam(x.second, g.second, m.second, v.second, *numbers)
-    _adam(x.second_bias, g.second_bias, m.second_bias, v.second_bias, *numbers)
-    _adam(x.last, g.last, m.last, v.last, *numbers)
-    _adam(x.last_bias, g.last_bias, m.last_bias, v.last_bias, *numbers)
