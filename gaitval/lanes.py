@@ -43,9 +43,8 @@ from gaitval.compiled import njit_borrowing
 WIDTH = 8
 
 
-def _instructions(function: Any) -> Any:
-    """numba's `intrinsic`: the function returns its signature, and what writes LLVM's code."""
-    return intrinsic(function)
+_instructions: Any = intrinsic
+"""Of a function that returns its signature, and what writes LLVM's code."""
 
 
 class _Lanes(types.Type):
@@ -96,13 +95,13 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(manager, kind, ir.VectorType(ir.IntType(1), WIDTH))
 
 
-def _spread(builder: Any, value: Any, count: int = WIDTH) -> Any:
+def _spread(builder: Any, value: Any) -> Any:
     """A vector with `value` in every lane."""
-    kind = ir.VectorType(value.type, count)
+    kind = ir.VectorType(value.type, WIDTH)
     # LLVM's idiom for a broadcast: put the number in lane 0 of an undefined vector, then take lane
     # 0 for every lane. Its optimiser turns the pair into one instruction.
     first = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.IntType(32)(0))
-    order = ir.Constant(ir.VectorType(ir.IntType(32), count), [0] * count)
+    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
     return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), order)
 
 

@@ -107,13 +107,9 @@ class HuntCrossley(_Numbers):
 
     def opensim(self) -> tuple[str, dict[str, float]]:
         """`contact.law.ContactLaw.opensim`."""
-        return "SmoothSphereHalfSpaceForce", {
-            "stiffness": self.stiffness,
-            "dissipation": self.dissipation,
-            "static_friction": self.static_friction,
-            "dynamic_friction": self.dynamic_friction,
-            "viscous_friction": self.viscous_friction,
-            "transition_velocity": self.transition_velocity,
+        numbers = self._asdict()
+        del numbers["k"]
+        return "SmoothSphereHalfSpaceForce", numbers | {
             "constant_contact_force": SMOOTHING,
             "hertz_smoothing": PENETRATION_SLOPE,
             "hunt_crossley_smoothing": RATE_SLOPE,

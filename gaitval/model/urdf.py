@@ -110,15 +110,9 @@ def model_hash(model: BodyModel) -> str:
     processors, do not count either.
     """
     digest = hashlib.sha256()
-    for segment in model.segments:
-        _update(
-            digest,
-            segment.name,
-            segment.joint_position,
-            segment.mass,
-            segment.centre_of_mass,
-            segment.inertia,
-        )
+    for each in model.segments:
+        numbers = (each.joint_position, each.mass, each.centre_of_mass, each.inertia)
+        _update(digest, each.name, *numbers)
     for sphere in model.spheres:
         _update(digest, f"{sphere.segment}/{sphere.name}", sphere.position, sphere.radius)
     return digest.hexdigest()

@@ -348,6 +348,7 @@ def fit_problem(
             row = COORDINATES.index(f"{name}_{side[0]}")
             lever[:, row, _HIPS.start + 2 * i + column] = sign * target[:, place + 2]
 
+    shift, hip = max(shift_sd, _NO_SHIFT), max(wanted.hip_centre, _NO_SHIFT)
     norm = 1.0 / np.sqrt(INSTANTS)
     penalty, miss = _penalties(accuracy, np.broadcast_to(departure, path[0].shape), series[0])
     return Problem(
@@ -363,14 +364,7 @@ def fit_problem(
         clearance_weight=norm / accuracy.laws.clearance,
         penalty=penalty,
         miss=miss,
-        prior=1.0
-        / np.array(
-            [
-                *[max(shift_sd, _NO_SHIFT)] * 2,
-                accuracy.convention.lean,
-                *[max(wanted.hip_centre, _NO_SHIFT)] * 4,
-            ]
-        ),
+        prior=1.0 / np.array([*[shift] * 2, accuracy.convention.lean, *[hip] * 4]),
     )
 
 
