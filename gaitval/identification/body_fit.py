@@ -57,6 +57,8 @@ _CENTRES: Final = tuple(
     for name in ("hip_flexion", "knee_angle", "ankle_angle", "hip_adduction")
 )
 """Moments about a joint centre that the laboratory has in the wrong place."""
+_ANGLES: Final = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
+"""Coordinates of the reference that are recorded angles, without their side."""
 _EXTENDED: Final = NUISANCES + len(_CENTRES)
 """First of the extended parameters, in units of the prior's SD, if they are looked for."""
 _SHOWN: Final = slice(2, len(PARAMETERS))
@@ -330,7 +332,8 @@ def _angle_terms(
     # By harmonic, because errors of markers are smooth: independent errors at 160 instants would
     # pretend to far more information than the record has.
     whiten = np.diag(1.0 / angle_sd(noise))
-    recorded = [*range(3), *(ROOT_DOFS + i for i, name in enumerate(ACTUATED) if _is_angle(name))]
+    names = (name.rpartition("_")[0] for name in ACTUATED)
+    recorded = [*range(3), *(ROOT_DOFS + i for i, name in enumerate(names) if name in _ANGLES)]
     for k in recorded:
         penalty[k], miss[k] = 0.0, 0.0
         penalty[k, :terms] = whiten
@@ -340,14 +343,3 @@ def _angle_terms(
     for k in range(3, ROOT_DOFS):
         penalty[k, :instants] -= penalty[k, :instants].mean(axis=0)
     return penalty, miss
-
-
-def _is_angle(name: str) -> bool:
-    """Whether a coordinate of the reference is a recorded angle."""
-    return name.rpartition("_")[0] in {
-        "hip_flexion",
-        "hip_adduction",
-        "hip_rotation",
-        "knee_angle",
-        "ankle_angle",
-    }

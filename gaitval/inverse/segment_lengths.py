@@ -94,12 +94,9 @@ def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
 
     Raises
     ------
-    ScalingError : there is no such length, or a length is not finite and positive.
+    ScalingError : a length is not finite and positive.
     """
     before = lengths_of(model)
-    unknown = [name for name in lengths if name not in before]
-    if unknown:
-        raise ScalingError(f"no such lengths: {', '.join(unknown)}. They are {', '.join(before)}.")
     after = before | dict(lengths)
     bad = [
         f"{name} {after[name]:.3f} m"

@@ -115,8 +115,6 @@ def test_moving_the_hips_in_the_pelvis_leaves_the_rest_of_the_pelvis_and_trunk_i
 
 def test_lengths_that_leave_no_body_are_refused():
     model, _ = moving_walk()
-    with pytest.raises(ScalingError, match="no such lengths: femur"):
-        with_lengths(model, {"femur": 0.4})
     with pytest.raises(ScalingError, match="above zero"):
         with_lengths(model, {"thigh": -0.4})
 
