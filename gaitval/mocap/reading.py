@@ -19,6 +19,9 @@ SMALLEST_SPREAD_M: Final = 0.05
 LARGEST_SPREAD_M: Final = 20.0
 """m. The markers of a person, and of objects nearby, spread over at least and at most this."""
 
+FASTEST_HZ: Final = 20_000.0
+"""Hz. Cameras of motion laboratories record at 50 to 1,000 Hz, the fastest at 10,000."""
+
 SAME_PLACE_M: Final = 0.001
 """m. Two markers of one name that are never farther apart are one marker, stored twice."""
 
@@ -48,8 +51,9 @@ def read_recording(
     Raises
     ------
     RecordError
-        The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing;
-        all markers are missing; the rates do not divide; the forces do not belong to it.
+        The file is of unknown kind, empty, truncated or damaged; a unit is wrong or missing; no
+        camera is as fast as it says; all markers are missing; the rates do not divide; the forces
+        do not belong to it.
     """
     path = Path(path)
     if path.suffix.lower() == ".c3d":
@@ -109,6 +113,12 @@ def _check_markers(recording: Recording) -> None:
         raise RecordError(
             f"{recording.source}: only {shown} of {len(names)} markers are ever seen. "
             "Label the trial and export it again."
+        )
+    if recording.marker_rate > FASTEST_HZ:
+        raise RecordError(
+            f"{recording.source}: the markers are at {recording.marker_rate:g} Hz, but cameras "
+            "record at 50 to 1000 Hz: the rate that the file states is wrong. Correct it (TRC: "
+            "line 3 and the times; C3D: POINT:RATE), or export the trial again."
         )
     spread = _spread(recording.markers)
     if not SMALLEST_SPREAD_M <= spread <= LARGEST_SPREAD_M:

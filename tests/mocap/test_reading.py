@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from motion_files import forces, refuse, trc
+from motion_files import forces, recording, refuse, trc
 
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc import read_trc
+from gaitval.mocap.trc_writing import write_trc
 
 
 class TestMarkersWithForces:
@@ -62,6 +63,11 @@ class TestMarkersWithForces:
     def test_refusals(self, tmp_path, options, words):
         path = forces(tmp_path / "a.mot", **options)
         refuse(read_recording, trc(tmp_path / "a.trc"), str(path), words, forces=path)
+
+    def test_a_rate_of_no_camera(self, tmp_path):
+        path = tmp_path / "a.trc"
+        write_trc(path, recording(1, rate=1e308))
+        refuse(read_recording, path, "1e+308 Hz", "cameras record at 50 to 1000 Hz")
 
     def test_markers_of_an_unknown_kind(self, tmp_path):
         path = forces(tmp_path / "a.mot")
