@@ -236,7 +236,8 @@ class FoundParameters(OpenResult):
 
     names: Annotated[list[str], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
     nominal: _Parameters
-    """Mean of the prior: the body as scaled."""
+    """The body as scaled. The prior's mean is the same, but with `identification.method = shared`
+    it is moved from there by what other people's records say of everybody."""
     identified: _Parameters
     """What the body walks with: what the record does not determine stays nominal."""
     prior_standard_deviation: _Parameters
@@ -263,7 +264,9 @@ class FoundParameters(OpenResult):
     """m, by how much the centre of pressure of the right and left plate is further forward."""
     deviance_nominal: Number | None
     deviance_identified: Number | None
-    """Minus twice the log posterior, up to the same constant; none if nothing was looked for."""
+    """Minus twice the log posterior, with the body as scaled and as found, up to a constant; none
+    if nothing was looked for. With method `shared` the first has neither the errors that angles and
+    belt share nor the moved prior, so that the difference is not the body's alone."""
     converged: Flag
     search_distance: Number | None
     """Between CMA-ES's result and the mode, in posterior SDs."""
