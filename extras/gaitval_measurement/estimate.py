@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Final
+from zlib import crc32
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -89,6 +90,12 @@ class Cause:
 
     name: str
     parts: tuple[str, ...]
+
+    def __hash__(self) -> int:
+        """The same in every process, unlike that of a text: sums over sets of causes are made in
+        this order, so an import gives the same bits again.
+        """
+        return crc32(self.name.encode())
 
 
 @dataclass(frozen=True)
