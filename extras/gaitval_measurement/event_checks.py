@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.gait.agreement import KINDS, SAME_SECONDS
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
@@ -16,6 +16,10 @@ LARGEST_STRAY_S: Final = 0.04
 most 0.025 (67 strikes and toe-offs of WBDS01 T01 at 0.49 m/s), and 0.013 in the other recordings
 named in `force_checks`."""
 FEWEST_EVENTS: Final = 3
+LARGEST_DRIFT_S: Final = 0.02
+"""s, by which events of the forces may come later and later over a trial, where that is beyond
+`CERTAIN_DRIFT` times its standard error: 3 ms in the 30 s of WBDS01 T01."""
+CERTAIN_DRIFT: Final = 3.0
 
 
 def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:
@@ -29,8 +33,10 @@ def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[Quali
     Yields
     ------
     warning
-        For the event of each kind that strays most, if by more than `LARGEST_STRAY_S`.
+        If they come later and later, or earlier, one about the clocks; else for the event of each
+        kind that strays most, if by more than `LARGEST_STRAY_S`.
     """
+    strays: dict[str, list[tuple[Side, float, float]]] = {}
     for edge, (kind, name) in enumerate(KINDS.items()):
         late = [
             (event.side, event.time, event.time - nearest)
@@ -43,8 +49,19 @@ def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[Quali
         # The median lag is the systematic difference of the two methods. Only what one event strays
         # from it is a fault of the plate.
         usual = float(np.median([lag for *_, lag in late]))
-        side, time, lag = max(late, key=lambda one: abs(one[2] - usual))
-        stray = lag - usual
+        strays[name] = [(side, time, lag - usual) for side, time, lag in late]
+    drift = _drift([one for late in strays.values() for one in late])
+    if abs(drift) > LARGEST_DRIFT_S:
+        way = "later" if drift > 0.0 else "earlier"
+        yield QualityFlag(
+            "clocks", "forces and markers", abs(drift), LARGEST_DRIFT_S, "s",
+            f"over the events that both show, the forces come {way} and {way} than the markers, by "
+            f"{1000 * abs(drift):.0f} ms at the end: a rate in the file is not that of its clock, "
+            "or the clocks are not locked. Correct the rate, or synchronise plates and cameras",
+        )  # fmt: skip
+        return
+    for name, late in strays.items():
+        side, time, stray = max(late, key=lambda one: abs(one[2]))
         if abs(stray) > LARGEST_STRAY_S:
             yield QualityFlag(
                 "events of forces and markers", f"{side} foot", abs(stray), LARGEST_STRAY_S, "s",
@@ -52,6 +69,18 @@ def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[Quali
                 f"{'later' if stray > 0 else 'earlier'} than the markers show it, beside the "
                 "others: the plate was silent or stuck, or something else was on it",
             )  # fmt: skip
+
+
+def _drift(late: Sequence[tuple[Side, float, float]]) -> float:
+    """s, by how much events (side, time, how late) are later at the end than at the beginning, by
+    the straight line through them; 0 if that is not certain.
+    """
+    if len(late) <= 2 * FEWEST_EVENTS:
+        return 0.0
+    _, times, lags = (np.array(column) for column in zip(*late, strict=True))
+    (slope, _), covariance = np.polyfit(times, lags, 1, cov=True)
+    certain = abs(slope) > CERTAIN_DRIFT * np.sqrt(covariance[0, 0])
+    return float(slope * np.ptp(times)) if certain else 0.0
 
 
 def _contacts(forces: FootForces, kind: EventKind, edge: int) -> Iterator[Event]:

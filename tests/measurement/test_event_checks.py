@@ -70,3 +70,23 @@ def test_a_strike_that_strays(usual):
     assert (doubt.where, doubt.value) == ("left foot", pytest.approx(0.06, abs=0.002))
     assert "heel strikes is at 2.01 s, 60 ms later" in doubt.message
     assert not list(contact_doubts(carried(0.06, known=False), shown))
+
+
+@pytest.mark.parametrize(
+    ("slower", "says"), [(0.006, "later and later"), (-0.006, "earlier and earlier")]
+)
+def test_clocks_that_drift(slower, says):
+    # over the 4.95 s from the first strike to the last
+    shown = [Event(e.time * (1.0 - slower), e.side, e.kind) for e in walk()]
+    (doubt,) = contact_doubts(carried(), shown)
+    assert doubt.check == "clocks"
+    assert doubt.value == pytest.approx(4.95 * abs(slower), abs=0.002)
+    assert says in doubt.message
+    shown = [Event(e.time * (1.0 - 0.3 * slower), e.side, e.kind) for e in walk()]
+    assert not list(contact_doubts(carried(), shown))
+
+
+def test_strikes_that_scatter_do_not_drift():
+    scatter = np.random.default_rng(39).normal(0.0, 0.012, 10)
+    shown = [Event(e.time + by, e.side, e.kind) for e, by in zip(walk(), scatter, strict=True)]
+    assert not list(contact_doubts(carried(), shown))
