@@ -411,6 +411,7 @@ def _plate_effects(wrench: Array, middle: Array, weight: float) -> dict[str, tup
         "place y": (0 * f, np.cross(y, f)),
         "rotation": (turned, np.cross(middle, turned) + np.cross(up, m - np.cross(middle, f))),
         "gain": (f, m),
+        "fore-aft gain": (f * x, np.cross(middle, f * x)),
         "cross-talk x": (along, np.cross(middle, along)),
         "cross-talk y": (across, np.cross(middle, across)),
         "offset x": (on * x, np.cross(middle, on * x)),

@@ -78,6 +78,7 @@ USUAL: Final[Mapping[str, Usual]] = {
     "place": Usual(0.004, 0.025, 0.010),
     "rotation": Usual(0.010, 0.09, 0.04),
     "gain": Usual(0.015, 0.08, 0.05),
+    "fore-aft gain": Usual(0.02, 0.20, 0.10),
     "cross-talk": Usual(0.006, 0.045, 0.02),
     "offset": Usual(0.006, 0.04, 0.025),
     "mass": Usual(0.02, 0.09, 0.04),

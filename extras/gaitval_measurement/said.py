@@ -64,6 +64,12 @@ WORDS: Final[Mapping[str, Words]] = {
         "it shows forces {size} too {large}",
         "check its sensitivity and the range of its amplifier, or correct it with --correct gain",
     ),
+    "fore-aft gain": Words(
+        100.0,
+        "%",
+        "it shows forces along the walk {size} too {large}",
+        "check its calibration matrix and the range of this channel's amplifier",
+    ),
     "cross-talk": Words(
         100.0,
         "%",
@@ -148,7 +154,7 @@ def title(name: str) -> str:
         rest.partition(" ") if rest[:1] in "xyz" and rest[1:2] in (" ", "") else ("", "", rest)
     )
     word = {"x": " forward", "y": " left", "z": " up", "": ""}[axis]
-    if kind in ("place", "rotation", "gain", "cross-talk", "offset"):
+    if kind in ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset"):
         whose = "all plates" if plate == "all" else f"plate {plate}"
         return f"{whose}: {kind}{word}"
     return {
@@ -253,7 +259,7 @@ def _warning(found: Found, saturated: Sequence[str], *, single: bool) -> Quality
 def _where(cause: Cause) -> str:
     kind = kind_of(cause.name)
     plate = cause.name.removeprefix(kind).strip()
-    if kind in ("place", "rotation", "gain", "cross-talk", "offset"):
+    if kind in ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset"):
         return "all plates" if plate == "all" else f"plate {plate}"
     return "forces and markers"
 
@@ -304,6 +310,7 @@ def _bare(cause: Cause) -> str:
         "place": f"{of}: its place",
         "rotation": f"{of}: turned about the vertical",
         "gain": f"{of}: its sensitivity",
+        "fore-aft gain": f"{of}: the gain of its fore-aft force",
         "cross-talk": f"{of}: cross-talk",
         "offset": f"{of}: an offset under load",
         "mass": "the body mass",

@@ -29,9 +29,9 @@ def sample(sample_request):
 def imported(sample, monkeypatch):
     request, session = sample
 
-    def work(name, **options):
+    def work(name, read=session, **options):
         fault = next(each for each in faults(("1", "2")) if each.name == name) if name else None
-        changed = fault.change(session) if fault else session
+        changed = fault.change(read) if fault else read
         monkeypatch.setattr(importing, "read_session", lambda *_: changed)
         mass = request.mass * (fault.mass if fault else 1.0)
         return work_out(request.model_copy(update={"mass": mass, **options}), PROCESSING)
@@ -64,6 +64,31 @@ def test_a_sound_recording_has_no_warning_and_a_table(imported):
 )
 def test_a_planted_fault_is_named(imported, fault, check):
     assert named(imported(fault)) == {f"{CHECK}: {check}"}
+
+
+def with_fore_aft_gain(recording, number, gain):
+    """A walk of which one plate's channel along the walk is wrong; its surface is at its middle."""
+    plate = recording.plates[number]
+    force = plate.force * [gain, 1.0, 1.0]
+    moment = plate.moment + np.cross(plate.corners.mean(axis=0), force - plate.force)
+    changed = replace(plate, force=force, moment=moment)
+    return replace(
+        recording,
+        plates=tuple(changed if each is plate else each for each in recording.plates),
+    )
+
+
+@pytest.mark.parametrize(("number", "gain"), [(0, 1.2), (1, 0.8)])
+def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
+    _, session = sample
+    walks = tuple(with_fore_aft_gain(walk, number, gain) for walk in session.walking)
+    found = imported(None, replace(session, walking=walks))
+    assert named(found) == {f"{CHECK}: fore-aft gain"}
+    (flag,) = (flag for _, flag in found.doubts if flag.check.startswith(CHECK))
+    assert flag.where == f"plate {number + 1}"
+    assert flag.value == pytest.approx(20.0, abs=5.0)
+    assert f"along the walk {flag.value:.0f} ±" in flag.message
+    assert f"too {'large' if gain > 1.0 else 'small'}" in flag.message
 
 
 @pytest.mark.slow
