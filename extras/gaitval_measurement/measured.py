@@ -19,6 +19,7 @@ from gaitval_measurement.bands import AXES, Bands, bands
 from gaitval_measurement.correct import corrected, wanted
 from gaitval_measurement.estimate import Examined, examined
 from gaitval_measurement.force_checks import SATURATED
+from gaitval_measurement.marker_checks import knee_doubts
 from gaitval_measurement.page import (
     SHOWN,
     TITLES,
@@ -189,6 +190,8 @@ def measured(found: Import, tell: Tell) -> Import:
     flags = [] if seen is None else [*warnings(seen, cut_off)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
+    landmarks = found.session.marker_set.landmarks
+    flags += knee_doubts(found.body.model, found.body.markers, found.trials, landmarks)
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()

@@ -46,6 +46,7 @@ def named(found):
 def test_a_sound_recording_has_no_warning_and_a_table(imported):
     found = imported(None)
     assert named(found) == set()
+    assert not any(flag.check == "place of a knee's marker" for _, flag in found.doubts)
     table = {row.name: row for row in found.measurement.faults}
     assert abs(table["delay of the forces"].value) < 6.0  # ms; the truth is 0
     assert abs(table["body mass"].value) < 4.0  # %
@@ -78,6 +79,13 @@ def with_fore_aft_gain(recording, number, gain):
     )
 
 
+def with_marker_forward(recording, name, metres):
+    """A walk with one marker further forward."""
+    markers = recording.markers.copy()
+    markers[:, recording.names.index(name), 0] += metres
+    return replace(recording, markers=markers)
+
+
 @pytest.mark.parametrize(("number", "gain"), [(0, 1.2), (1, 0.8)])
 def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     _, session = sample
@@ -89,6 +97,18 @@ def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     assert flag.value == pytest.approx(20.0, abs=5.0)
     assert f"along the walk {flag.value:.0f} ±" in flag.message
     assert f"too {'large' if gain > 1.0 else 'small'}" in flag.message
+
+
+@pytest.mark.parametrize(("side", "metres"), [("R", 0.03), ("L", -0.03)])
+def test_a_knee_marker_that_was_moved_after_standing(imported, sample, side, metres):
+    _, session = sample
+    knees = [session.marker_set.landmarks[f"{each}.Knee"] for each in "RL"]
+    name = knees["RL".index(side)]
+    walks = tuple(with_marker_forward(walk, name, metres) for walk in session.walking)
+    doubts = [flag for _, flag in imported(None, replace(session, walking=walks)).doubts]
+    (doubt,) = (flag for flag in doubts if flag.check == "place of a knee's marker")
+    assert doubt.where == " and ".join(knees)
+    assert 0.2 * abs(metres) < doubt.value < 0.4 * abs(metres)
 
 
 @pytest.mark.slow
