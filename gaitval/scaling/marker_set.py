@@ -144,10 +144,16 @@ class MarkerSet:
                     del found[other]
                     found[name] = marker
                     continue
+                remedy = (
+                    "Keep one of them."
+                    if of_one
+                    else "If they are of several people, which no option chooses from, export the "
+                    "trials of each alone, with one subject active in the recording program; if "
+                    "of one, keep one of them."
+                )
                 raise RecordError(
                     f"the markers {other!r} and {name!r} are both {marker} of the marker set "
-                    f"{self.name}. Keep one of them; if several people were recorded, keep one "
-                    "person."
+                    f"{self.name}. {remedy}"
                 )
             found[name] = marker
         return found

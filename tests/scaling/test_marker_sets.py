@@ -267,7 +267,7 @@ def test_names_are_mapped_to_the_set_and_others_listed():
 def test_two_people_in_one_recording_are_refused():
     names = [f"{person}:{name}" for person in "AB" for name in LOWER]
     found = recognise(names)
-    with pytest.raises(RecordError, match=r"'A:LASI' and 'B:LASI' are both LASI.*keep one"):
+    with pytest.raises(RecordError, match=r"'A:LASI' and 'B:LASI' are both LASI.*each alone"):
         found.renamed(names)
 
 
