@@ -275,8 +275,8 @@ def knee_doubts(
         yield QualityFlag(
             "place of a knee's marker", " and ".join(landmarks[f"{side}.Knee"] for side in "RL"),
             abs(right_knee - left_knee), LARGEST_KNEE_ASYMMETRY, "m",
-            f"in {name} they are {1000 * right_knee:+.0f} and {1000 * left_knee:+.0f} mm forward "
-            "of their places on the body, which is fitted to standing and walk (elsewhere within "
+            f"in {name} they are {round(1000 * right_knee):+d} and {round(1000 * left_knee):+d} mm "
+            "forward of their places on the body, which fits standing and walk (elsewhere within "
             f"{1000 * LARGEST_KNEE_ASYMMETRY:.0f} mm of each other): between the trials one of "
             "them was moved, by about four times the difference, or another marker of its leg, and "
             "the leg's angles are off by some degrees. Record both with the markers untouched",
