@@ -116,3 +116,23 @@ def test_a_stranger_is_a_row_of_the_table_with_the_stride_of_its_leg(population)
         whose = [load_subject(each) for each in seconds.PEOPLE]
         known = [each.walking_speed_m_s / np.sqrt(9.81 * each.leg_length_m) for each in whose]
         assert np.min(np.abs(np.array(known) - froude)) < 1e-9
+
+
+def test_moments_of_a_child_are_those_of_legs_as_short(population):
+    """A child of half an adult's leg has half the moments, Nm/kg, and equal forces."""
+    arguments, walked = population
+    arguments.people = 20
+    seconds.strangers(arguments)
+    for person, _ in walked:
+        own = person.measured()
+        froude = person.walking_speed_m_s / np.sqrt(9.81 * person.leg_length_m)
+        like = min(
+            map(load_subject, seconds.PEOPLE),
+            key=lambda one: abs(one.walking_speed_m_s / np.sqrt(9.81 * one.leg_length_m) - froude),
+        )
+        theirs, phase = like.measured(), np.linspace(0.0, 1.0, 11)
+        size = person.leg_length_m / like.leg_length_m
+        for name, moment in theirs.moments.items():
+            np.testing.assert_allclose(own.moments[name](phase), size * moment(phase), atol=1e-12)
+        up = [record.ground_reaction("right", phase)[:, 2] for record in (own, theirs)]
+        np.testing.assert_array_equal(*up)
