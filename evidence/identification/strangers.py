@@ -66,8 +66,9 @@ MEASURES = {
             "evidence/identification/strangers.py:shared",
         ),
         "results": ("reports/identification/skin.json",),
-        "allowed": 40,
-        "why": "forefeet without markers on the heads: the ten have these and keep their hashes",
+        "allowed": 60,
+        "why": "forefeet without markers on the heads: the ten have these and keep their hashes; "
+        "measured again on d481022c, 42 statements later, skin.json has the same bytes",
     },
 }
 """What the rows depend on; see evidence/stale.py."""
