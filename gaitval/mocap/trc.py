@@ -26,8 +26,8 @@ from gaitval.mocap.units import METRES, unit_factor
 def read_trc(path: Path) -> Recording:
     """Read a TRC file; blank, NaN and 0, 0, 0 are gaps.
 
-    Columns to the right of the named markers are unlabelled ones (Cortex writes them, not in every
-    row) and are left out. A row that ends early lacks its last markers.
+    Columns without a name are unlabelled markers and are left out; to the right of the named ones
+    Cortex writes them, not in every row. A row that ends early lacks its last markers.
 
     Parameters
     ----------
@@ -80,11 +80,12 @@ def read_trc(path: Path) -> Recording:
             )
         # The times decide: a rounded rate would shift the last frames of a long trial.
         rate = seen
-    markers = table[:, 2:].reshape(frames, count, 3)
+    named = [place for place, name in enumerate(names) if name]
+    markers = table[:, 2:].reshape(frames, count, 3)[:, named]
     return Recording(
         source=str(path),
         axes="laboratory",
-        names=names,
+        names=tuple(names[place] for place in named),
         markers=with_gaps(markers) * metres,
         marker_rate=rate,
         start=float(time[0]),
@@ -92,7 +93,9 @@ def read_trc(path: Path) -> Recording:
 
 
 def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], float]:
-    """Rate in Hz, number of frames, names of the markers, and metres in the file's unit."""
+    """Rate in Hz, number of frames, names of the markers ("" between them for one without), and
+    metres in the file's unit.
+    """
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise RecordError(
             f"{path}: not a TRC file: the first line must begin with PathFileType, and there must "
@@ -127,16 +130,18 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
             "the counts whole numbers. Correct them."
         )
     # Frame and time come first; each name heads three columns, so two empty cells follow it.
-    cells = [cell.strip() for cell in lines[3].split("\t")[2:]]
-    names = [cell for cell in cells if cell]
-    if not names:
+    cells = [cell.strip() for cell in lines[3].rstrip().split("\t")[2:]]
+    named = [cell for cell in cells if cell]
+    # A marker between others may have columns and no name; some programs leave out the empty cells.
+    names = cells[::3] if named == [cell for cell in cells[::3] if cell] else named
+    if not named:
         raise RecordError(
             f"{path}: line 4 names no marker. Label the markers in the program that recorded them "
             "and export again."
         )
     widest = max((line.rstrip().count("\t") for line in lines[5:]), default=0)
-    if len(names) != count and not (len(names) < count and widest >= 3 * count):
-        counted(path, "NumMarkers", count, len(names), "names in line 4")
+    if count not in (len(named), len(names)) and not (len(names) < count and widest >= 3 * count):
+        counted(path, "NumMarkers", count, len(named), "names in line 4")
     return rate, frames, tuple(names), metres
 
 

@@ -38,6 +38,19 @@ class TestTrc:
         assert read.names == recording().names
         np.testing.assert_allclose(read.markers, recording().markers, rtol=1e-8)
 
+    @pytest.mark.parametrize("unnamed", [0, 1])
+    @pytest.mark.parametrize("counted", [2, 3])
+    def test_a_marker_without_a_name_between_the_others(self, tmp_path, unnamed, counted):
+        """Its columns are its own: the markers after it keep theirs."""
+        path = trc(tmp_path / "a.trc", changes={3: f"100\t100\t20\t{counted}\tmm\t100\t1\t20"})
+        lines, true = path.read_text().splitlines(), recording()
+        lines[3] = lines[3].replace(true.names[unnamed], "")
+        path.write_text("\n".join(lines) + "\n")
+        read = read_trc(path)
+        kept = [place for place in range(3) if place != unnamed]
+        assert read.names == tuple(true.names[place] for place in kept)
+        np.testing.assert_allclose(read.markers, true.markers[:, kept], rtol=1e-8)
+
     @pytest.mark.parametrize(("header", "told"), [(100.1, False), (100.4, True)])
     def test_times_that_go_at_another_rate_than_the_header_says(self, tmp_path, header, told):
         line = f"{header:g}\t{header:g}\t20\t3\tmm\t100\t1\t20"
