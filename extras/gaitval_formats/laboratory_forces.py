@@ -16,9 +16,9 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, UNLOADED_N
+from gaitval.mocap.force_plates import UNLOADED_N, certain_load
 from gaitval.mocap.pressed_plates import measured_points, pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 
@@ -39,7 +39,7 @@ def person_of(recording: Recording) -> Array:
 
 def sign_on_person(recording: Recording, force: Array, point: Array) -> float:
     """-1 if a force (T, 3) N at a point (T, 3) m is that on the plate, else 1."""
-    strong = np.linalg.norm(force, axis=1) > CERTAIN_LOAD_N
+    strong = certain_load(np.linalg.norm(force, axis=1))
     towards = (force * (person_of(recording) - point))[strong].sum(axis=1)
     return -1.0 if np.nansum(towards) < 0.0 else 1.0
 
@@ -105,7 +105,7 @@ def _about_pressure(
 ) -> Array:
     """The vertical moment (T, 3) Nm about the centre of pressure."""
     size = np.linalg.norm(force, axis=1)
-    strong = np.asarray(size > CERTAIN_LOAD_N)
+    strong = certain_load(size)
     if np.count_nonzero(strong) < FEWEST:
         # No step: a foot that hardly touches twists nothing that counts.
         return np.zeros_like(force)
@@ -130,7 +130,7 @@ def _about_pressure(
 
 
 def _lever(
-    place: Array | None, point: Array, force: Array, moment: Array, up: Array, strong: Array
+    place: Array | None, point: Array, force: Array, moment: Array, up: Array, strong: Flags
 ) -> Array:
     """(p - r) x F; r is found by least squares if it is not known."""
     if place is None:

@@ -20,7 +20,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_or_fault
+from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.text_table import text_lines
@@ -119,7 +119,7 @@ def _check_counts(path: Path, header: dict[str, str], names: list[str], rows: li
 def _plate(path: Path, name: str, table: Array, recording: Recording) -> Plate:
     force, point = table[:, :3], _MILLIMETRES * table[:, 3:6]
     size = np.linalg.norm(force, axis=1)
-    strong = size > CERTAIN_LOAD_N
+    strong = certain_load(size)
     if np.count_nonzero(strong) < FEWEST:
         # No step on it: there is nothing to know the unit by, and nothing that needs it.
         return pressed_plate(path, name, force, np.nan_to_num(point), np.zeros_like(force))

@@ -13,9 +13,9 @@ from gaitval.mocap.c3d_contents import Contents, labels_of
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
     CALIBRATIONS,
-    CERTAIN_LOAD_N,
     CHANNELS,
     UNLOADED_N,
+    certain_load,
     make_plate,
     plate_axes,
     plate_or_fault,
@@ -157,7 +157,7 @@ def _plate(
         moment = moment - moment[first:last].mean(axis=0)
     normal = force[:, 2] * side
     # The plate seems to pull: the file has the force on the plate, not on the person.
-    if normal[np.abs(normal) > CERTAIN_LOAD_N].sum() < 0:
+    if normal[certain_load(np.abs(normal))].sum() < 0:
         force, moment = -force, -moment
     plate = make_plate(str(index + 1), corners, force, moment)
     _check_moments(where, kind, plate, centre)
@@ -205,7 +205,7 @@ def _wrench(
 
 def _on_plate(force: Array, moment: Array, corners: Array) -> bool:
     """Whether more than half of the load is over the plate; both (T, 3) in the plate's axes."""
-    heavy = np.abs(force[:, 2]) > CERTAIN_LOAD_N
+    heavy = certain_load(np.abs(force[:, 2]))
     place = np.column_stack([-moment[heavy, 1], moment[heavy, 0]]) / force[heavy, 2:]
     sides = np.linalg.norm(corners[[0, 0]] - corners[[1, 3]], axis=1)
     return not heavy.any() or bool(np.mean((np.abs(place) < 0.55 * sides).all(axis=1)) > 0.5)
@@ -268,7 +268,7 @@ def _check_moments(where: str, kind: int, plate: Plate, centre: Array) -> None:
     """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it. A
     plate of `kind` 1 has the centre of pressure itself.
     """
-    strong = np.linalg.norm(plate.force, axis=1) > CERTAIN_LOAD_N
+    strong = certain_load(np.linalg.norm(plate.force, axis=1))
     if np.count_nonzero(strong) < 10:
         return
     away = np.linalg.norm(plate.centre_of_pressure[strong] - centre, axis=1)

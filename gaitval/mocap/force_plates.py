@@ -12,7 +12,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Plate
 
@@ -36,6 +36,20 @@ whose plates are not zeroed)."""
 
 CERTAIN_LOAD_N: Final = 200.0
 """A force above this is a person's, not an offset or noise, N."""
+
+LIGHTEST_LOAD_N: Final = 80.0
+"""Who weighs 10 kg, the lightest person that is taken, loads a plate with more than this, N."""
+
+
+def certain_load(size: Array) -> Flags:
+    """Where a force is a person's, by its `size` (T,), N: above `CERTAIN_LOAD_N`, to which a child
+    of less than 18 kg never comes, or in the upper half of what a plate with smaller forces shows.
+    That half begins at least `LIGHTEST_LOAD_N` above the least, which an offset does not exceed.
+    """
+    least = float(np.nanmin(size, initial=CERTAIN_LOAD_N))
+    most = float(np.nanmax(size, initial=0.0))
+    upper = least + max(LIGHTEST_LOAD_N, (most - least) / 2)
+    return np.asarray(size > min(CERTAIN_LOAD_N, upper))
 
 
 def plate_or_fault(name: str, samples: int, make: Callable[[], _Made]) -> _Made | Plate:

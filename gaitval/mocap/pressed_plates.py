@@ -9,9 +9,9 @@ from gaitval.arrays import Array, Flags
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
-    CERTAIN_LOAD_N,
     LONGEST_LEVER_M,
     UNLOADED_N,
+    certain_load,
     make_plate,
     plate_axes,
 )
@@ -97,7 +97,7 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
     """The torque (T, 3) Nm about the centre of pressure, which a foot can exert; one about another
     point of the plate is moved there. Refuses what is about no point.
     """
-    strong = np.linalg.norm(force, axis=1) > CERTAIN_LOAD_N
+    strong = certain_load(np.linalg.norm(force, axis=1))
     lever = _lever(force, torque, strong)
     up = int(np.argmax(np.abs(force[strong]).sum(axis=0)))
     level = np.arange(3) != up

@@ -10,7 +10,7 @@ import numpy as np
 from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, plate_or_fault
+from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.other_formats import further
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
@@ -132,7 +132,7 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     whose `middle` (N, 3) is given for each sample. Raises RecordError where they do not.
     """
     size = np.linalg.norm(plate.force, axis=1)
-    strong = size > CERTAIN_LOAD_N
+    strong = certain_load(size)
     if not strong.any():
         return plate
     points = markers.reshape(-1, 3)

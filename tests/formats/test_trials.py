@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from format_files import (
+    PERSON,
     TRIALS,
     kistler_text,
     motion_analysis,
@@ -67,6 +68,29 @@ def test_what_was_written_comes_in(name: str, trial: Recording, tmp_path: Path) 
     read = read_recording(path, forces=forces)
     assert_same(read, trial)
     assert_right_and_left(read)
+
+
+@pytest.mark.parametrize("name", TRIALS)
+def test_a_child_of_13_kg(name: str, trial: Recording, tmp_path: Path) -> None:
+    """Never 200 N on a plate; signs, units and free moments are found as a heavier person's are."""
+    share = 13.0 / PERSON["mass"]
+    plates = tuple(
+        replace(
+            plate,
+            force=share * plate.force,
+            free_moment=share * plate.free_moment,
+            centre_of_pressure=np.where(
+                share * np.linalg.norm(plate.force, axis=1)[:, None] < UNLOADED_N,
+                np.nan,
+                plate.centre_of_pressure,
+            ),
+            moment=share * plate.moment,
+        )
+        for plate in trial.plates
+    )
+    child = replace(trial, plates=plates)
+    path, forces = TRIALS[name](tmp_path, child)
+    assert_same(read_recording(path, forces=forces), child)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from gaitval.mocap import c3d_contents
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.c3d_plates import _zero_samples
 from gaitval.mocap.c3d_process import opened, samples_of
-from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.force_plates import certain_load, plate_axes
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
@@ -312,6 +312,18 @@ class TestPlates:
         assert (recording.marker_rate, recording.force_rate) == (100.0, 400.0)
         np.testing.assert_allclose(recording.plates[0].corners, plate.corners, atol=1e-6)
         assert_carries(recording.plates[0])
+
+    @pytest.mark.parametrize("kind", [2, 4])
+    def test_a_child_on_a_plate_that_has_the_force_on_itself(self, tmp_path, kind):
+        """Of 13 to 19 kg by the peak of stance: never 200 N."""
+        course = np.r_[np.zeros(8), 0.26 * np.sin(np.linspace(0.0, np.pi, 24))]
+        recording = read_c3d(write(tmp_path / "a.c3d", plates=[plate_of(kind, scale=-course)]))
+        assert_carries(recording.plates[0], course)
+
+    def test_an_offset_is_nobodys_load(self):
+        """Of a plate that nobody is on, before it is zeroed."""
+        size = 150.0 + np.random.default_rng(1).normal(0.0, 5.0, 1000)
+        assert not certain_load(size).any()
 
     @pytest.mark.parametrize(("gap", "kept"), [(8, True), (9, False)])
     def test_numbers_that_are_missing_for_a_moment_are_put_between(self, tmp_path, gap, kept):
