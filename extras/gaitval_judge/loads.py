@@ -12,7 +12,7 @@ from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.text_table import XYZ, sample_rate
-from gaitval_judge.opensim.fields import Element, child, read_document, text
+from gaitval_judge.opensim.fields import Element, child, flag, read_document, text
 from gaitval_judge.opensim.model import GROUND
 from gaitval_judge.skeleton import Skeleton
 
@@ -72,11 +72,12 @@ def read_loads(grf: Path | None, external_loads: Path | None, skeleton: Skeleton
                 f"{where}: acts on the body {body!r:.80}, which is not part of a foot of the "
                 "model. Give the external loads of the same model."
             )
-        if text(element, "appliesForce", "true").lower() != "false":
+        # What OpenSim 4 calls appliesForce was isDisabled, the other way round, in OpenSim 3.
+        if flag(element, "appliesForce", default=True) and not flag(element, "isDisabled"):
             plates.append(_plate(grf, table, element, where))
             sides.append(side)
     if not plates:
-        raise RecordError(f"{external_loads}: has no <ExternalForce>. Give another file.")
+        raise RecordError(f"{external_loads}: has no <ExternalForce> that acts. Give another file.")
     rate, start = sample_rate(grf, table.time), float(table.time[0])
     return Loads(grf, rate, start, tuple(plates), tuple(sides))
 

@@ -23,6 +23,8 @@ from gaitval_judge.judge import SHOWN_ONLY, Judgement, Request, judge
 from gaitval_judge.loads import read_loads
 from gaitval_judge.markers import logged_errors
 from gaitval_judge.moments import bands, speed_group
+from gaitval_judge.opensim.model_file import read_model
+from gaitval_judge.skeleton import skeleton
 from gaitval_judge.write import result_of, write_judgement
 
 NOISE_M = 0.005
@@ -249,6 +251,20 @@ def test_feet_exchanged_in_the_external_loads_are_noticed(everything, judged_fil
     loads.write_text(swapped.replace("calcn_x", "calcn_l"))
     found = judge(replace(everything, external_loads=loads, grf=judged_files / "grf.mot"))
     assert sum("Right and left are exchanged" in one for one in found.findings) == 2
+
+
+@pytest.mark.parametrize(
+    "words", ["<appliesForce>false</appliesForce>", "<isDisabled>true</isDisabled>"]
+)
+def test_an_external_force_that_does_not_act_is_none(everything, judged_files, tmp_path, words):
+    """In the words of OpenSim 4 and 3; OpenSim 4.6 reads both as a force that does not act."""
+    loads = tmp_path / "loads.xml"
+    first = "<applied_to_body>calcn_r"
+    loads.write_text(everything.external_loads.read_text().replace(first, words + first))
+    feet = skeleton(read_model(everything.model))
+    found = read_loads(judged_files / "grf.mot", loads, feet)
+    assert found.sides == ("left",)
+    assert len(found.plates) == 1
 
 
 def test_an_angle_beyond_what_a_knee_can_do_is_noticed(everything, tmp_path):
