@@ -2,6 +2,8 @@
 
 SPLINE = "<SimmSpline{name}><x>-1 -0.3 0.2 0.9 1.4</x><y>0.01 0.04 -0.02 0.03 0.05</y></SimmSpline>"
 FUNCTIONS = {
+    "none": "",
+    "empty": "<function/>",
     "constant": "<Constant{name}><value>0.03</value></Constant>",
     "linear": "<LinearFunction{name}><coefficients>-1 0.02</coefficients></LinearFunction>",
     "half": "<LinearFunction{name}><coefficients>0.5 0.02</coefficients></LinearFunction>",

@@ -349,8 +349,9 @@ def _transform_axis(
             "is understood."
         )
     if not written:
-        function = constant(0.0) if not driven else (lambda x: x)
-        itself = bool(driven)
+        # As in OpenSim: an empty <function> is the coordinate itself, and without one it rests.
+        itself = bool(driven) and element.find("function") is not None
+        function = (lambda x: x) if itself else constant(0.0)
     else:
         function = read_function(written[0], where)
         slope, _ = slope_and_offset(written[0], where) or (0.0, 0.0)
