@@ -429,11 +429,10 @@ def _with_fault(loads: FootForces, fault: str, size: float) -> FootForces:
         low = np.floor(at).astype(int)
         share = (at - low)[:, None, None]
         high = np.minimum(low + 1, len(force) - 1)
-        late = np.where(
-            np.isfinite(point[low]) & np.isfinite(point[high]),
-            (1 - share) * point[low] + share * point[high],
-            np.nan,
-        )
+        # Where a foot lands or leaves, one of the two samples has no point; it acts at the other's.
+        both = np.isfinite(point[low]) & np.isfinite(point[high])
+        one = np.where(np.isfinite(point[low]), point[low], point[high])
+        late = np.where(both, (1 - share) * point[low] + share * point[high], one)
         return replace(
             loads, force=(1 - share) * force[low] + share * force[high], centre_of_pressure=late
         )

@@ -8,10 +8,11 @@ import pytest
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.datasets.subject_file import load_subject
+from gaitval.mocap.recording import FootForces
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.write import _curve_table
-from gaitval_measurement.bands import bands
+from gaitval_measurement.bands import _with_fault, bands
 from gaitval_measurement.estimate import DELAY, Found
 
 
@@ -60,6 +61,23 @@ def test_a_delay_that_was_found_widens_the_moments(found):
     assert wide.half[name].mean() > 1.5 * found.measurement.bands.half[name].mean()
     angle = "angle_knee_angle_r"
     np.testing.assert_allclose(wide.half[angle], found.measurement.bands.half[angle], rtol=1e-6)
+
+
+@pytest.mark.parametrize("delay", [0.004, -0.013])
+def test_late_forces_lose_nothing_where_a_foot_lands_and_leaves(delay):
+    """A stance of 0.6 s at 75 Hz that moves on: what it pushes with, and where, is as before."""
+    time = np.arange(90) / 75.0
+    on = (time > 0.3) & (time < 0.9)
+    force, point = np.zeros((90, 2, 3)), np.full((90, 2, 3), np.nan)
+    force[on, 0, 2] = 300.0  # N, as much as a heel strikes with
+    point[on, 0] = 0.0
+    point[on, 0, 0] = time[on]
+    loads = FootForces(75.0, 0.0, force, point, np.zeros((90, 2, 3)), np.ones((90, 2), bool))
+    late = _with_fault(loads, "delay", delay)
+    acting = np.isfinite(late.centre_of_pressure[:, 0, 0])
+    assert late.force[acting, 0, 2].sum() == pytest.approx(force[..., 2].sum())
+    away = late.centre_of_pressure[acting, 0, 0] - (time[acting] - delay)
+    assert np.abs(away).max() < 1.0 / 75.0
 
 
 def test_errors_of_landmarks_go_with_the_stature(found):
