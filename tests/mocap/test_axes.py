@@ -143,6 +143,13 @@ class TestDetect:
         with pytest.raises(RecordError, match="the person turns"):
             detect_axes(turns, LANDMARKS)
 
+    def test_half_of_a_walk_there_and_back_faces_each_way(self):
+        still = standing()
+        both = np.concatenate([still.markers, (about_z(180) @ still.markers[0].T).T[None]])
+        there_and_back = still.with_markers(still.names, np.repeat(both[[0, -1]], 30, axis=0))
+        with pytest.raises(RecordError, match=r"in more than 50 % of the frames"):
+            detect_axes(there_and_back, LANDMARKS)
+
     def test_front_and_rear_of_the_pelvis_exchanged(self):
         points = dict(PERSON)
         for side in "RL":
