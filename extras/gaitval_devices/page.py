@@ -3,12 +3,14 @@
 import csv
 import io
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from gaitval import __version__
 from gaitval.artefacts import write_text
@@ -28,55 +30,88 @@ from gaitval_devices.search import Found
 from gaitval_devices.study import CYCLES, PUSHES, Outcome, Wearer
 
 TEMPLATE: Final = "gaitval_devices:device.html.j2"
-COLOURS: Final = {
-    "without": "#1a1a1a",
-    "kinematics kept": "#009e73",
-    "moments kept": "#d55e00",
-    "learned": "#0072b2",
+LINES: Final = {
+    "without": {"color": "#1a1a1a", "linestyle": "-"},
+    "kinematics kept": {"color": "#009e73", "linestyle": "--"},
+    "moments kept": {"color": "#d55e00", "linestyle": "-."},
+    "learned": {"color": "#0072b2", "linestyle": ":"},
 }
+"""Of each assumption; told apart without colours, too, and where they lie on each other."""
 ROWS: Final = {
     "angles": ("Angle (°)", 180.0 / np.pi),
     "own": ("Moment of the muscles (Nm/kg)", 1.0),
-    "device": ("Torque of the device (Nm/kg)", 1.0),
     "own_power": ("Power of the muscles (W/kg)", 1.0),
+    "device": ("Torque of the device (Nm/kg)", 1.0),
     "device_power": ("Power of the device (W/kg)", 1.0),
 }
+NO_TORQUE: Final = 1e-6
+"""Nm/kg, up to which a torque is the rounding of a difference of two moments."""
+
+
+def _worn(curves: Iterable[WalkCurves], side: Side) -> list[str]:
+    """The joints of a `side` at which a device has a torque in any of the walks."""
+    torques = [each.device for each in curves]
+    return [
+        joint
+        for joint in JOINTS
+        if any(np.abs(each[joint, side]).max() > NO_TORQUE for each in torques)
+    ]
 
 
 def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
-    """Every curve of a side, a line for each assumption."""
+    """Every curve of a side, a line for each assumption; of a device only at joints where it acts,
+    below the others, so that no panel is empty.
+    """
     phase = np.linspace(0.0, 100.0, 101)
-    with new_figure(9.0) as figure:
-        panels = figure.subplots(len(ROWS), len(JOINTS), sharex=True)
-        for row, (kind, (label, factor)) in zip(panels, ROWS.items(), strict=True):
+    worn = _worn(curves.values(), side)
+    rows = {kind: row for kind, row in ROWS.items() if worn or not kind.startswith("device")}
+    with new_figure(1.8 * len(rows)) as figure:
+        panels = figure.subplots(len(rows), len(JOINTS), sharex=True)
+        lowest: dict[str, Axes] = {}
+        number = 0
+        for row, (kind, (label, factor)) in zip(panels, rows.items(), strict=True):
+            named = False
             for axes, joint in zip(row, JOINTS, strict=True):
+                if kind.startswith("device") and joint not in worn:
+                    axes.remove()
+                    continue
                 for assumption, each in curves.items():
                     curve = factor * getattr(each, kind)[joint, side]
-                    axes.plot(phase, curve, color=COLOURS[assumption], label=assumption)
+                    axes.plot(phase, curve, label=assumption, **LINES[assumption])
                 axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
-            row[0].set_ylabel(label, fontsize=7)
+                if not named:
+                    axes.set_ylabel(label, fontsize=7)
+                    named = True
+                link(axes, "cycle", side, number)
+                number += 1
+                lowest[joint] = axes
         for axes, joint in zip(panels[0], JOINTS, strict=True):
             axes.set_title(TITLES[joint])
-        for axes in panels[-1]:
+        for axes in lowest.values():
             axes.set_xlabel("Gait cycle (%)")
-        for number, axes in enumerate(panels.flat):
-            link(axes, "cycle", side, number)
-        lines, labels = panels[0][0].get_legend_handles_labels()
-        figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
+            axes.tick_params(labelbottom=True)
+        _legend(figure, panels[0][0])
         return svg(figure, name)
+
+
+def _legend(figure: Figure, axes: Axes) -> None:
+    """Say above a `figure` which line of its `axes` is which assumption."""
+    lines, labels = axes.get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
 
 
 def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
     phase = np.linspace(0.0, 100.0, 101)
-    with new_figure(2.4) as figure:
+    with new_figure(2.6) as figure:
         panels = figure.subplots(1, 2, sharey=True)
         for axes, side in zip(panels, SIDES, strict=True):
             for assumption, each in curves.items():
-                axes.plot(phase, each.forces[side], color=COLOURS[assumption], label=assumption)
+                axes.plot(phase, each.forces[side], label=assumption, **LINES[assumption])
             link(axes, "cycle", side, 0)
             axes.set_title(f"{side} foot")
             axes.set_xlabel("Gait cycle (%)")
         panels[0].set_ylabel("Vertical force (BW)")
+        _legend(figure, panels[0])
         return svg(figure, "forces")
 
 
@@ -112,6 +147,19 @@ def _table(outcomes: Sequence[Outcome]) -> str:
     return text.getvalue()
 
 
+def _rows(
+    outcomes: Sequence[Outcome], curves: Mapping[str, WalkCurves], side: Side
+) -> list[tuple[str, list[float | None]]]:
+    """The figures of a side, a value for each outcome; of a device only where it acts."""
+    found = [figures_of(each, side) for each in outcomes]
+    idle = [TITLES[joint] for joint in JOINTS if joint not in _worn(curves.values(), side)]
+    return [
+        (name, [each.get(name) for each in found])
+        for name in next((each for each in found if each), {})
+        if not ("of the device" in name and name.partition(":")[0] in idle)
+    ]
+
+
 def write_report(
     folder: Path,
     person: Wearer,
@@ -130,14 +178,7 @@ def write_report(
     write_urdf(person.task.model, folder / "model.urdf")
     write_devices(folder / WORN, devices)
     curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
-    sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
-    tables = {
-        side: [
-            (name, [each.get(name) for each in found])
-            for name in next((each for each in found if each), {})
-        ]
-        for side, found in sides.items()
-    }
+    tables = {side: _rows(outcomes, curves, side) for side in SIDES}
     context = {
         "version": __version__,
         "person": person.name,
