@@ -4,6 +4,7 @@
 the run cannot answer says "not done", and why.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
@@ -85,22 +86,41 @@ def _value(metrics: Metrics, row: Mapping[str, str], place: str) -> str:
     return text
 
 
+_LATEX: Final = {
+    **{each: f"\\{each}" for each in "%&#_${}"},
+    **{"≤": r"$\le$", "≥": r"$\ge$", "<": "$<$", ">": "$>$", "°": r"\textdegree{}", "−": "$-$"},
+    **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
+    **{"`": r"\textasciigrave{}", "/": r"/\allowbreak{}"},
+}
+"""How LaTeX writes a character that it reads otherwise. A place such as `metrics.json#/unseen` has
+no space, so without a break after its slashes it runs into the margin."""
+_WIDTHS: Final = (0.11, 0.25, 0.17, 0.11, 0.18)
+"""Of the columns, of a line of text; the rest is the space between them."""
+
+
+def _latex(text: str) -> str:
+    """The `text` of a cell; the sign of a number is a minus, and not a hyphen."""
+    return "".join(_LATEX.get(c, c) for c in re.sub(r"(?<![\w.])-(?=\d)", "−", text))
+
+
 def tables(rows: Sequence[Check]) -> dict[str, str]:
-    """The `rows` as text, by file name: CSV, Markdown and LaTeX."""
+    """The `rows` as text, by file name: CSV, Markdown, and LaTeX that breaks over pages."""
     columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
-    bars = ["| " + " | ".join(row) + " |" for row in (_COLUMNS, ["---"] * 5, *rows)]
-    special = {each: f"\\{each}" for each in "%&#_$"}
-    special |= {"≤": "$\\le$", "≥": "$\\ge$", "<": "$<$", "°": "\\textdegree{}"}
-    lines = [
-        " & ".join("".join(special.get(c, c) for c in each) for each in row) + r" \\"
-        for row in rows
+    cells = [[each.replace("|", "\\|") for each in row] for row in rows]
+    bars = ["| " + " | ".join(row) + " |" for row in (_COLUMNS, ["---"] * 5, *cells)]
+    places = "".join(rf"p{{{width}\linewidth}}" for width in _WIDTHS)
+    latex = [
+        r"% needs \usepackage{longtable}",
+        rf"\begin{{longtable}}{{@{{}}{places}@{{}}}}",
+        rf"\hline {' & '.join(_COLUMNS)} \\ \hline \endhead",
+        *(rf"{' & '.join(map(_latex, row))} \\" for row in rows),
+        r"\hline",
+        r"\end{longtable}",
     ]
-    head, *body = [" & ".join(_COLUMNS) + r" \\ \hline", *lines]
-    latex = [r"\begin{tabular}{lp{5cm}p{4cm}p{2cm}p{4cm}}", r"\hline", head, *body, r"\hline"]
     return {
         "checklist.csv": table(columns),
         "checklist.md": "\n".join(bars) + "\n",
-        "checklist.tex": "\n".join([*latex, r"\end{tabular}"]) + "\n",
+        "checklist.tex": "\n".join(latex) + "\n",
     }
 
 

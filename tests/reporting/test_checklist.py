@@ -3,12 +3,13 @@
 import csv
 import io
 import json
+import re
 import tomllib
 from pathlib import Path
 
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.verdicts import limit_verdicts
-from gaitval.reporting.checklist import NOT_DONE, checklist, tables
+from gaitval.reporting.checklist import NOT_DONE, Check, checklist, tables
 
 ROOT = Path(__file__).parents[2]
 STORED = ROOT / "reports" / "S05" / "baseline" / "metrics.json"
@@ -66,3 +67,21 @@ def test_the_three_tables_have_the_same_rows() -> None:
     assert found["checklist.md"].count("\n") == len(rows) + 2
     assert found["checklist.tex"].count(r"\\") == len(rows) + 1
     assert r"V\&V 40" in found["checklist.tex"]
+
+
+def test_latex_and_markdown_keep_a_licence_of_any_characters() -> None:
+    free = Check("document", "item", "-1.19", "≥ 0 %", r"CC_BY {4} ~ ^ | \ `a` > b/c")
+    found = tables([free])
+    assert found["checklist.md"].splitlines()[-1].replace("\\|", "").count("|") == 6
+    *_, row, _, _ = found["checklist.tex"].splitlines()
+    assert row == (
+        r"document & item & $-$1.19 & $\ge$ 0 \% & CC\_BY \{4\} \textasciitilde{} "
+        r"\textasciicircum{} | \textbackslash{} \textasciigrave{}a\textasciigrave{} $>$ "
+        r"b/\allowbreak{}c \\"
+    )
+
+
+def test_latex_goes_on_over_pages_and_is_no_wider_than_the_text() -> None:
+    found = tables(checklist(read_metrics(STORED), BESIDE))["checklist.tex"]
+    assert r"\begin{longtable}" in found  # forty rows are more than a page, and tabular ends there
+    assert sum(map(float, re.findall(r"p\{([\d.]+)\\linewidth\}", found))) < 0.85
