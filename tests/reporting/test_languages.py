@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import messages
+import numpy as np
 import pytest
 from html_page import only_html, unpainted, without_figures
 from recording_summary import sample
@@ -15,9 +16,10 @@ from report_run import build_run
 
 from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.inverse.marker_placement import placement_checks
 from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.tolerances import Spread, Verdict
 from gaitval.metrics.verdicts import close_text, unjudged_text
@@ -465,6 +467,15 @@ def test_the_limits_of_a_recording_are_translated(
     shown = re.sub(r"<[^>]*>", "", html)
     assert "Residualkraft durch die Spitze der Bodenreaktion (walk.c3d)" in shown
     assert gate.name == f"{title} (walk.c3d)"
+
+
+@pytest.mark.parametrize("language", ["de", "pt"])
+def test_angles_in_standing_and_what_was_measured_are_translated(language: str) -> None:
+    distances = {"R.ASIS": 0.001}
+    checks = placement_checks(np.zeros(len(COORDINATES)), 0.0, distances)
+    names = [check.name for check in checks if check.unit == "deg"]  # the others are limits, too
+    found = words(language)
+    assert [name for name in (*names, "standing", "plates") if found.of(name) is None] == []
 
 
 def test_a_language_without_catalogue_is_refused_with_those_there_are() -> None:
