@@ -172,7 +172,7 @@ def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.o
     width, height = figure.get_size_inches()
     rows, columns = len(panels), len(panels[0])
     units = any(_begins(row, column) for row in panels for column in range(1, columns))
-    left, right, bottom, top, across, down = 0.55, 0.08, 0.4, 0.56, 0.55 if units else 0.42, 0.28
+    left, right, bottom, top, across, down = 0.55, 0.1, 0.4, 0.56, 0.55 if units else 0.42, 0.28
     wide = (width - left - right - across * (columns - 1)) / columns
     high = (height - bottom - top - down * (rows - 1)) / rows
     figure.subplots_adjust(

@@ -12,7 +12,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import figures, grids, run_grids
-from gaitval.reporting.drawing import drawn
+from gaitval.reporting.drawing import drawn, new_figure
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.page import _with_letters
 
@@ -129,3 +129,14 @@ def test_the_legend_has_no_band_that_a_single_cycle_lacks() -> None:
         panel = Panel("angles/knee_angle", (DrawnCurve("right", WAVE, sd),))
         labels = [each.get_label() for each in grids._handles([panel], words, "")]
         assert ("± SD of the cycles" in labels) is there
+
+
+def test_the_last_number_of_an_axis_is_within_the_figure() -> None:
+    with new_figure(3.0, placed=True) as figure:
+        axes = grids._subplots(figure, [[Panel("angles/hip_flexion")] * 3])[0]
+        for each in axes:
+            each.set_xlim(0, 100)
+        figure.canvas.draw()
+        last = axes[-1].get_xticklabels()[-1]
+        assert last.get_text() == "100"
+        assert last.get_window_extent().x1 <= figure.bbox.x1
