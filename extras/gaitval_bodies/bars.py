@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 Bar = tuple[str, float, float]
 """Name, mean and SD, in SDs of what was known before."""
 _FOUND: Final = "#0072b2"
-_PRIOR: Final = "#cccccc"
 
 
 def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
@@ -46,12 +45,13 @@ def in_words(found: "Shared", model: "BodyModel", method: str) -> dict[str, Any]
 def draw(bars: Sequence[Bar]) -> str:
     """Each of `bars` before and after the record, as SVG."""
     from gaitval.reporting.drawing import new_figure, svg  # a walk is checked without them
+    from gaitval.reporting.figures import BAND_COLOUR  # dark on a dark page, where points are light
 
     names, means, sds = zip(*bars, strict=True)
     places = np.arange(len(bars))[::-1]
     with new_figure(0.24 * len(bars) + 0.6) as figure:
         axes = figure.add_subplot()
-        axes.barh(places, 2.0, left=-1.0, color=_PRIOR, height=0.7)
+        axes.barh(places, 2.0, left=-1.0, color=BAND_COLOUR, height=0.7)
         axes.errorbar(means, places, xerr=sds, fmt="o", color=_FOUND, markersize=4, capsize=2)
         axes.set_yticks(places, names)
         axes.set_xlabel("SDs of what was known before")

@@ -21,7 +21,7 @@ from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
-from gaitval.reporting.figures import COLOURS, NAMES, PERCENT, RECORD_COLOUR
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
 from gaitval.reporting.words import number
 from gaitval_gate.csv_text import csv_text
@@ -275,7 +275,7 @@ def _strips(versions: Versions) -> str:
     names = list(found)
     with new_figure(0.21 * len(names) + 0.8) as figure:
         axes = figure.subplots()
-        axes.axvspan(-1.0, 1.0, color="#ececec", zorder=0)
+        axes.axvspan(-1.0, 1.0, color=BAND_COLOUR, zorder=0)
         axes.axvline(0.0, color="#b0b0b0", linewidth=0.5, zorder=1)
         random = np.random.default_rng(0)  # spreads dots that would lie on each other
         for place, name in enumerate(names):

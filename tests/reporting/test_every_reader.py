@@ -82,6 +82,22 @@ def test_figures_have_light_lines_on_a_dark_page(folder: Path) -> None:
     assert all(contrast(colour, "#16181c") >= 4.5 for colour in shown - grids)
 
 
+def test_light_bands_are_dark_on_a_dark_page() -> None:
+    """A colour that the style sheet does not know is never made darker, and the points on it are
+    made light: they would not be seen."""
+    known = set(re.findall(r"--c([0-9a-f]{6}): ", _resource("report.css")))
+    root = Path(figures.__file__).parents[2]
+    sources = [path.read_text("utf-8") for path in root.glob("[ge]*/**/*.py")]
+    drawn = "".join(each for each in sources if "reporting.drawing import" in each)
+    light = {
+        each
+        for each in re.findall(r'"#([0-9a-f]{6})"', drawn)
+        if contrast(f"#{each}", "#ffffff") < 1.7
+    }
+    assert light
+    assert light <= known
+
+
 def test_no_figure_has_text_below_seven_points(folder: Path) -> None:
     """The PDF shows the texts as letters; figures are as wide as the paper's text."""
     points = []
