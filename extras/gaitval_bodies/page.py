@@ -1,17 +1,27 @@
 """What was learned of a person's body, on a page: two sentences, a picture, tables."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from gaitval.model.body import BodyModel
 from gaitval.reporting.page import write_html
+from gaitval.reporting.words import number
 from gaitval_bodies.bars import bars, draw
 from gaitval_bodies.joints import judged_lengths
-from gaitval_bodies.shared_errors import NAMES, Shared
-from gaitval_bodies.verdicts import judged
+from gaitval_bodies.shared_errors import BODY_ERRORS, NAMES, Shared
+from gaitval_bodies.verdicts import Judged, judged
 from gaitval_bodies.words import next_trials, sentences
 
 Table = tuple[str, list[list[str]]]
+_UNITS: Final = {
+    "damping": ("Nms/rad", 1.0, 2),
+    "friction": ("1", 1.0, 2),
+    **{f"{segment}_length": ("1", 1.0, 3) for segment in ("foot", "shank", "thigh")},
+}
+"""Unit, factor to it and decimals of a parameter that is no length."""
+_LENGTH: Final = ("mm", 1000.0, 1)
 
 
 def tables(found: Shared, model: BodyModel) -> list[Table]:
@@ -22,20 +32,28 @@ def tables(found: Shared, model: BodyModel) -> list[Table]:
     found : of the record.
     model : the body as scaled.
     """
-    body = [["parameter", "expected", "found", "SD", "SD / prior SD", "verdict"]]
-    for each in (*judged(found.posterior), *judged_lengths(found.posterior, model)):
-        body.append(
-            [each.name, f"{each.prior_mean:.4g}", f"{each.mean:.4g}", f"{each.sd:.2g}",
-             f"{each.contraction:.2f}", each.verdict]
-        )  # fmt: skip
-    errors = [["error of the record or the model", "found", "SD"]]
+    body = [["parameter", "unit", "expected", "found", "SD", "SD / prior SD", "verdict"]]
+    for each in judged(found.posterior):
+        body.append(_row(each, *_UNITS.get(each.name, _LENGTH)))
+    for each in judged_lengths(found.posterior, model):
+        body.append(_row(replace(each, name=f"{each.name}: change"), *_LENGTH))
+    errors = [["error of the record or the model", "unit", "found", "SD"]]
     for name, value, sd in zip(NAMES, found.values, found.sd, strict=True):
-        errors.append([name, f"{value:+.3f}", f"{sd:.3f}"])
+        share = "% of the speed" if name == "belt" else "% of the excursion"
+        unit, factor = ("mm", 1000.0) if name in BODY_ERRORS else (share, 100.0)
+        errors.append([name, unit, number(factor * value, 1), number(factor * sd, 1)])
     return [
-        ("Body: factors of lengths, and m", body),
-        ("What seems wrong: shares of an excursion and of the belt's speed, and m", errors),
+        ("Body: lengths as factors of the scaled ones, places as changes", body),
+        ("What seems wrong", errors),
         ("SD / prior SD that trials would leave (calculated)", next_trials(found, model)),
     ]
+
+
+def _row(each: Judged, unit: str, factor: float, digits: int) -> list[str]:
+    """A row of the table of the body: values are shown times `factor`, in `unit`."""
+    values = (factor * value for value in (each.prior_mean, each.mean, each.sd))
+    shown = [number(value, digits) for value in values]
+    return [each.name, unit, *shown, number(each.contraction, 2), each.verdict]
 
 
 def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> Path:

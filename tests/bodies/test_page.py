@@ -22,3 +22,15 @@ def test_every_parameter_and_error_has_its_row() -> None:
     assert len(body) == 1 + 14 + 4
     assert "forefoot forward" in {row[0] for row in errors}
     assert len(trials) == 4
+
+
+def test_a_row_has_its_unit_and_the_decimals_of_it() -> None:
+    (_, body), (_, errors), _ = tables(made_up(0.5, 0.004), MODEL)
+    rows = {row[0]: row[1:] for row in body}
+    # of a joint 0.1 mm, of a factor on a length (0.4 m) half of that
+    assert rows["damping"][:2] == ["Nms/rad", "0.10"]
+    assert rows["thigh_length"][:2] == ["1", "1.000"]
+    assert rows["hip_x"][0] == rows["hip to knee: change"][0] == "mm"
+    numbers = [cell for row in (*body[1:], *errors[1:]) for cell in row[2:5]]
+    assert not any(cell.startswith("-") or "e-" in cell for cell in numbers)
+    assert {row[1] for row in errors[1:]} == {"mm", "% of the excursion", "% of the speed"}
