@@ -1,11 +1,12 @@
 """A stored result of devices is read, walked again, and shown beside others."""
 
 import csv
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from html_page import pdf_in_ci
+from html_page import only_html, pdf_in_ci
 
 from gaitval import wings
 from gaitval.artefacts import read_json, write_json
@@ -13,7 +14,16 @@ from gaitval.errors import ArtefactError
 from gaitval_devices import results, study
 from gaitval_devices.device import load_devices, write_devices
 from gaitval_devices.drawn import WORN
-from gaitval_devices.results import MARGINS, RESULT, figures, stored, walk_again, write_result
+from gaitval_devices.results import (
+    MARGINS,
+    RESULT,
+    Figure,
+    figures,
+    stored,
+    walk_again,
+    write_result,
+    write_side_by_side,
+)
 from gaitval_devices.study import Wearer, outcomes
 
 
@@ -115,3 +125,19 @@ def test_results_are_shown_side_by_side(request, folder, tmp_path):
 
 def test_nothing_walked_has_no_figures():
     assert figures([]) == []
+
+
+def test_side_by_side_assumptions_are_in_the_order_of_a_result_and_counts_are_whole(
+    tmp_path, monkeypatch
+):
+    only_html(monkeypatch)
+    rows = [
+        Figure("gait cycles walked", "without", "cycles", 20.0),
+        Figure("speed", "right, without", "m/s", 1.125),
+        Figure("gait cycles walked", "learned", "cycles", 20.0),
+    ]
+    write_side_by_side(tmp_path, "devices", {"one": rows})
+    page = (tmp_path / "devices.html").read_text(encoding="utf-8")
+    titles = ["Without", "Right, without", "Learned"]
+    assert re.findall(r"<h2[^>]*>([^<]*)", page) == titles
+    assert re.findall(r'<td class="n">([^<]*)', page) == ["20", "1.12", "20"]
