@@ -108,8 +108,9 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
         if one.decides and not one.passed:
             value = "not measured" if one.value is None else f"{one.value:.4g} {one.unit}"
             sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[one.relation]
-            limit = f"{sign} {one.limit:g}"
-            rows.append([one.title, one.target, value.removesuffix(" 1"), limit, "FAILED"])
+            limit = f"{sign} {one.limit:g} {one.unit}"
+            shown = (each.removesuffix(" 1") for each in (value, limit))
+            rows.append([one.title, one.target, *shown, "FAILED"])
     if len(rows) > 1:
         display.print_rows(rows, f"{model}: limits that are not kept")
     for finding in result.findings:

@@ -486,7 +486,12 @@ def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):
     code, output = run(everything.model, "--mass", 90, "--out", tmp_path / "failed")
     assert code == 1, output
     assert "FAILED" in output
-    assert (tmp_path / "failed/judge.html").is_file()
+    assert re.search(r"[\d.]+ %.*≤ 1 %", output)  # value and limit in one unit
+    page = (tmp_path / "failed/judge.html").read_text(encoding="utf-8")
+    verdict = page[page.index('class="verdict"') : page.index("</section>")]
+    assert re.search(
+        r"Mass of the model against that of the person \(model\): [\d.]+ %, limit ≤ 1 %", verdict
+    )
     code, output = run(tmp_path / "none.osim", "--out", tmp_path / "none")
     assert code == 2
     assert not (tmp_path / "none").exists()
