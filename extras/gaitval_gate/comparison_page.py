@@ -41,6 +41,8 @@ _HEIGHTS: Final = {1: 1.6, 2: 2.0, 3: 1.7, 4: 1.45}
 """Inches of a row of panels by their number, where they are wider than those of `COLUMNS`."""
 SHOWN: Final = 60
 """Most rows of what changed; all are in the CSV file."""
+DIGITS: Final = {"Nm/kg": 3, "J/kg": 3, "1": 3, "%": 1, "cycles": 0, "walks": 0}
+"""Decimals of a measure by its unit; 2 of others."""
 CLIP: Final = 4.0
 """Margins: changes beyond are drawn at the edge."""
 _KINDS: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
@@ -175,7 +177,7 @@ def _measure_tables(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[
                     {
                         "name": name.replace("_", " "),
                         "unit": UNITS[name],
-                        "values": [column.get(name) for column in columns],
+                        "values": [column.get(name, "–") for column in columns],
                     }
                     for name in names
                 ],
@@ -194,7 +196,8 @@ def _worst(walk: StoredWalk, better: Mapping[str, str]) -> dict[str, str]:
     for name, values in found.items():
         worst = max if better[name] == "lower" else min
         known = [value for value in values if value is not None]
-        shown[name] = f"{worst(known):.3g}" if len(known) == len(values) else "–"
+        whole = len(known) == len(values)
+        shown[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
     return shown
 
 

@@ -147,6 +147,22 @@ def test_a_walk_that_fell_at_once_has_dashes(
     assert "129 of 129 measures got worse" in text
     assert "and 69 more" in text.lower()
     assert "not measured" in text
+    assert "angle rmsedeg–" in text
+
+
+def test_a_row_of_measures_has_the_decimals_of_its_unit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    found = walk("S05")
+    write_comparison(tmp_path, "c", [found, walk("S06")], None)
+    page = (tmp_path / "c.html").read_text(encoding="utf-8")
+    for row, decimals in (
+        ("moment rmse</td><td>Nm/kg", r"\.\d{3}"),
+        ("force skill</td><td>1", r"\.\d{3}"),
+        ("falls</td><td>walks", ""),
+    ):
+        assert re.search(rf'{row}</td>(<td class="n">−?\d{decimals}</td>){{2}}', page), row
 
 
 @pytest.mark.slow  # a page of many people
