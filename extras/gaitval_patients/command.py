@@ -58,8 +58,8 @@ WalkOption = Annotated[
 
 @added_command(
     "gaitval patients strides.csv --people people.csv --out runs/patients",
-    "gaitval patients strides.csv --people people.csv --speed amputee=0.8 --out runs/patients "
-    "--walk",
+    "gaitval patients strides.csv --people people.csv --speed transfemoral_amputee=0.8 "
+    "--out runs/patients --walk",
     "gaitval cohort runs/patients/table.csv --out runs/cohort   # then, the main job of each",
     after="subjects",
 )
