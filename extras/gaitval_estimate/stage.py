@@ -264,6 +264,8 @@ def _draw(rows: Sequence[Row]) -> str:
             axes.plot(percent, usual, ":", color="black", lw=0.9, label="expected of anybody")
             axes.set_title(f"{title}, {unit}")
             axes.set_xlim(0.0, 100.0)
+            if i + 3 >= len(KINETICS):  # the lowest of its column
+                axes.set_xlabel("% of the gait cycle")
         handles, names = panels[0].get_legend_handles_labels()
         panels[-1].legend(handles, names, loc="center")
         return svg(figure, "estimate")
