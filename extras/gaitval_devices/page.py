@@ -3,7 +3,7 @@
 import csv
 import io
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -44,17 +44,17 @@ ROWS: Final = {
     "device": ("Torque of the device (Nm/kg)", 1.0),
     "device_power": ("Power of the device (W/kg)", 1.0),
 }
+OF_DEVICE: Final = ("device", "device_power")
 NO_TORQUE: Final = 1e-6
 """Nm/kg, up to which a torque is the rounding of a difference of two moments."""
 
 
-def _worn(curves: Iterable[WalkCurves], side: Side) -> list[str]:
+def _worn(curves: Mapping[str, WalkCurves], side: Side) -> list[str]:
     """The joints of a `side` at which a device has a torque in any of the walks."""
-    torques = [each.device for each in curves]
     return [
         joint
         for joint in JOINTS
-        if any(np.abs(each[joint, side]).max() > NO_TORQUE for each in torques)
+        if any(np.abs(each.device[joint, side]).max() > NO_TORQUE for each in curves.values())
     ]
 
 
@@ -63,33 +63,28 @@ def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
     below the others, so that no panel is empty.
     """
     phase = np.linspace(0.0, 100.0, 101)
-    worn = _worn(curves.values(), side)
-    rows = {kind: row for kind, row in ROWS.items() if worn or not kind.startswith("device")}
+    worn = _worn(curves, side)
+    rows = {kind: row for kind, row in ROWS.items() if worn or kind not in OF_DEVICE}
     with new_figure(1.8 * len(rows)) as figure:
         panels = figure.subplots(len(rows), len(JOINTS), sharex=True)
-        lowest: dict[str, Axes] = {}
-        number = 0
         for row, (kind, (label, factor)) in zip(panels, rows.items(), strict=True):
-            named = False
+            shown = worn if kind in OF_DEVICE else JOINTS
             for axes, joint in zip(row, JOINTS, strict=True):
-                if kind.startswith("device") and joint not in worn:
+                if joint not in shown:
                     axes.remove()
                     continue
                 for assumption, each in curves.items():
                     curve = factor * getattr(each, kind)[joint, side]
                     axes.plot(phase, curve, label=assumption, **LINES[assumption])
                 axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
-                if not named:
-                    axes.set_ylabel(label, fontsize=7)
-                    named = True
-                link(axes, "cycle", side, number)
-                number += 1
-                lowest[joint] = axes
-        for axes, joint in zip(panels[0], JOINTS, strict=True):
-            axes.set_title(TITLES[joint])
-        for axes in lowest.values():
-            axes.set_xlabel("Gait cycle (%)")
-            axes.tick_params(labelbottom=True)
+            row[JOINTS.index(shown[0])].set_ylabel(label, fontsize=7)
+        for column, joint in enumerate(JOINTS):
+            panels[0][column].set_title(TITLES[joint])
+            lowest = panels[len(rows) - 1 if joint in worn else 2][column]
+            lowest.set_xlabel("Gait cycle (%)")
+            lowest.tick_params(labelbottom=True)
+        for number, axes in enumerate(panels.flat):
+            link(axes, "cycle", side, number)
         _legend(figure, panels[0][0])
         return svg(figure, name)
 
@@ -147,19 +142,6 @@ def _table(outcomes: Sequence[Outcome]) -> str:
     return text.getvalue()
 
 
-def _rows(
-    outcomes: Sequence[Outcome], curves: Mapping[str, WalkCurves], side: Side
-) -> list[tuple[str, list[float | None]]]:
-    """The figures of a side, a value for each outcome; of a device only where it acts."""
-    found = [figures_of(each, side) for each in outcomes]
-    idle = [TITLES[joint] for joint in JOINTS if joint not in _worn(curves.values(), side)]
-    return [
-        (name, [each.get(name) for each in found])
-        for name in next((each for each in found if each), {})
-        if not ("of the device" in name and name.partition(":")[0] in idle)
-    ]
-
-
 def write_report(
     folder: Path,
     person: Wearer,
@@ -178,7 +160,16 @@ def write_report(
     write_urdf(person.task.model, folder / "model.urdf")
     write_devices(folder / WORN, devices)
     curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
-    tables = {side: _rows(outcomes, curves, side) for side in SIDES}
+    sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
+    worn = {side: [TITLES[joint] for joint in _worn(curves, side)] for side in SIDES}
+    tables = {
+        side: [
+            (name, [each.get(name) for each in found])
+            for name in next((each for each in found if each), {})
+            if "of the device" not in name or name.partition(":")[0] in worn[side]
+        ]
+        for side, found in sides.items()
+    }
     context = {
         "version": __version__,
         "person": person.name,
