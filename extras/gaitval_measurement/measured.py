@@ -129,7 +129,11 @@ def unshown(found: Bands) -> Iterator[QualityFlag]:
     }
     wide = {name: size for name, size in half.items() if size > UNSHOWN}
     if wide:
-        said = ", ".join(f"{name} ± {size:.0f}°" for name, size in wide.items())
+        said = ", ".join(
+            f"{side} {TITLES[name[:-2]].lower()} ± {size:.0f}°"
+            for name, size in wide.items()
+            for side in ("left" if name.endswith("_l") else "right",)
+        )
         yield QualityFlag(
             "shown angles", "all trials", max(wide.values()), UNSHOWN, "deg",
             f"the markers hardly show {said}: a segment beside it has too few that are seen in the "
@@ -148,9 +152,8 @@ def said_bands(found: Bands) -> str:
                 half = factor * float(np.median([np.median(found.half[n]) for n in there]))
                 source, share = found.shares[there[0]][0]
                 digits = 1 if kind == "angle" else 2
-                parts.append(
-                    f"{joint} {kind} ± {half:.{digits}f}{unit} ({100 * share:.0f} % {source})"
-                )
+                what = f"{TITLES[joint].lower()} {kind}"
+                parts.append(f"{what} ± {half:.{digits}f}{unit} ({100 * share:.0f} % {source})")
     remedy, share = found.remedy
     return (
         f"bands of 90 %, medians over the cycle: {'; '.join(parts)}. What would narrow them most "

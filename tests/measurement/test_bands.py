@@ -14,6 +14,7 @@ from gaitval.session.subject import subject_of
 from gaitval.session.write import _curve_table
 from gaitval_measurement.bands import _with_fault, bands
 from gaitval_measurement.estimate import DELAY, Found
+from gaitval_measurement.measured import said_bands, unshown
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +34,16 @@ def test_each_curve_has_a_band_and_its_sources(found):
     assert source == "landmark Knee"  # its axis is found from the epicondyles
     assert 0.0 < made.remedy[1] <= 1.0
     assert 0.005 < made.lengths["thigh_right"] < 0.03  # m
+
+
+def test_bands_are_said_in_the_words_of_the_page(found):
+    said = said_bands(found.measurement.bands)
+    assert "hip flexion angle ± " in said
+    assert "knee moment ± " in said
+    assert "_" not in said
+    wide = replace(found.measurement.bands, half={"angle_knee_angle_r": np.full(101, 0.5)})
+    (flag,) = unshown(wide)
+    assert "hardly show right knee ± 29°:" in flag.message
 
 
 def test_bands_are_in_the_table_of_curves(found):
