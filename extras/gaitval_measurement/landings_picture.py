@@ -72,6 +72,7 @@ def _sum(axes: Axes, found: Landings) -> None:
     axes.plot(found.time, found.total[:, 2], color=COLOURS["plates"], linewidth=0.9)
     _band(axes, found, found.complete, "#d9e6f2", "every foot on the ground is on a plate")
     _band(axes, found, found.shared, "#f2d9b3", "both feet on one plate: only their sum is known")
+    axes.set_ylim(bottom=min(0.0, float(np.nanmin(found.total[:, 2]))))  # else feet seem to float
     axes.set_title("vertical force of all plates together", fontsize=9)
     axes.set_ylabel("N")
     if axes.get_legend_handles_labels()[1]:  # no plate may carry all, nor both feet
