@@ -68,12 +68,14 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
         for name in PROFILE_ANGLES
         if f"angles/{name}" in usual
     }
+    beyond = any(each.beyond for name, each in usual.items() if name.startswith("angles/"))
     side, by = worse_side(patient)
     return {
         "subject": patient.subject,
         "person": patient.person,
         "who": _who(patient),
         "whose": _whose(patient),
+        "whose_angles": _whose(patient, beyond=beyond),
         "child": _is_child(patient),
         "group": patient.strides.group.replace("_", " "),
         "state": patient.state,
@@ -87,7 +89,7 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
         "rows": angle_rows(patient),
         "titles": TITLES,
         "parameters": _parameters(patient),
-        "beyond": any(each.beyond for name, each in usual.items() if name.startswith("angles/")),
+        "beyond": beyond,
         "walk": walk,
         "cannot": [*NEVER_SAID, *_of_this_person(patient)],
         "smoothing": max(float(np.degrees(e.rms)) for e in patient.smoothing.values()),
@@ -110,13 +112,12 @@ def _who(patient: Patient) -> str:
     return f"{words[patient.person.sex][child]}, {years if age is None else f'{age:.3g} years'}"
 
 
-def _whose(patient: Patient) -> str:
-    """Whose the norms are."""
+def _whose(patient: Patient, *, beyond: bool = False) -> str:
+    """Whose the norms are; `beyond`: none of these people walk at the patient's speed."""
     if _is_child(patient):
         return "healthy children at their free speed"
-    if patient.person.age is None:
-        return f"healthy people of this speed at {ASSUMED_AGE:.0f} years"
-    return "healthy people of this speed and age"
+    age = f"{ASSUMED_AGE:.0f} years" if patient.person.age is None else "this age"
+    return f"healthy people of {'the nearest' if beyond else 'this'} speed at {age}"
 
 
 def _of_this_person(patient: Patient) -> list[str]:

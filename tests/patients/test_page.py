@@ -72,8 +72,8 @@ def test_a_child_is_shown_beside_children_at_their_free_speed(patient, text):
     child, adult = text(patient("M,9,1.35,30", speed="0.5")), text(patient("M,40,1.75,70"))
     assert "Grey: healthy children at their free speed" in child
     assert "differs from them for its speed alone" in child
-    assert "this speed and age" not in child
-    assert "Grey: healthy people of this speed and age, mean ± 2 SD." in adult
+    assert "this speed at this age" not in child
+    assert "Grey: healthy people of this speed at this age, mean ± 2 SD." in adult
     assert "child" not in adult
 
 
@@ -119,6 +119,8 @@ def test_a_speed_beyond_the_healthy_is_said_where_it_is_one(patient, text, monke
         monkeypatch.setattr(page, "norms", lambda _, found=found: found)
         shown = text(one)
         assert ("The speed is outside that of the healthy people;" in shown) is angles
+        # so the grey is not of people who walk as fast
+        assert ("Grey: healthy people of the nearest speed at this age" in shown) is angles
         assert len(re.findall(r"± [0-9.]+\*", shown)) == stars
         assert ("*: the speed is outside" in shown) is (stars > 0)
 
