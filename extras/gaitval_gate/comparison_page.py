@@ -20,6 +20,7 @@ from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
+from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
@@ -236,7 +237,7 @@ def _moved(subject: str, row: Row) -> dict[str, Any]:
     return {
         "subject": subject,
         "measure": row.measure.replace("_", " "),
-        "target": "" if row.target == "walk" else row.target,
+        "target": target_text(row.target),
         "before": _value(row.baseline),
         "now": _value(row.current),
         "unit": row.unit,
@@ -251,7 +252,7 @@ def _flip(subject: str, flip: Flip) -> dict[str, Any]:
     return {
         "subject": subject,
         "title": flip.title,
-        "target": "" if flip.target == "walk" else flip.target.replace("_", " "),
+        "target": target_text(flip.target),
         "decides": flip.decides,
         "before": _value(flip.before),
         "now": _value(flip.now),

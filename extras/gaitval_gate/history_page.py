@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from gaitval.artefacts import write_text
+from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_SHADE
 from gaitval.reporting.page import write_page
@@ -182,7 +183,7 @@ def _step_row(step: Found) -> dict[str, Any]:
         "last": short(step.last),
         "subject": step.subject or "benchmark",
         "measure": "" if not step.subject else step.measure.replace("_", " "),
-        "target": step.target,
+        "target": target_text(step.target) if step.subject else step.target,
         "before": shown(step.before),
         "after": shown(step.after),
         "unit": step.unit,
@@ -194,7 +195,7 @@ def _step_row(step: Found) -> dict[str, Any]:
 
 def shown(value: float | None) -> str:
     """A mean (`value`) before or after a step."""
-    return "not measured" if value is None else f"{value:.4g}"
+    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _chance(step: Found) -> str:
@@ -239,7 +240,7 @@ def _drawn(
             {
                 "title": subject or "Benchmarks",
                 "machine": machine,
-                "panels": [name.replace("_", " ") for name in names],
+                "panels": names,
                 "drawings": [
                     _small_multiples(
                         {name: panels[name] for name in part},

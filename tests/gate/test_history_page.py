@@ -112,7 +112,7 @@ def test_the_page_tells_the_steps_and_draws_what_changed(folder: Path) -> None:
     assert page.open == []
     assert page.tags.count("script") == 1  # what copies tables
     text = " ".join(page.text.split())
-    assert re.search(r"08080808 ?07070707 ?S05 ?angle rmse knee_angle_r", text)
+    assert re.search(r"08080808 ?07070707 ?S05 ?angle rmse right knee flexion", text)
     assert "worse" in text
     assert "within the margin" in text
     assert page.tags.count("svg") == 3  # the subject, and the benchmark on two machines
