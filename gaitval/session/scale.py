@@ -128,8 +128,8 @@ def scale_body(
         fit = fitted(soft_tissue_sd=tissue)
     tell(
         "scaling",
-        f"joint fit: marker RMS {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
-        f"largest {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
+        f"joint fit: marker RMS from {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
+        f"largest from {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
     )
     for remark in knee_axis_remarks(fit, marker_set.landmarks):
         tell("scaling", remark)
