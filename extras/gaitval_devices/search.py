@@ -20,6 +20,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import value_hash, write_json
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError, ConfigurationError, RecordError
+from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval_devices.adaptation import walk_without
 from gaitval_devices.aim import Aim
@@ -190,6 +191,13 @@ def search_spline(
     about = {
         **aim.model_dump(exclude={"generations"}),
         "person": person.name,
+        # One name may be of several walkers: trained again, corrected, with another body.
+        "walker": value_hash(
+            [
+                *(person.policy.key, person.mu.tolist(), model_hash(person.task.model)),
+                *(person.task.reference.positions.tolist(), person.task.reference.stride_time),
+            ]
+        ),
         "devices": value_hash([each.model_dump(mode="json") for each in (device, *others)]),
     }
     x, best, history = _searched(cost, Path(folder), aim, about, on_generation)
@@ -281,7 +289,7 @@ def _history(path: Path, about: dict[str, object]) -> list[list[float]]:
         ) from None
     if not same:
         raise ArtefactError(
-            f"{path}: the state of a search for another person, device, aim or seed. Give another "
-            "folder, or delete it to search anew."
+            f"{path}: the state of a search for another person, walker, device, aim or seed. Give "
+            "another folder, or delete it to search anew."
         )
     return answers

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_curves import made_curves
 
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.storage import NETWORK, Policy
 from gaitval_devices import search
 from gaitval_devices.aim import Aim
 from gaitval_devices.device import load_devices
@@ -78,6 +81,16 @@ def test_two_generations_with_a_person(person, tmp_path, monkeypatch):
     found = search_spline(who, device, Aim(joint="hip_flexion", generations=2), tmp_path)
     assert found.walks == 8
     assert 0.0 < found.best < 2.0 * found.without
+    # Nobody else gets its strategy, not even under the same name.
+    mu, (first, *_) = person.mu.copy(), NETWORK
+    mu[2] += 0.01
+    tensors = person.policy.tensors
+    trained = Policy({**tensors, first: 1.01 * tensors[first]}, person.policy.about)
+    reference = replace(person.task.reference, positions=1.001 * person.task.reference.positions)
+    corrected = replace(person.task, reference=reference)
+    for other in (replace(who, mu=mu), replace(who, policy=trained), replace(who, task=corrected)):
+        with pytest.raises(ArtefactError, match="another person, walker, device"):
+            search_spline(other, device, Aim(joint="hip_flexion", generations=2), tmp_path)
 
 
 def test_aims_are_of_both_sides_together():
