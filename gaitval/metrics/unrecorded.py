@@ -83,8 +83,8 @@ def trunk_angles(positions: Array) -> Array:
     pelvis = Rotation.from_rotvec(positions[:, :3])
     # The lumbar joint turns about -y, x and z of the pelvis in this order.
     lumbar = Rotation.from_euler("YXZ", positions[:, 6:][:, _LUMBAR] * np.array([-1.0, 1.0, 1.0]))
-    tilt, list_right, turn_right = pelvis_angles((pelvis * lumbar).as_matrix()).T
-    return np.asarray(np.rad2deg(np.column_stack([tilt, -list_right, turn_right])))
+    # List is positive where the right side is up, so the trunk leans to the left.
+    return np.asarray(np.rad2deg(pelvis_angles((pelvis * lumbar).as_matrix())))
 
 
 def _trunk(rollout: Rollout, cycles: GaitCycles) -> list[float]:

@@ -99,6 +99,20 @@ def test_exchanged_sides_are_detected_in_every_kind_of_curve():
     assert min(_rmse(swapped, "moments").values()) > 0.1
 
 
+@pytest.mark.parametrize(("column", "side"), [(0, "r"), (1, "l")])
+def test_a_hip_moment_is_about_the_record_s_centre_of_its_own_side(column, side):
+    """A hip 2 cm further forward and 1 cm further outward than the model's: the vertical force of
+    that foot, N/kg, has a lever of 2 cm more for flexion and 1 cm less for adduction."""
+    centre = np.zeros((2, 2))
+    centre[column] = 0.02, 0.01
+    plain, moved = _simulated(WALK), _simulated(replace(WALK, hip_centre=centre))
+    vertical = GRAVITY * plain.forces[f"vertical_{side}"]
+    levers = {f"hip_flexion_{side}": 0.02, f"hip_adduction_{side}": -0.01}
+    for name, moment in plain.moments.items():
+        added = levers[name] * vertical if name in levers else 0.0
+        np.testing.assert_allclose(moved.moments[name], moment + added, atol=1e-9)
+
+
 @pytest.mark.parametrize("column", [0, 1])
 def test_medial_force_is_positive_towards_the_midline_on_both_feet(column):
     ground = np.zeros_like(WALK.ground_reaction)

@@ -23,6 +23,14 @@ def test_a_push_is_no_hidden_force():
     assert momentum_residual(pushed, MASS) < 0.05
 
 
+@pytest.mark.parametrize("begin", [500, 625, 750, 875])
+def test_a_hidden_force_of_a_window_s_length_is_seen_wherever_it_begins(begin):
+    """1 % of the weight for 1 s: no window is off it by more than a quarter of its length."""
+    hidden = np.zeros((2500, 3))
+    hidden[begin : begin + 500, 0] = 0.01 * MASS * GRAVITY
+    assert 0.7 < momentum_residual(newton_walk(hidden), MASS) < 1.05
+
+
 def test_a_wrong_mass_is_seen():
     assert momentum_residual(newton_walk(np.zeros(3)), 1.02 * MASS) > 1.0
 

@@ -52,6 +52,9 @@ def test_the_timing_of_a_record():
     assert found.step_length_left == pytest.approx(LEFT_PHASE * stride)
     assert found.step_length_right == pytest.approx((1.0 - LEFT_PHASE) * stride)
     assert found.step_width is None
+    # a left foot that is down from 35 to 95 % is off the ground when the right one lands
+    early = recorded_part(replace(RECORD, left_phase=0.35)).spatiotemporal
+    assert early.double_support_fraction == pytest.approx(0.62 - 0.35, abs=0.0021)
 
 
 def test_steps_that_were_measured_are_not_made_from_time():

@@ -9,7 +9,12 @@ from synthetic_walk import MASS, STEP, perfect_walk, sharp_filter, synthetic_rec
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.unrecorded import force_ringing, step_width_measure, unrecorded
+from gaitval.metrics.unrecorded import (
+    force_ringing,
+    step_width_measure,
+    trunk_angles,
+    unrecorded,
+)
 
 RECORD = synthetic_record()
 WALK = perfect_walk(RECORD, cycles=6)
@@ -99,6 +104,21 @@ def test_a_trunk_that_swings_is_told_in_deviations_between_people(axis, name, sw
     assert found.pop(("trunk_motion", name)) == pytest.approx(sd, abs=0.01)
     others = [value for (measure, _), value in found.items() if measure == "trunk_motion"]
     assert others == pytest.approx([0.0] * 3, abs=0.01)
+
+
+def test_the_trunk_is_the_pelvis_and_what_the_lumbar_joint_adds():
+    """One at a time, 10 degrees: the pelvis forward (about y), its left side down (about -x) and
+    to the left (about z); the lumbar joint backward, to the right and to the left."""
+    positions = np.zeros((7, 31))
+    ten = np.deg2rad(10.0)
+    positions[0, 1], positions[1, 0], positions[2, 2] = ten, -ten, ten
+    for row, name in enumerate(LUMBAR, start=3):
+        positions[row, COORDINATES.index(name)] = ten
+    positions[6, 1] = positions[6, COORDINATES.index(LUMBAR[0])] = ten  # one undoes the other
+    expected = np.zeros((7, 3))
+    expected[:3] = np.diag([10.0, 10.0, 10.0])
+    expected[3:6] = np.diag([-10.0, -10.0, 10.0])
+    np.testing.assert_allclose(trunk_angles(positions), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("degrees", [7.2, -7.2])
