@@ -35,9 +35,10 @@ class Measured:
     angle, speed : rad and rad/s, of the device's hinge (which straps let differ from the joint).
     torque : Nm, that the device exerts on the limb.
     moment : Nm, of the wearer's own muscles at the joint, as electromyography would estimate it.
-    inclination : rad, of the segment below the hinge from the vertical, forward positive, as an
-        inertial sensor measures it.
-    forward : 1 where a larger coordinate inclines that segment forward, -1 at a knee.
+    inclination : rad, of the segment below the hinge, or of the trunk, from the vertical, forward
+        positive, as an inertial sensor measures it.
+    forward : 1 where a larger coordinate inclines that segment forward, -1 at a knee and where it
+        extends the trunk.
     mass : kg, of the wearer, which the device is set to.
     """
 

@@ -10,9 +10,15 @@ from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, SIDES, Side
-from gaitval.model.body import BodyModel
+from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS
-from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, ROOT_DOFS
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    COORDINATE_COUNT,
+    ROOT_DOFS,
+    SEGMENT_COUNT,
+    forward,
+)
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import PARAMETERS_OBSERVED
 from gaitval.policy.rollouts import record_rollout
@@ -353,23 +359,19 @@ class DeviceWalker(Walker):
             torque=float(state[column.LIMB]),
             moment=float(self.mean_moments[worn.joint]),
             inclination=self._inclination(worn.name),
-            forward=-1.0 if worn.name.startswith("knee") else 1.0,
+            forward=-1.0 if worn.name.startswith(("knee", "lumbar_extension")) else 1.0,
             mass=self._person.mass,
         )
 
     def _inclination(self, name: str) -> float:
-        """rad, of the segment below a joint from the vertical in the sagittal plane, forward."""
-        joint, _, side = name.rpartition("_")
-        q = self.state[0]
-        if side not in ("r", "l"):  # the trunk, which a hinge at the lumbar joint measures
-            return -float(q[1])
-        # About -y, as the flexions; the pelvis' rotation vector is small but for its heading.
-        angle = -float(q[1])
-        for flexion, sign in (("hip_flexion", 1.0), ("knee_angle", -1.0), ("ankle_angle", 1.0)):
-            angle += sign * float(q[ROOT_DOFS + ACTUATED.index(f"{flexion}_{side}")])
-            if joint == flexion:
-                return angle
-        return -float(q[1])
+        """rad, of the segment below a joint from the vertical, seen from the side: positive if the
+        lower end of a limb, or the upper end of the trunk, is ahead.
+        """
+        (segment,) = (s for s, names in JOINT_COORDINATES.items() if name in names)
+        frames = self._work.frames  # every physics step fills them anew
+        forward(self.tree.joint_position, self.state[0], frames, SEGMENT_COUNT)
+        up = frames.rotation[SEGMENTS.index(segment), :, 2]
+        return math.atan2(up[0] if segment == "torso" else -up[0], up[2])
 
     def move(self, way: Array) -> None:
         """Move the whole body by `way` (2,) m, forward and left."""

@@ -315,9 +315,18 @@ def test_work_of_muscles_device_and_ground_is_the_change_of_energy(person, name)
     assert np.abs(balance).max() < 0.2 * device
 
 
-@pytest.mark.parametrize("joint", ["hip_flexion", "knee_angle", "ankle_angle"])
-def test_the_inclination_is_that_of_the_segment_below_as_seen_from_the_side(person, joint):
-    below = {"hip_flexion": "thigh", "knee_angle": "shank", "ankle_angle": "foot"}[joint]
+@pytest.mark.parametrize(
+    ("joint", "below"),
+    [
+        ("hip_flexion", "thigh"),
+        ("hip_adduction", "thigh"),
+        ("knee_angle", "shank"),
+        ("ankle_angle", "foot"),
+        ("subtalar_angle", "foot"),
+        ("elbow_flex", "forearm"),
+    ],
+)
+def test_the_inclination_is_that_of_the_segment_below_as_seen_from_the_side(person, joint, below):
     device = made(joint=joint, motor=MOTOR)
     environment = DeviceEnvironment(with_devices(person.task, [device]))
     walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.4)
@@ -326,7 +335,28 @@ def test_the_inclination_is_that_of_the_segment_below_as_seen_from_the_side(pers
     for side in "rl":
         up = frames[SEGMENTS.index(f"{below}_{side}"), :3, 2]
         seen = np.arctan2(-up[0], up[2])  # its lower end ahead
-        assert walker._inclination(f"{joint}_{side}") == pytest.approx(seen, abs=0.03)
+        assert walker._inclination(f"{joint}_{side}") == pytest.approx(seen, abs=1e-9)
+
+
+@pytest.mark.parametrize(("pelvis", "lumbar", "seen"), [(0.2, 0.0, 0.2), (0.2, 0.3, -0.1)])
+def test_the_inclination_of_the_trunk_is_what_pelvis_and_lumbar_joint_leave(
+    person, pelvis, lumbar, seen
+):
+    """The pelvis tilts forward about y; the lumbar joint extends, which is backward."""
+    asked = []
+
+    class Noting(Constant):
+        def torque(self, measured):
+            asked.append((measured.inclination, measured.forward))
+            return 0.0
+
+    device = made(joint="lumbar_extension", motor=MOTOR)
+    walker = DeviceEnvironment(with_devices(person.task, [device], Noting)).walker
+    positions = np.zeros(31)
+    positions[1], positions[6 + ACTUATED.index("lumbar_extension")] = pelvis, lumbar
+    walker.reset(positions, np.zeros(31), 0.0)
+    walker.sense(positions, np.zeros(31), np.zeros(2), np.zeros(25))
+    assert asked == [(pytest.approx(seen), -1.0)]
 
 
 def test_a_command_acts_after_the_delay_of_the_motor(person):
