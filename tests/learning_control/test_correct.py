@@ -539,15 +539,20 @@ class LinearPool:
 
 
 class HarmfulPool(LinearPool):
-    """The pelvis, which is not fitted, gets worse in proportion to the change."""
+    """The pelvis, which is not fitted, gets worse in proportion to the change; from some start
+    phases alone."""
 
     worse = 0.0
+    start_phases = ()
 
     def each(self, function, cases):
-        for (walk,) in super().each(function, cases):
+        cases = [list(some) for some in cases]
+        walks = super().each(function, cases)
+        for case, (walk,) in zip(chain.from_iterable(cases), walks, strict=True):
+            harmful = case.start_phase in (HarmfulPool.start_phases or (case.start_phase,))
             change = rms(walk.deviations - self.offset)
             key = ("angles", "pelvis_tilt_r")
-            errors = {**walk.rmse, key: walk.rmse[key] + HarmfulPool.worse * change}
+            errors = {**walk.rmse, key: walk.rmse[key] + harmful * HarmfulPool.worse * change}
             yield [replace(walk, rmse=errors)]
 
 
@@ -570,6 +575,10 @@ def test_the_largest_share_of_a_correction_that_does_no_harm_is_used(quick, walk
     assert "pelvis" in none.refused
     assert not none.correction.harmonics.any()
     assert none.result().share == 0.0
+    # also where only a walk from half a cycle later shows it, which the search has not seen
+    (start, *_) = quick.configuration.validation.start_phases
+    monkeypatch.setattr(HarmfulPool, "start_phases", ((start + 0.5) % 1.0,))
+    assert "pelvis" in correct(quick, *walker, slopes=KNOWN).refused
 
 
 def test_of_a_correction_with_which_more_long_walks_fall_less_is_used(quick, walker, monkeypatch):
