@@ -400,6 +400,14 @@ def test_it_ends_when_nothing_helps():
     assert told == [(1, 1.0)]
 
 
+def test_a_walk_that_every_step_makes_worse_is_left_as_it_was():
+    """It answers the other way round than what is known of it."""
+    one, _, slopes = linear()
+    found = searched(lambda point: one(-point), known=Slopes(slopes, 1e-9 * np.eye(5)))
+    assert not found.point.any()
+    assert found.errors == (one(np.zeros(5)).error(),)
+
+
 # ---- What other people's walks say of the slopes. ----
 
 
