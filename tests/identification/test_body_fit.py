@@ -8,8 +8,10 @@ from simulation_fixtures import changed
 
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import load_subject
-from gaitval.identification.body_fit import BodyFit, angle_sd
+from gaitval.identification.body_fit import NUISANCES, BodyFit, angle_sd
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -72,6 +74,27 @@ def test_the_body_as_scaled_begins_with_its_reference(person, fit, held, monkeyp
     assert 2 * warm < len(counted) - warm
     assert found.cost == pytest.approx(still.cost, rel=0.01)
     np.testing.assert_array_equal(still.change, held.change)
+
+
+@pytest.mark.parametrize("name", ["hip_flexion", "hip_adduction", "knee_angle", "ankle_angle"])
+def test_a_centre_out_of_place_moves_its_moment_by_the_force_on_its_own_foot(person, fit, name):
+    """By the force times the SD of a centre's place; each centre has an error of its own."""
+    record, mass = person.subject.record(), scale_subject(person.subject).model.mass
+    phase = np.arange(dynamic_fit.INSTANTS) / dynamic_fit.INSTANTS
+    vertical = {
+        side: record.ground_reaction(side, np.mod(phase - begin, 1.0))[:, 2]
+        for side, begin in (("right", 0.0), ("left", record.left_phase))
+    }
+    weight = mass * GRAVITY / sum(each.mean() for each in vertical.values())  # N, on the whole
+    used = set()
+    for side, force in vertical.items():
+        row = COORDINATES.index(f"{name}_{side[0]}")
+        levers = fit.problem.lever[:, row, NUISANCES:]
+        (column,) = np.flatnonzero(levers.any(axis=0))
+        used.add(column)
+        moved = CONFIGURATION.noise.joint_centre * weight * force
+        np.testing.assert_allclose(np.abs(levers[:, column]), np.abs(moved), atol=1e-9)
+    assert len(used) == 2
 
 
 def test_another_body_changes_the_laws_as_its_derivatives_say(fit, held):

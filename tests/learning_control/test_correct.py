@@ -3,11 +3,13 @@
 import re
 import shutil
 from dataclasses import replace
+from importlib import resources
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors.numpy import load
 from scipy.optimize import minimize
 from simulation_fixtures import changed
 
@@ -460,6 +462,18 @@ def test_above_the_fourth_harmonic_the_prior_is_of_equal_acceleration():
     np.testing.assert_allclose(cosines[:4], mean)
     np.testing.assert_allclose(cosines[3:] * np.arange(4, 13) ** 2, 16 * mean)
     assert sd[-1] == 0.003
+
+
+def test_the_slopes_change_with_speed_as_stored():
+    """The samples that are stored, at the lowest harmonics, above and below the speed of the
+    table."""
+    file = resources.files("gaitval.learning_control").joinpath("shared_slopes.safetensors")
+    stored = {name: each.astype(float) for name, each in load(file.read_bytes()).items()}
+    which = places(1, 13)
+    for speed in (0.3, 0.42):
+        mean = shared_slopes(speed, 1, 13, 101).mean.reshape(-1, 101, len(which))
+        line = stored["mean"] + (speed - 0.35) * stored["by_speed"]
+        np.testing.assert_allclose(mean[:, ::2], line[..., which], rtol=1e-6, atol=1e-9)
 
 
 def test_the_line_on_speed_is_not_read_beyond_the_speeds_of_those_people():
