@@ -13,7 +13,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
-from gaitval.reference.dynamic_fit import weighted_laws
+from gaitval.reference.dynamic_fit import Solution, weighted_laws
 from gaitval.scaling.scaling import scale_subject
 from gaitval_bodies.posterior import Profile, identify
 from gaitval_virtual.screen_command import _shown
@@ -107,6 +107,19 @@ def test_a_held_mu_leaves_the_extended_parameters_free(fit, held):
     assert ratio[INDEX["left_leg"]] < 0.4
     residual, _ = weighted_laws(fit.problem, held.change, held.common, 1.0)
     assert np.isfinite(residual).all()
+
+
+def test_a_posterior_is_in_the_units_of_its_parameters(fit):
+    """Numbers of a fit are in SDs of the prior; here all are known to 0.3 of one."""
+    common = np.linspace(-1.0, 1.0, len(fit.problem.prior))
+    covariance = 0.3**2 * np.eye(len(common))
+    found = fit.posterior(Solution(np.zeros((31, 1)), common, covariance, 10.0))
+    sizes = np.array([each.prior_sd for each in EXTENDED])
+    np.testing.assert_allclose(found.sd, 0.3 * fit.prior_sd)
+    np.testing.assert_allclose(found.mean, nominal_parameters() + fit.prior_sd * common[3:17])
+    np.testing.assert_allclose(found.extended_sd, 0.3 * sizes)
+    np.testing.assert_allclose(found.extended_mean, sizes * common[-len(EXTENDED) :])
+    assert found.log_posterior == -5.0
 
 
 @pytest.mark.slow
