@@ -40,6 +40,15 @@ def test_a_force_on_the_pelvis_accelerates_the_body_as_newton_says(task):
     np.testing.assert_allclose(momentum, [0.1, -0.05, 0.0], atol=2e-3)
 
 
+def test_generalised_forces_are_in_world_axes_at_the_root_and_about_the_joints_axes(task):
+    """Mass matrix times what they add to the acceleration, of a turned body in motion."""
+    body = MujocoBody(task.model)
+    body.set(*random_state(4))
+    forces = np.random.default_rng(4).uniform(-30.0, 30.0, 31)
+    added = body.accelerations(forces) - body.accelerations(np.zeros(31))
+    np.testing.assert_allclose(mujoco_mass_matrix(body) @ added, forces, atol=1e-6)
+
+
 @pytest.mark.parametrize("start", [0.9, 0.4])
 def test_without_a_policy_it_walks_as_the_compiled_engine_does(task, start):
     """From the reference, for a fifth of a cycle: another integrator with a quarter of the step."""
