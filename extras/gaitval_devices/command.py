@@ -63,6 +63,7 @@ def device(
     the report shows all. There are no muscles, so nothing is said of metabolic cost. One to two
     minutes.
     """
+    from gaitval.folder_lock import held
     from gaitval_devices.device import load_devices
     from gaitval_devices.page import write_report
     from gaitval_devices.search import tuned
@@ -74,11 +75,13 @@ def device(
     worn = [*person.own, *given]
     names = "-".join(each.name for each in worn)
     folder = out or Path("reports") / f"{person.name}-{names}"
-    with display.live_view() as live:
-        live.started("device", f"{person.name}, {names}")
-        worn, strategies = tuned(person, worn, folder, say=_say)
-        found, policy = outcomes(person, worn, samples=samples, say=_say)
-    write_report(folder, person, worn, found, policy, strategies=strategies)
+    # Held before anybody walks: where it cannot be written to, nothing would be kept.
+    with held(folder):
+        with display.live_view() as live:
+            live.started("device", f"{person.name}, {names}")
+            worn, strategies = tuned(person, worn, folder, say=_say)
+            found, policy = outcomes(person, worn, samples=samples, say=_say)
+        write_report(folder, person, worn, found, policy, strategies=strategies)
     for outcome in found:
         walked = "fell after" if outcome.fell else "walked"
         pushes = "" if outcome.survived is None else f"; survived {outcome.survived} of 24 pushes"
