@@ -46,6 +46,17 @@ def observations(count=200, size=126):
 # ---- Saving and loading. ----
 
 
+@pytest.mark.parametrize("name", [*NETWORK, *NORMALISATION])
+def test_its_key_is_another_where_one_number_that_it_acts_by_is(policy, name):
+    """What was found for a key is not found again: action biases, and walks up to a push."""
+    tensor = policy.tensors[name].copy()
+    tensor.flat[-1] += np.float32(0.01)
+    other = Policy({**policy.tensors, name: tensor}, policy.about)
+    assert other.key != policy.key
+    same = Policy(dict(policy.tensors), {"subject": "somebody"})
+    assert same.key == policy.key
+
+
 def test_a_stored_policy_acts_the_same_bit_for_bit(policy, folder):
     loaded = load_policy(folder)
     seen = observations()
