@@ -117,7 +117,13 @@ def test_curves_are_means_of_whole_cycles(person, plain):
     assert curves.stride_time["left"] == pytest.approx(stride, rel=0.05)
     assert 0.5 < curves.stance["right"] < 0.75
     assert 0.9 < curves.forces["right"].max() < 1.4
-    for side in ("right", "left"):
+    threshold = person.task.configuration.contact.event_threshold
+    for column, side in enumerate(("right", "left")):
+        loaded = rollout.ground_reaction[:, column, 2] > threshold
+        shares = [
+            loaded[a:b].mean() for a, b in zip(cycles.starts[side], cycles.ends[side], strict=True)
+        ]
+        assert curves.stance[side] == pytest.approx(np.mean(shares), abs=0.005)
         net = curves.work["ankle_angle", side] - curves.negative_work["ankle_angle", side]
         ankle = ACTUATED.index(f"ankle_angle_{side[0]}")
         rows = slice(cycles.starts[side][0], cycles.ends[side][-1])

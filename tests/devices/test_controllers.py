@@ -146,6 +146,8 @@ def test_impedance_is_that_of_the_stage():
     at = controller.torque(measured(phase=0.2, angle=0.3, speed=2.0))
     assert at == pytest.approx(30.0 * -0.2 - 1.0)
     assert controller.torque(measured(phase=0.9, angle=0.3)) == pytest.approx(-1.5)
+    # the phase waits at 1 for a strike that is late
+    assert controller.torque(measured(phase=1.0, angle=0.3)) == pytest.approx(-1.5)
     with pytest.raises(ValidationError, match="end with 1"):
         Impedance(stages=stages[:1])
 

@@ -1,14 +1,19 @@
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from made_curves import made_curves
+from newton_walk import newton_walk
 from scipy.stats import ttest_rel
 
+from gaitval.coordinates import SIDES
 from gaitval_devices import experiments, learning
 from gaitval_devices.experiments import (
     ASSUMED,
     Paired,
+    com_work_rate,
     condition,
     effects,
     measured,
@@ -84,3 +89,26 @@ def test_work_on_the_centre_of_mass_is_of_each_kg_of_load():
     """30 W without a load and 44 W with 10 kg: 1.4 W more for each."""
     curves = made_curves(stance=(0.6, 0.6), force=(1.0, 1.0))
     assert measured("com_work", curves, curves, (44.0, 30.0), 10.0) == pytest.approx(1.4)
+
+
+def test_each_leg_does_its_own_work_on_the_centre_of_mass(monkeypatch):
+    """At 1 m/s the right leg pushes with 100 N and the left one brakes with 60 N: 100 W, and not
+    the 40 W of both together."""
+    walk = newton_walk(np.zeros(3), seconds=1.0)
+    walk = replace(
+        walk,
+        ground_reaction=np.tile([[100.0, 0.0, 0.0], [-60.0, 0.0, 0.0]], (len(walk.time), 1, 1)),
+        centre_of_mass=walk.time[:, None] * [1.0, 0.0, 0.0],
+    )
+    whole = SimpleNamespace(rows=lambda: slice(0, len(walk.time)))
+    monkeypatch.setattr(experiments, "find_cycles", lambda *_: whole)
+    assert com_work_rate(SimpleNamespace(rollout=walk), None) == pytest.approx(100.0)
+
+
+def test_the_hip_in_swing_is_that_after_the_stance():
+    """2 Nm/kg in stance and 0.5 in swing, of 0.4 before: a quarter more."""
+    curves = [made_curves(moment=2.0) for _ in range(2)]
+    for each, swing in zip(curves, (0.5, 0.4), strict=True):
+        for side in SIDES:
+            each.own["hip_flexion", side][62:] = swing
+    assert measured("swing_hip", *curves, (1.0, 1.0), 1.0) == pytest.approx(25.0)

@@ -45,6 +45,17 @@ def test_a_noisy_switch_does_not_strike_twice():
     assert estimate.stride_time == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_bounce_of_the_foot_begins_no_stride():
+    """The heel lands at 1 s, is off the ground for 60 ms, less than 15 % of the stride, and down
+    again; off for 160 ms it has landed anew."""
+    for back, phase in ((1.09, 0.5), (1.19, 0.31)):
+        estimate = PhaseEstimate(40.0, 1.0)
+        for time, load in ((0.5, 600.0), (0.6, 0.0), (1.0, 600.0), (1.03, 0.0), (back, 600.0)):
+            estimate.see(time, load)
+        estimate.see(1.5, 600.0)
+        assert estimate.phase == pytest.approx(phase)
+
+
 def test_a_stumble_does_not_change_the_stride_time():
     estimate = PhaseEstimate(40.0, 1.0)
     led(estimate, 1.0)

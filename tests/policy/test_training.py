@@ -26,8 +26,8 @@ from gaitval.model.urdf import model_hash
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollout_buffer import RolloutBuffer, _shapes, _walk
 from gaitval.policy.storage import Policy, load_policy, load_start, save_policy
-from gaitval.policy.training import _read_checkpoint, train
-from gaitval.policy.training_log import LOG_COLUMNS
+from gaitval.policy.training import _read_checkpoint, read_log, train
+from gaitval.policy.training_log import LOG_COLUMNS, write_log
 from gaitval.policy.walking_group import WalkingGroup
 
 EASY = {
@@ -432,6 +432,14 @@ def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     policy = train(tiny, folder, samples=8 * UPDATE, on_progress=again.append)
     assert again[0]["samples"] == 5 * UPDATE
     assert_the_same(policy, rows_of(folder), uninterrupted)
+
+
+def test_rows_that_no_checkpoint_has_are_left_out_of_the_log(tmp_path):
+    """The log is written before the checkpoint: a kill between both leaves rows that are made
+    again."""
+    path = tmp_path / "training.csv"
+    write_log(path, [dict.fromkeys(LOG_COLUMNS, 0) | {"samples": n} for n in (100, 200, 300)])
+    assert [row["samples"] for row in read_log(path, 200)] == ["100", "200"]
 
 
 @pytest.mark.parametrize("damage", ["length", "empty", "truncated", "unlabelled", "log"])
