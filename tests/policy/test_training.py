@@ -57,7 +57,14 @@ TINY = {**EASY, "training": {**EASY["training"], "environments": 4, "hidden_unit
 TINY["training"] |= {"rollout_steps": 32, "batch_size": 64}
 UPDATE = 4 * 32
 
-INTERRUPTED = {**TINY, "training": {**TINY["training"], "checkpoint_samples": 2 * UPDATE}}
+SCHEDULED = {
+    "checkpoint_samples": 2 * UPDATE,
+    "difficulty_ramp": (0.25, 0.7),
+    "initial_log_std": -1.0,
+    "final_log_std": -1.8,
+    "exploration_hold": 0.2,
+}
+INTERRUPTED = {**TINY, "training": {**TINY["training"], **SCHEDULED}}
 
 
 class Stopped(Exception):
@@ -432,6 +439,16 @@ def test_a_killed_training_gives_the_same_policy(task, uninterrupted, tmp_path):
     policy = train(tiny, folder, samples=8 * UPDATE, on_progress=again.append)
     assert again[0]["samples"] == 5 * UPDATE
     assert_the_same(policy, rows_of(folder), uninterrupted)
+
+
+def test_noise_and_difficulty_of_an_update_are_those_of_the_samples_before_it(uninterrupted):
+    """Noise is kept for a fifth of the training, then falls; pushes grow from 25 to 70 % of it."""
+    before = np.arange(8) / 8
+    rows = rows_of(uninterrupted[1])
+    noise = np.interp(before, [0.2, 1.0], [-1.0, -1.8])
+    np.testing.assert_allclose([float(row["log_std"]) for row in rows], noise, atol=1e-6)
+    ramp = np.interp(before, [0.25, 0.7], [0.0, 1.0])
+    np.testing.assert_allclose([float(row["difficulty"]) for row in rows], ramp, atol=1e-6)
 
 
 def test_rows_that_no_checkpoint_has_are_left_out_of_the_log(tmp_path):
