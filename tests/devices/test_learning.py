@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gaitval.configuration import Configuration
+from gaitval_devices import learning
 from gaitval_devices.device import load_devices
 from gaitval_devices.learning import adapt, adaptation_settings, varied
 from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
@@ -16,6 +19,41 @@ def test_a_varied_device_differs_a_little_and_is_still_a_device():
     changed = varied(device, random).hinges[0].spring.stiffness
     assert changed != 180.0
     assert 162.0 <= changed <= 198.0
+
+
+def test_a_part_that_is_heavier_has_more_inertia_by_the_same_factor():
+    (device,) = load_devices("backpack")
+    changed = varied(device, np.random.default_rng(3))
+    for before, after in zip(device.parts, changed.parts, strict=True):
+        factor = after.mass / before.mass
+        assert factor != 1.0
+        assert any(before.inertia)
+        np.testing.assert_allclose(after.inertia, factor * np.array(before.inertia))
+
+
+def test_every_environment_of_an_adaptation_begins_and_is_disturbed_otherwise(person, monkeypatch):
+    """The first wears the device of the table; no seed is used twice."""
+    began = []
+
+    class Stopped(Exception):
+        pass
+
+    def stopping(environments, seen, *_):
+        began.append((environments, seen.copy()))
+        raise Stopped
+
+    monkeypatch.setattr(learning, "_walk", stopping)
+    task = with_devices(person.task, load_devices("hip_exo"))
+    training = task.configuration.training.model_copy(update={"environments": 4})
+    few = task.configuration.model_copy(update={"training": training})
+    with pytest.raises(Stopped):
+        adapt(replace(task, configuration=few), person.policy, samples=1)
+    ((environments, seen),) = began
+    assert len(np.unique(seen, axis=0)) == len(environments) == 4
+    assert len({each.walker.noise_seed for each in environments}) == 4
+    worn = [each.walker.task.devices for each in environments]
+    assert worn[0] == task.devices
+    assert all(each != task.devices for each in worn[1:])
 
 
 def test_an_adaptation_costs_effort_and_does_not_imitate_moments():
