@@ -128,6 +128,9 @@ def test_a_device_in_place_of_a_leg_is_on_the_side_of_the_prosthesis(name):
         check_side(patient, right)
     with pytest.raises(ConfigurationError, match="on the left"):
         of_subject.wearing(patient, [{"name": name, "sides": ["right"]}])  # live, cohort
+    both = of_subject.devices_of({"devices": [{"name": name, "sides": ["left", "right"]}]}, "x")
+    with pytest.raises(ConfigurationError, match="left and right leg"):
+        check_side(patient, both)
     left = of_subject.devices_of({"devices": [{"name": name, "sides": ["left"]}]}, "x")
     check_side(patient, left)
     check_side(load_subject(5), right)  # what a device would do to a healthy person

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -38,6 +39,32 @@ def test_it_finds_what_is_best(tmp_path):
     assert best == pytest.approx(0.5, rel=0.02)
     assert x[3] == pytest.approx(0.3, abs=0.08)
     assert len(history) == 40
+
+
+def test_another_seed_searches_elsewhere(tmp_path):
+    first, other = (searched(tmp_path / str(seed), 2, seed=seed) for seed in (0, 1))
+    assert not np.array_equal(first[0], other[0])
+    assert first[2] != other[2]
+
+
+def test_an_angle_beyond_the_range_costs_ten_for_each_radian(person, tmp_path, monkeypatch):
+    """The walks are made up: the joint goes 0.05 rad further than it may, on both sides, or not."""
+    aim, device = Aim(joint="hip_flexion", generations=1, range_rad=0.2), load_devices("hip_exo")[0]
+    who = Wearer("S05", person.task, person.policy, person.mu)
+    rollout = SimpleNamespace(fell=[0.0], phase=[search.CYCLES])
+    monkeypatch.setattr(search, "DeviceEnvironment", lambda _: None)
+    monkeypatch.setattr(search, "walk_with", lambda *_, **__: SimpleNamespace(rollout=rollout))
+    monkeypatch.setattr(search, "_without", lambda *_: (made_curves(), None))  # all at 0.1 rad
+    best = []
+    for angle in (0.1, 0.3, 0.35, -0.15):
+        worn = made_curves()
+        for side in ("right", "left"):
+            worn.angles["hip_flexion", side][50] = angle
+        monkeypatch.setattr(search, "walk_curves", lambda *_, worn=worn: worn)
+        found = search_spline(who, device, aim, tmp_path / str(angle))
+        best.append(found.best / found.without)
+    assert best[1] == best[0]
+    assert best[2:] == pytest.approx([best[0] + 2 * 0.5] * 2)
 
 
 def test_a_search_that_was_ended_comes_to_the_same_place(tmp_path):

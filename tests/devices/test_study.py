@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 from html_page import whole_pdf
 
@@ -23,6 +24,13 @@ def found(who):
         return outcomes(who, load_devices("ankle_spring"), samples=0, cycles=8.0)[0]
     finally:
         patch.undo()
+
+
+def test_pushes_come_from_eight_sides_evenly():
+    pushes = study.pushes_of(200.0)
+    np.testing.assert_allclose(np.degrees([push[2] for push in pushes]), 45.0 * np.arange(8))
+    assert {push[1] for push in pushes} == {200.0}
+    assert len(study.PUSHES) == 24
 
 
 def test_a_person_is_shown_by_every_assumption(found):

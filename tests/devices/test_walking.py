@@ -10,8 +10,8 @@ from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.mujoco_body import mjcf
-from gaitval_devices.device import Device, Socket, Spring, load_devices
-from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval_devices.device import Device, Motor, Socket, Spring, load_devices
+from gaitval_devices.walking import DeviceEnvironment, command_noise, walk_with, with_devices
 from gaitval_export.ground_wrenches import ground_wrenches
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
@@ -359,10 +359,24 @@ def test_the_inclination_of_the_trunk_is_what_pelvis_and_lumbar_joint_leave(
     assert asked == [(pytest.approx(seen), -1.0)]
 
 
+def test_noise_of_a_held_command_has_its_size_after_the_motors_lag():
+    """Of 200,000 actions of three steps, with the lag of first order written out."""
+    motor = Motor(torque=20.0, speed=5.0, power=100.0, bandwidth=20.0, noise=0.7)
+    held = command_noise(motor, 0.002, 3)
+    random, torque, seen = np.random.default_rng(0), 0.0, []
+    part = 1.0 - np.exp(-2.0 * np.pi * 20.0 * 0.002)
+    for command in held * random.standard_normal(200_000):
+        for _ in range(3):
+            torque += part * (command - torque)
+            seen.append(torque)
+    assert np.std(seen) == pytest.approx(0.7, rel=0.01)
+
+
 def test_a_command_acts_after_the_delay_of_the_motor(person):
     late = made(joint="knee_angle", motor=MOTOR | {"delay": 0.05})
     walk = walked(person, [late], cycles=0.15, own=Constant)
     time = walk.rollout.time
     action = WalkingEnvironment(person.task).walker.action_seconds
-    np.testing.assert_array_equal(walk.command[time < 0.05], 0.0)
-    np.testing.assert_array_equal(walk.command[time > 0.05 + 1.01 * action], 3.0)
+    first = np.ceil(0.05 / action) * action  # an action's command is held throughout it
+    np.testing.assert_array_equal(walk.command[time < first + 1e-6], 0.0)
+    np.testing.assert_array_equal(walk.command[time > first + 1e-6], 3.0)
