@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from html_page import whole_pdf
+from made_curves import made_curves
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
@@ -8,7 +9,7 @@ from gaitval_devices import command, study
 from gaitval_devices.device import load_devices
 from gaitval_devices.page import LINES, _figure, strap_loads, write_report
 from gaitval_devices.results import figures_of
-from gaitval_devices.study import ASSUMPTIONS, Wearer, outcomes, wearer
+from gaitval_devices.study import ASSUMPTIONS, Outcome, Wearer, outcomes, wearer
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +32,15 @@ def test_pushes_come_from_eight_sides_evenly():
     np.testing.assert_allclose(np.degrees([push[2] for push in pushes]), 45.0 * np.arange(8))
     assert {push[1] for push in pushes} == {200.0}
     assert len(study.PUSHES) == 24
+
+
+def test_figures_have_both_ends_of_a_curve():
+    curves = made_curves()
+    curves.own["knee_angle", "left"][:3] = -0.7, 0.2, 0.9
+    curves.own["knee_angle", "left"][3:] = 0.0
+    figures = figures_of(Outcome("without", None, curves, 5.0, False, None), "left")
+    assert figures["knee: highest moment of the muscles (Nm/kg)"] == pytest.approx(0.9)
+    assert figures["knee: lowest moment of the muscles (Nm/kg)"] == pytest.approx(-0.7)
 
 
 def test_a_person_is_shown_by_every_assumption(found):

@@ -10,8 +10,15 @@ from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.mujoco_body import mjcf
+from gaitval_devices import hinge_step
 from gaitval_devices.device import Device, Motor, Socket, Spring, load_devices
-from gaitval_devices.walking import DeviceEnvironment, command_noise, walk_with, with_devices
+from gaitval_devices.walking import (
+    DeviceEnvironment,
+    command_noise,
+    hinge_numbers,
+    walk_with,
+    with_devices,
+)
 from gaitval_export.ground_wrenches import ground_wrenches
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
@@ -357,6 +364,15 @@ def test_the_inclination_of_the_trunk_is_what_pelvis_and_lumbar_joint_leave(
     walker.reset(positions, np.zeros(31), 0.0)
     walker.sense(positions, np.zeros(31), np.zeros(2), np.zeros(25))
     assert asked == [(pytest.approx(seen), -1.0)]
+
+
+def test_a_motor_s_bandwidth_is_that_of_a_first_order_lag():
+    """20 Hz: 1 - 1/e of the command after 1 / (2 pi 20) s."""
+    device = made(joint="knee_angle", motor=MOTOR | {"bandwidth": 20.0})
+    numbers, state = hinge_numbers(device.hinges[0]), np.zeros(hinge_step.STATE)
+    state[hinge_step.COMMAND] = 10.0
+    after = hinge_step.motor_torque(1.0 / (40.0 * np.pi), numbers, state)
+    assert after == pytest.approx(10.0 * (1.0 - np.exp(-1.0)))
 
 
 def test_noise_of_a_held_command_has_its_size_after_the_motors_lag():

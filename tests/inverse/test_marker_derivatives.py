@@ -7,7 +7,7 @@ import pytest
 from marked_walk import moving_walk, spread_markers
 
 from gaitval.inverse.marked_body import marker_positions, marker_trial
-from gaitval.inverse.marker_derivatives import evaluate, workspace
+from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
 from gaitval.inverse.pose_solver import moved
 
 
@@ -47,3 +47,17 @@ def test_both_derivatives_are_those_of_the_cost(seed):
             apart = at(stepped(steps[i] - steps[j]))[0] + at(stepped(steps[j] - steps[i]))[0]
             second = (both - apart) / (4 * h * h)
             assert hessian[i, j] == pytest.approx(second, abs=1e-5 * np.abs(hessian).max())
+
+
+def test_a_coordinate_counts_by_what_those_before_it_do_not_explain():
+    """Three of the pelvis: the second has 50 mm of its own, the third 30, and 40 are asked for."""
+    own = {0: (1.0, 0.0, 0.0), 1: (2.0, 0.05, 0.0), 2: (3.0, 0.5, 0.03)}
+    columns = np.zeros((3, 31))
+    for index, column in own.items():
+        columns[:, index] = column
+    found, frozen = np.ones(31, dtype=np.bool_), np.zeros(31, dtype=np.bool_)
+    independent_coordinates(columns.T @ columns, frozen, 0.04**2, found)
+    assert np.flatnonzero(found).tolist() == [0, 1]
+    frozen[1] = True  # held, it explains nothing: the third has its 500 mm too
+    independent_coordinates(columns.T @ columns, frozen, 0.04**2, found)
+    assert np.flatnonzero(found).tolist() == [0, 2]
