@@ -54,6 +54,8 @@ def test_slopes_are_those_of_the_force_at_rest(depth):
     h = 1e-6
     down, up = (force(depth, (0.0, 0.0, v))[0][2] for v in (-h, h))
     assert normal == pytest.approx((down - up) / (2 * h), rel=1e-6)
+    for rate in (-0.8, 0.8, 3.0):  # of the foot that moves too
+        assert force(depth, (0.0, 0.0, rate))[1][0] == normal
     right, left = (force(depth, (v, 0.0, 0.0))[0][0] for v in (h, -h))
     assert friction == pytest.approx((left - right) / (2 * h), rel=1e-3)
 
