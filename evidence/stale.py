@@ -535,6 +535,12 @@ EQUAL: Final = (
         "order of operations: every file of studies with and without own training, of kinematics "
         "and of looked for parameters is the same, byte for byte",
     ),
+    Equal(
+        "283f0df7ec",
+        "c1c0d15516",
+        ("extras/gaitval_devices/controllers.py", "extras/gaitval_devices/walking.py"),
+        "only gravity compensation reads the inclination, and no device of a row has it",
+    ),
 )
 """Oldest first."""
 
