@@ -543,7 +543,7 @@ class ProcessingSettings(Section):
     filter_order: int = Field(4, ge=2, le=8, multiple_of=2)
     """Order of the zero-lag filter (twice that of each pass)."""
     force_threshold_n: Positive = 20.0
-    """Vertical force below which a foot is in the air."""
+    """Vertical force below which a foot is in the air; 5 % of the weight, if that is less."""
     largest_gap_s: Positive = 0.1
     """Longest gap of a marker that a spline fills; with three other markers on the segment, gaps up
     to five times as long are rebuilt from them."""

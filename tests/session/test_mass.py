@@ -20,6 +20,25 @@ def found(tmp_path_factory):
     return work_out(session.request, Configuration().processing)
 
 
+def test_a_foot_of_a_light_person_lands_when_a_heavy_one_s_does(found, tmp_path):
+    """20 N are 14 % of 15 kg: stance was 4 to 5 % of the cycle short."""
+    share = 15.0 / found.request.mass_kg
+    lines = found.request.forces[0].read_text().splitlines()
+    (start,) = (row for row, line in enumerate(lines) if line.startswith("time"))
+    loads = ["_p" not in name and name != "time" for name in lines[start].split()]
+    for row in range(start + 1, len(lines)):
+        values = zip(lines[row].split(), loads, strict=True)
+        lines[row] = "\t".join(str(share * float(v)) if load else v for v, load in values)
+    path = tmp_path / "light.mot"
+    path.write_text("\n".join(lines))
+    request = found.request.model_copy(update={"forces": (path,), "mass": 15.0})
+    light = work_out(request, Configuration().processing)
+    assert light.processing.force_threshold_n == pytest.approx(0.05 * 15.0 * 9.80665)
+    for side in ("right", "left"):
+        stance = [each.trials[0].gait[side].stance_fraction for each in (light, found)]
+        assert stance[0] == pytest.approx(stance[1], abs=0.008), stance
+
+
 def ending_beside_the_plates(walk, samples):
     """The trial with one cycle, without forces in its last samples."""
     cycle = walk.cycles["right"][1]
