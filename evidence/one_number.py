@@ -188,7 +188,7 @@ def _page(path: Path) -> dict[str, Said]:
     row = re.compile(
         r"<tr[^>]*><td[^>]*>(?:<span[^>]*>)?([^<]*)(?:</span>)?</td>"
         r"<td class=\"n value\">([-\d.]+) .*?</td>"
-        r"<td class=\"n\">≤ ([\d.]+) .*?</td><td[^>]*>.*?</td>"
+        r"<td class=\"n\">≤&nbsp;([\d.]+) .*?</td><td[^>]*>.*?</td>"
         r"<td class=\"word\"><span[^>]*>([^<]*)</span></td></tr>"
     )
     return {
