@@ -17,7 +17,7 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import GaitCycle, average, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events, marker_events
-from gaitval.gait.foot_forces import assign_forces
+from gaitval.gait.foot_forces import assign_forces, of_weight
 from gaitval.inverse.inverse_dynamics import ground_level
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.separate_forces import with_plates
@@ -72,7 +72,7 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
     recording = _stand_ins(skeleton, motion, None if loads is None else loads.rate)
     findings: list[str] = []
     forces = None
-    processing = ProcessingSettings()
+    processing = of_weight(ProcessingSettings(), skeleton.model.mass)
     if loads is not None:
         recording = _with_loads(recording, loads, skeleton.model.up)
         forces, found = assign_forces(recording, processing, landmarks=LANDMARKS)

@@ -9,6 +9,7 @@ import numpy as np
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError, ScalingError
+from gaitval.gait.foot_forces import of_weight
 from gaitval.interface.arguments import expect
 from gaitval.inverse import inverse_dynamics as dynamics
 from gaitval.inverse.inverse_dynamics import InverseDynamics
@@ -151,6 +152,7 @@ def inverse_dynamics(
     expect("motion", motion, InverseKinematics, "what inverse_kinematics(recording, body) returns")
     _check_of_one_trial(motion, trial)
     shown = {side: leg_shown(motion, side, trial, marker_set) for side in SIDES}
+    processing = of_weight(processing, body.model.mass)
     carried = trial_loads(trial, processing, marker_set.landmarks, shown)
     found = dynamics.inverse_dynamics(body.model, trial.time, motion.positions, *carried.wrenches)
     return replace(found, source=recording.source, known=carried.known)

@@ -13,11 +13,11 @@ import numpy as np
 
 from gaitval import wings
 from gaitval.configuration import ProcessingSettings
-from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
 from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve
+from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
 from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
 from gaitval.session.one_side import missing_sides
@@ -93,11 +93,6 @@ class Progress:
         return noted
 
 
-LIGHTEST: Final = 0.05
-"""Of the weight, below which a foot is in the air: 20 N are 14 % of a child of 15 kg, whose stance
-they cut by 4 to 5 % of the cycle (WBDS01 made as small)."""
-
-
 def work_out(
     request: Request,
     processing: ProcessingSettings,
@@ -115,7 +110,13 @@ def work_out(
     """
     known = Progress() if progress is None else progress
     noted = known.noting(tell)
-    processing = _of_weight(processing, request, noted)
+    usual, processing = processing, of_weight(processing, request.mass_kg)
+    if processing != usual:
+        noted(
+            "forces",
+            f"a foot is on the ground from {processing.force_threshold_n:.1f} N on, "
+            f"{100 * LIGHTEST:g} % of the weight, not from {usual.force_threshold_n:g} N",
+        )
     if request.aid is not None:
         noted(
             "warnings",
@@ -178,19 +179,6 @@ def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:
             f"they were walked at different speeds ({said}): their mean is a gait that nobody "
             "walked. Import each speed as a subject of its own",
         )  # fmt: skip
-
-
-def _of_weight(processing: ProcessingSettings, request: Request, noted: Tell) -> ProcessingSettings:
-    """`processing` with a force of contact that is at most `LIGHTEST` of the person's weight."""
-    least = LIGHTEST * request.mass_kg * STANDARD_GRAVITY
-    if least >= processing.force_threshold_n:
-        return processing
-    noted(
-        "forces",
-        f"a foot is on the ground from {least:.1f} N on, {100 * LIGHTEST:g} % of the weight, not "
-        f"from {processing.force_threshold_n:g} N",
-    )
-    return processing.model_copy(update={"force_threshold_n": least})
 
 
 def _scaled(

@@ -25,7 +25,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
-from gaitval.gait.foot_forces import assign_forces, resample_forces
+from gaitval.gait.foot_forces import assign_forces, of_weight, resample_forces
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.findings import Finding
@@ -39,6 +39,11 @@ WALKWAY = (
     Rectangle(x=(0.75, 1.25), y=(-0.3, 0.3)),
 )
 """The right foot strikes the first plate at 0.3 s, the left foot the second one 0.55 s later."""
+
+
+def test_contact_begins_at_a_twentieth_of_a_light_weight():
+    assert of_weight(PROCESSING, 15.0).force_threshold_n == pytest.approx(0.05 * 15.0 * 9.80665)
+    assert of_weight(PROCESSING, 41.0) == PROCESSING
 
 
 def assigned(recording: Recording, **settings: float) -> tuple[FootForces, tuple[Finding, ...]]:
