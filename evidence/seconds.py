@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
     from gaitval.arrays import Array
     from gaitval.datasets.subject import Subject
-    from gaitval.gait.record import Curve
     from gaitval.policy.storage import Policy
     from gaitval.simulation.walker import WalkingTask
 
@@ -98,8 +97,8 @@ MEASURES = {
     "strangers, adults of ANSUR II * and, one in*": {
         "code": (
             "@walk",
-            "evidence/seconds.py:strangers,adults,drawn_stranger,_stranger,_child,_walking_on,task_of,"
-            "_fell",
+            "evidence/seconds.py:strangers,adults,drawn_stranger,_stranger,_child,task_of,_fell",
+            "extras/gaitval_virtual/person.py:on_legs",
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/general/strangers.json",),
@@ -409,11 +408,13 @@ def _child(person: "Subject", random: "Generator") -> "Subject":
     """A child of a drawn age and size who walks as the `person` does at the same dimensionless
     speed, with the same share of leg in stature.
     """
+    from gaitval_virtual.person import on_legs
+
     years, median, spread, skew, index, scatter = GROWTH[person.sex][random.integers(6)]
     height = 0.01 * median * (1.0 + spread * random.standard_normal())
     mass = height**2 * index * (1.0 + skew * scatter * random.standard_normal()) ** (1.0 / skew)
     leg = person.leg_length_m * height / person.height_m
-    return _walking_on(person, leg).model_copy(
+    return on_legs(person, leg, leg / person.leg_length_m).model_copy(
         update={
             "person": f"{person.person}-child",
             "laboratory": "WHO",
@@ -467,9 +468,10 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     at the same dimensionless speed; only stature, leg and mass are known of the body.
     """
     from gaitval.datasets.subject_file import load_subject
+    from gaitval_virtual.person import on_legs
 
-    leg = float(row["trochanterionheight"]) / 1000.0
-    return _walking_on(load_subject(gait).by_stature(), leg).model_copy(
+    leg, person = float(row["trochanterionheight"]) / 1000.0, load_subject(gait).by_stature()
+    return on_legs(person, leg, leg / person.leg_length_m).model_copy(
         update={
             "person": f"ANSUR-{row.get('SubjectId') or row.get('subjectid')}",
             "laboratory": "ANSUR II",
@@ -477,27 +479,6 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
             "mass_kg": float(row["weightkg"]) / 10.0,
             "height_m": float(row["stature"]) / 1000.0,
             "trials": (),
-        }
-    )
-
-
-def _walking_on(person: "Subject", leg: float) -> "Subject":
-    """The gait of a person on legs of a length, m, without dimension the same (Hof 1996): speed and
-    times go with the root of the leg, moments, Nm/kg, with the leg.
-    """
-    size = leg / person.leg_length_m
-
-    def larger(curve: "Curve") -> "Curve":
-        cosine, sine = (tuple(size * each for each in part) for part in (curve.cosine, curve.sine))
-        return curve.model_copy(update={"mean": size * curve.mean, "cosine": cosine, "sine": sine})
-
-    moments = {name: larger(curve) for name, curve in person.gait.moments.items()}
-    return person.model_copy(
-        update={
-            "leg_length_m": leg,
-            "walking_speed_m_s": person.walking_speed_m_s * size**0.5,
-            "stride_time_s": person.stride_time_s * size**0.5,
-            "gait": person.gait.model_copy(update={"moments": moments}),
         }
     )
 

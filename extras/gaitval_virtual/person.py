@@ -24,7 +24,7 @@ from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES, Curves
 from gaitval.gait.mean_curves import MeanCurves
 from gaitval.gait.plate_correction import SHIFT_SIGNS
-from gaitval.gait.record import RECORDED_ANGLES, PeriodicCurve
+from gaitval.gait.record import RECORDED_ANGLES, Curve, PeriodicCurve
 from gaitval.gait.sampling import SAMPLES
 from gaitval.identification.body_fit import angle_sd
 from gaitval.identification.prior import prior_sd
@@ -112,11 +112,30 @@ def drawn_parameters(sd: Array, random: np.random.Generator) -> Array:
             return np.asarray(mu)
 
 
-def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
-    """Somebody who walks as `person` does but is taller or shorter, heavier or lighter.
+def on_legs(person: Subject, leg: float, size: float) -> Subject:
+    """The gait of `person` on legs of a length, m, which are `size` times as long: without
+    dimension the same, so speed and times go with the root of the size, and moments, Nm/kg, with
+    the size (Hof 1996).
+    """
 
-    Two walks are alike at any size if speeds are to each other as the roots of the lengths, and so
-    are times (Hof 1996). The body is known by stature and mass alone.
+    def larger(curve: Curve) -> Curve:
+        cosine, sine = (tuple(size * each for each in part) for part in (curve.cosine, curve.sine))
+        return curve.model_copy(update={"mean": size * curve.mean, "cosine": cosine, "sine": sine})
+
+    moments = {name: larger(curve) for name, curve in person.gait.moments.items()}
+    return person.model_copy(
+        update={
+            "leg_length_m": leg,
+            "walking_speed_m_s": person.walking_speed_m_s * size**0.5,
+            "stride_time_s": person.stride_time_s * size**0.5,
+            "gait": person.gait.model_copy(update={"moments": moments}),
+        }
+    )
+
+
+def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
+    """Somebody who walks as `person` does but is taller or shorter, heavier or lighter. The body is
+    known by stature and mass alone.
 
     Parameters
     ----------
@@ -125,12 +144,11 @@ def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
     """
     z = np.clip(random.standard_normal(2), -WIDEST, WIDEST)
     size = float(1.0 + STATURE_SD * z[0])
-    lengths, speeds = {"height_m": size, "leg_length_m": size}, size**0.5
     # At equal body mass index the mass grows with the square of the stature.
-    mass = {"mass_kg": size**2 * float(1.0 + BUILD_SD * z[1])}
-    factors = lengths | mass | {"walking_speed_m_s": speeds, "stride_time_s": speeds}
-    values = {name: getattr(person, name) * factor for name, factor in factors.items()}
-    return person.by_stature().model_copy(update=values | {"trials": ()})
+    mass = person.mass_kg * (size**2 * float(1.0 + BUILD_SD * z[1]))
+    values = {"height_m": person.height_m * size, "mass_kg": mass, "trials": ()}
+    larger = on_legs(person.by_stature(), person.leg_length_m * size, size)
+    return larger.model_copy(update=values)
 
 
 def virtual_person(
