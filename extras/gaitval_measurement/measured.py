@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import Side
+from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.session.request import Tell
@@ -129,10 +129,10 @@ def unshown(found: Bands) -> Iterator[QualityFlag]:
     }
     wide = {name: size for name, size in half.items() if size > UNSHOWN}
     if wide:
+        sides = {name: split_side(name) for name in wide}
         said = ", ".join(
-            f"{side} {TITLES[name[:-2]].lower()} ± {size:.0f}°"
-            for name, size in wide.items()
-            for side in ("left" if name.endswith("_l") else "right",)
+            f"{side} {TITLES[joint].lower()} ± {wide[name]:.0f}°"
+            for name, (side, joint) in sides.items()
         )
         yield QualityFlag(
             "shown angles", "all trials", max(wide.values()), UNSHOWN, "deg",

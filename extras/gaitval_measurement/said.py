@@ -42,6 +42,8 @@ ONE_FOOT: Final = (
 """What to do about a turned plate that only one foot stepped on."""
 OF_WEIGHT: Final = ("gain", "offset", "mass")
 """Faults that the vertical force shows."""
+OF_A_PLATE: Final = ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset")
+"""Faults of one plate, or of all."""
 WORDS: Final[Mapping[str, Words]] = {
     "delay": Words(
         1000.0,
@@ -154,9 +156,8 @@ def title(name: str) -> str:
         rest.partition(" ") if rest[:1] in "xyz" and rest[1:2] in (" ", "") else ("", "", rest)
     )
     word = {"x": " forward", "y": " left", "z": " up", "": ""}[axis]
-    if kind in ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset"):
-        whose = "all plates" if plate == "all" else f"plate {plate}"
-        return f"{whose}: {kind}{word}"
+    if kind in OF_A_PLATE:
+        return f"{_whose(plate)}: {kind}{word}"
     return {
         "delay": "delay of the forces",
         "mass": "body mass",
@@ -259,9 +260,11 @@ def _warning(found: Found, saturated: Sequence[str], *, single: bool) -> Quality
 def _where(cause: Cause) -> str:
     kind = kind_of(cause.name)
     plate = cause.name.removeprefix(kind).strip()
-    if kind in ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset"):
-        return "all plates" if plate == "all" else f"plate {plate}"
-    return "forces and markers"
+    return _whose(plate) if kind in OF_A_PLATE else "forces and markers"
+
+
+def _whose(plate: str) -> str:
+    return "all plates" if plate == "all" else f"plate {plate}"
 
 
 def _phrase(cause: Cause, values: Sequence[float], deviations: Sequence[float]) -> str:
