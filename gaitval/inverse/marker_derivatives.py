@@ -8,7 +8,7 @@ Algorithms, section 6.2). Matrices are filled only below the diagonal and along 
 coordinates of different branches do not interact.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -76,11 +76,24 @@ class MarkerWorkspace(NamedTuple):
 def workspace() -> MarkerWorkspace:
     """Arrays for `evaluate` and the solver to fill, for one pose; see `MarkerWorkspace`."""
     n, segments = len(COORDINATES), len(SEGMENTS)
-    vectors, matrices = (segments, 3), (segments, 3, 3)
-    shapes = segments, vectors, matrices, vectors, matrices, (n, n), (n, n), n, (n, n), n, n, n, 1
-    numbers: Any = (np.zeros(shape) for shape in shapes)
-    flags: Any = (np.zeros(n, dtype=np.bool_) for _ in range(2))
-    return MarkerWorkspace(empty_frames(), *numbers, *flags)
+    return MarkerWorkspace(
+        frames=empty_frames(),
+        weight_sum=np.zeros(segments),
+        first=np.zeros((segments, 3)),
+        second=np.zeros((segments, 3, 3)),
+        force=np.zeros((segments, 3)),
+        torque=np.zeros((segments, 3, 3)),
+        normal=np.zeros((n, n)),
+        curvature=np.zeros((n, n)),
+        gradient=np.zeros(n),
+        matrix=np.zeros((n, n)),
+        step=np.zeros(n),
+        trial=np.zeros(n),
+        other=np.zeros(n),
+        cost=np.zeros(1),
+        fixed=np.zeros(n, dtype=np.bool_),
+        stiff=np.zeros(n, dtype=np.bool_),
+    )
 
 
 @njit
