@@ -541,6 +541,17 @@ EQUAL: Final = (
         ("extras/gaitval_devices/controllers.py", "extras/gaitval_devices/walking.py"),
         "only gravity compensation reads the inclination, and no device of a row has it",
     ),
+    Equal(
+        "2b42242183",
+        "d6ac3fadc7",
+        (
+            "gaitval/gait/foot_forces.py",
+            *("gaitval/interface/motions.py", "gaitval/session/session.py"),
+            *("gaitval/inverse/marker_derivatives.py", "extras/gaitval_judge/gait.py"),
+        ),
+        "the contact of a light person has the same rule in another room, no model that is judged "
+        "in a row weighs less than 41 kg, and empty arrays are made by name",
+    ),
 )
 """Oldest first."""
 
