@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from evidence import STARTED
 from experiments.real_people import fit_of
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
@@ -86,7 +87,8 @@ def main() -> None:
         weights[: len(of_mu)][of_mu] = leg * fit.prior_sd
         logs, left = with_widths(*shared.kept, shared._problem.prior, weights)
         stored.append({"name": subject.identifier, "log_likelihood": logs, "leg": left})
-        write_json(STORE, {"versions": versions(), "widths": WIDTHS, "people": stored})
+        about = {"versions": versions(), "commit": STARTED, "widths": WIDTHS}
+        write_json(STORE, about | {"people": stored})
         print(subject.identifier, *(f"{each - logs[0]:+.2f}" for each in logs), flush=True)
 
 
