@@ -88,7 +88,7 @@ identification: setup ## Identify virtual people and the built-in ones (20 min),
 	@$(BIN)/python -m experiments.real_people
 	@$(BIN)/python -m evidence identification
 
-ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (1 h), and its table
+ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (3 h), and its table
 	@$(BIN)/python -m experiments.ablation run
 	@$(BIN)/python -m experiments.ablation table
 
