@@ -1,14 +1,13 @@
 """What matters of how the general policy is trained: the table of docs/learning.md.
 
 Each row of `ROWS` changes one thing of `general_policy`: whom it learns on, what is drawn anew in
-each episode, or what it is shown. `run` trains each from nothing with several seeds, with few
-samples and, of `LONGER` rows, with more; lets each policy walk `TRIED` strangers on whom none of
-them learned; and stores the figures in reports/ablation.json. What is there already is not trained
-again. `table` writes them into docs/learning.md; `table --check` fails if they differ.
+each episode, or what it is shown. `run` trains them from nothing as `TRAININGS` says, lets each
+policy walk `TRIED` strangers on whom none of them learned, and stores the figures in
+reports/ablation.json. What is there already is not trained again. `table` writes them into
+docs/learning.md; `table --check` fails if they differ.
 """
 
 import argparse
-import json
 import multiprocessing as mp
 import os
 import statistics
@@ -22,21 +21,22 @@ from pathlib import Path
 from typing import Any, Final
 
 from evidence.marked_table import with_table
-from evidence.seconds import FASTEST, SLOWEST, adults, drawn_stranger, task_of
+from evidence.seconds import CHILDREN, FASTEST, SLOWEST, adults, drawn_stranger
+from evidence.seconds import task_of as stranger_task_of
 from experiments.general_policy import (
     SPEEDS,
-    VIRTUAL,
+    built_in,
+    task_of,
     train_general,
+    virtual,
     virtual_task_of,
 )
-from experiments.general_policy import (
-    task_of as task_at_share,
-)
-from gaitval.artefacts import value_hash, versions, write_json
+from gaitval.artefacts import read_json, value_hash, versions, write_json, write_text
 from gaitval.configuration import Configuration, load_configuration
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN
 from gaitval.metrics.policy_comparison import standing_of
-from gaitval.model.parameters import nominal_parameters
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 
@@ -44,14 +44,12 @@ ROOT: Final = Path(__file__).parent.parent
 RESULTS: Final = ROOT / "reports" / "ablation.json"
 DOCUMENT: Final = ROOT / "docs" / "learning.md"
 
-FEW, MORE = 2_000_000, 8_000_000
-"""Samples of a training of each row, and of a longer one of some."""
-SEEDS: Final = (0, 1, 2)
 ENVIRONMENTS: Final = 60
+MANY: Final = 240
+"""People of tables, each in an environment, where more are learned on."""
 LEARNED_SEED, TRIED_SEED = 5501, 20261128
 """Of the people of tables whom some rows learn on, and of the strangers whom all are tried on."""
 TRIED: Final = 20
-SPEED_RANGE: Final = (SLOWEST, FASTEST)
 LEARNING: Final = {"contact", "servo", "environment", "reward", "randomisation", "training"}
 """Sections of the configuration that the figures depend on."""
 
@@ -59,47 +57,41 @@ Wanted = tuple[Callable[[Any], WalkingTask], Any]
 """A function that makes a task, and its argument."""
 
 
-def stranger_of(wanted: tuple[str, int, int]) -> WalkingTask:
-    """The task of a person drawn from tables, by data folder, seed and number."""
-    data, seed, number = wanted
-    person, _, speed = drawn_stranger(adults(Path(data)), seed, number, SPEED_RANGE)
-    return task_of(person, speed)
-
-
 def _made(wanted: Wanted) -> WalkingTask:
     make, argument = wanted
     return make(argument)
 
 
+def _stranger(wanted: tuple[Subject, float]) -> WalkingTask:
+    return stranger_task_of(*wanted)
+
+
+def strangers(seed: int, count: int) -> list[Wanted]:
+    """People drawn from tables, each with a speed."""
+    data = os.environ.get("GAITVAL_DATA")
+    if not data:
+        sys.exit("GAITVAL_DATA names no folder: the strangers are drawn from its anthropometry/.")
+    table = adults(Path(data))
+    drawn = [drawn_stranger(table, seed, n, (SLOWEST, FASTEST)) for n in range(count)]
+    return [(_stranger, (person, speed)) for person, _, speed in drawn]
+
+
 def _built_in(names: Sequence[str], shares: Sequence[float]) -> list[Wanted]:
-    configuration = load_configuration(settings=["record.use=kinematics"])
-    known = tuple(BUILTIN)
-    return [
-        (task_at_share, (name, share, configuration, known)) for name in names for share in shares
-    ]
+    return [(task_of, each) for each in built_in(names, shares, _configuration(), BUILTIN)]
 
 
-def _around() -> list[Wanted]:
-    configuration = load_configuration(settings=["record.use=kinematics"])
-    return [
-        (virtual_task_of, (name, number, configuration, tuple(BUILTIN)))
-        for name in BUILTIN
-        for number in range(VIRTUAL)
-    ]
-
-
-def _of_tables(count: int) -> list[Wanted]:
-    data = os.environ.get("GAITVAL_DATA", "")
-    return [(stranger_of, (data, LEARNED_SEED, number)) for number in range(count)]
+def _as_shipped() -> list[Wanted]:
+    around = virtual(list(BUILTIN), _configuration(), BUILTIN)
+    return _built_in(list(BUILTIN), SPEEDS) + [(virtual_task_of, each) for each in around]
 
 
 PEOPLE: Final[dict[str, Callable[[], list[Wanted]]]] = {
-    "shipped": lambda: _built_in(list(BUILTIN), SPEEDS) + _around(),
+    "shipped": _as_shipped,
     "speeds": lambda: _built_in(list(BUILTIN), SPEEDS),
     "ten": lambda: _built_in(list(BUILTIN), (1.0,)),
     "one": lambda: _built_in(["S05"], (1.0,)),
-    "tables": lambda: _of_tables(ENVIRONMENTS),
-    "many": lambda: _of_tables(4 * ENVIRONMENTS),
+    "tables": lambda: strangers(LEARNED_SEED, ENVIRONMENTS),
+    "many": lambda: strangers(LEARNED_SEED, MANY),
 }
 """Whom a training can learn on."""
 
@@ -114,11 +106,10 @@ class Row:
 
 
 _SCALED_BODIES: Final = (
-    "randomisation.damping=[0.1, 0.1]",
-    "randomisation.friction=[0.8, 0.8]",
-    "randomisation.foot_length=[1.0, 1.0]",
-    "randomisation.shank_length=[1.0, 1.0]",
-    "randomisation.thigh_length=[1.0, 1.0]",
+    *(
+        f"randomisation.{name}=[{nominal}, {nominal}]"
+        for name, nominal in zip(PARAMETERS[:5], nominal_parameters(), strict=False)
+    ),
     "randomisation.joint_offset=0.0",
 )
 
@@ -129,8 +120,15 @@ ROWS: Final = {
     "speeds": Row("no virtual people: the ten at three speeds", "speeds"),
     "ten": Row("the ten at their own speed", "ten"),
     "one": Row("one of the ten (S05) at his own speed", "one"),
-    "tables": Row("60 people of tables (ANSUR II; one in five a child of 6 to 16)", "tables"),
-    "many": Row("240 people of tables", "many", ("training.rollout_steps=32",)),
+    "tables": Row(
+        f"{ENVIRONMENTS} people of tables (ANSUR II; one in five a child of 6 to 16)", "tables"
+    ),
+    "many": Row(
+        f"{MANY} people of tables",
+        "many",
+        # As many samples between updates as the others have.
+        (f"training.environments={MANY}", "training.rollout_steps=32"),
+    ),
     "no-pushes": Row("no pushes", settings=("environment.push_probability=0.0",)),
     "scaled-bodies": Row("no other bodies: μ is nominal in every episode", settings=_SCALED_BODIES),
     "no-mirror": Row(
@@ -144,15 +142,16 @@ ROWS: Final = {
         "shown the paper's state of 71 numbers", settings=("environment.observation=paper",)
     ),
 }
-LONGER: Final = ("shipped", "ten", "one", "many", "no-pushes", "scaled-bodies")
-"""Rows that walk at all with few samples, and differ in what they learn on."""
+TRAININGS: Final[dict[int, tuple[Sequence[str], int]]] = {
+    2_000_000: (tuple(ROWS), 3),
+    8_000_000: (("shipped", "ten", "one", "many", "no-pushes", "scaled-bodies"), 2),
+}
+"""Rows and number of seeds by the samples of a training: with more, those that walk at all with few
+and differ in what they learn on."""
 
 
-def _configuration(row: Row, seed: int) -> Configuration:
-    count = 4 * ENVIRONMENTS if row.people == "many" else ENVIRONMENTS
-    # One worker: two trainings side by side take less time than one after the other.
-    training = [f"training.environments={count}", "training.workers=1", f"seed={seed}"]
-    return load_configuration(settings=["record.use=kinematics", *training, *row.settings])
+def _configuration(*settings: str) -> Configuration:
+    return load_configuration(settings=["record.use=kinematics", *settings])
 
 
 def _standings(tasks: Sequence[WalkingTask], policy: Policy) -> dict[str, Any]:
@@ -171,7 +170,9 @@ def measured(
     row: Row, seed: int, learned: Sequence[WalkingTask], tried: Sequence[WalkingTask], samples: int
 ) -> dict[str, Any]:
     """Train one row with one seed, and walk the strangers with the policy."""
-    configuration = _configuration(row, seed)
+    # One worker: two trainings side by side take less time than one after the other.
+    training = (f"training.environments={ENVIRONMENTS}", "training.workers=1", f"seed={seed}")
+    configuration = _configuration(*training, *row.settings)
     began = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         policy = train_general(
@@ -184,9 +185,9 @@ def measured(
     return {"strangers": walked, "seconds": round(seconds, 1)}
 
 
-def run(names: Sequence[str], seeds: Sequence[int], trainings: int, samples: int) -> None:
-    """Train all rows that do not exist yet with so many samples, this many at a time."""
-    results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {"trained": {}}
+def run(names: Sequence[str], samples: int, trainings: int) -> None:
+    """Train what does not exist yet of these rows with so many samples, several at a time."""
+    results = read_json(RESULTS) if RESULTS.exists() else {"trained": {}}
     setting = {
         "strangers": {"seed": TRIED_SEED, "count": TRIED},
         "default": value_hash(load_configuration().model_dump(mode="json", include=LEARNING)),
@@ -198,14 +199,17 @@ def run(names: Sequence[str], seeds: Sequence[int], trainings: int, samples: int
         )
     results["setting"] = setting
     rows = results["trained"].setdefault(str(samples), {})
+    wanted, seeds = TRAININGS[samples]
     lacking = [
-        (name, seed) for seed in seeds for name in names if str(seed) not in rows.get(name, {})
+        (name, seed)
+        for seed in range(seeds)
+        for name in wanted
+        if name in names and str(seed) not in rows.get(name, {})
     ]
-    data = os.environ.get("GAITVAL_DATA")
-    if not data:
-        sys.exit("GAITVAL_DATA names no folder: the strangers are drawn from its anthropometry/.")
+    if not lacking:
+        return
     with ProcessPoolExecutor(trainings, mp_context=mp.get_context("spawn")) as pool:
-        tried = list(pool.map(_made, [(stranger_of, (data, TRIED_SEED, n)) for n in range(TRIED)]))
+        tried = list(pool.map(_made, strangers(TRIED_SEED, TRIED)))
         people: dict[str, list[WalkingTask]] = {}
         for kind in {ROWS[name].people: None for name, _ in lacking}:
             people[kind] = list(pool.map(_made, PEOPLE[kind]()))
@@ -233,17 +237,17 @@ def _spread(values: Sequence[float], digits: int) -> str:
 
 def _cells(runs: Sequence[dict[str, Any]]) -> list[str]:
     """Strangers who fall from no start, starts without a fall, pushes survived and epsilon."""
-    strangers = [run["strangers"] for run in runs]
-    walk = [100.0 * statistics.mean(not falls for falls in some["falls"]) for some in strangers]
-    starts = [100.0 * (1.0 - sum(some["falls"]) / sum(some["walks"])) for some in strangers]
-    pushes = [100.0 * sum(some["survived"]) / sum(some["pushes"]) for some in strangers]
+    found = [run["strangers"] for run in runs]
+    walk = [100.0 * statistics.mean(not falls for falls in some["falls"]) for some in found]
+    starts = [100.0 * (1.0 - sum(some["falls"]) / sum(some["walks"])) for some in found]
+    pushes = [100.0 * sum(some["survived"]) / sum(some["pushes"]) for some in found]
     errors = [
         statistics.mean(
             epsilon
             for epsilon, falls in zip(some["epsilon"], some["falls"], strict=True)
             if not falls
         )
-        for some in strangers
+        for some in found
         if not all(some["falls"])
     ]
     spreads = ((walk, 0), (starts, 0), (pushes, 0), (errors, 3))
@@ -252,11 +256,11 @@ def _cells(runs: Sequence[dict[str, Any]]) -> list[str]:
 
 def table() -> str:
     """The table of all rows in reports/ablation.json."""
-    results = json.loads(RESULTS.read_text())
-    strangers = results["setting"]["strangers"]["count"]
+    results = read_json(RESULTS)
+    count = results["setting"]["strangers"]["count"]
     lines = [
-        f"Trained from nothing on {ENVIRONMENTS} walkers or more; then {strangers} strangers "
-        f"(ANSUR II, one in five a child of 6 to 16; {SLOWEST} to {FASTEST} m/s for a grown leg), "
+        f"Trained from nothing on {ENVIRONMENTS} walkers or more; then {count} strangers (ANSUR "
+        f"II, one in {CHILDREN} a child of 6 to 16; {SLOWEST} to {FASTEST} m/s for a grown leg), "
         "on whom nothing was learned, each from 8 starts and with 96 pushes. Mean ± standard "
         "deviation over the seeds; ε of those who fall from no start.",
         "",
@@ -264,10 +268,11 @@ def table() -> str:
         "fall, % | pushes survived, % | ε |",
         "|---|---|---|---|---|---|---|",
     ]
-    for samples, rows in results["trained"].items():
+    for samples in TRAININGS:
+        rows = results["trained"].get(str(samples), {})
         for name, row in ROWS.items():
             if runs := list(rows.get(name, {}).values()):
-                lines.append(f"| {row.title} | {int(samples):,} | {' | '.join(_cells(runs))} |")
+                lines.append(f"| {row.title} | {samples:,} | {' | '.join(_cells(runs))} |")
     return "\n".join(lines)
 
 
@@ -279,24 +284,19 @@ def main() -> None:
     running.add_argument(
         "--trainings", type=int, default=2, help="trainings in parallel, one core each (default: 2)"
     )
-    running.add_argument(
-        "--samples", type=int, nargs="+", default=(FEW, MORE), help=f"default: {FEW} {MORE}"
-    )
-    running.add_argument("--seeds", type=int, nargs="+", default=SEEDS, help="default: 0 1 2")
     running.add_argument("rows", nargs="*", help=f"some of: {', '.join(ROWS)} (default: all)")
     writing = commands.add_parser("table", help="write the table into docs/learning.md")
     writing.add_argument("--check", action="store_true", help="fail if it differs")
     arguments = parser.parse_args()
     if arguments.command == "run":
-        for samples in arguments.samples:
-            names = arguments.rows or (list(ROWS) if samples < MORE else list(LONGER))
-            run(names, arguments.seeds, arguments.trainings, samples)
+        for samples in TRAININGS:
+            run(arguments.rows or list(ROWS), samples, arguments.trainings)
         return
     text = DOCUMENT.read_text(encoding="utf-8")
     wanted = with_table(text, "ablation", table())
     if arguments.check and wanted != text:
         sys.exit(f"{DOCUMENT}: does not match {RESULTS}. Run experiments/ablation.py table.")
-    DOCUMENT.write_text(wanted, encoding="utf-8")
+    write_text(DOCUMENT, wanted)
 
 
 if __name__ == "__main__":

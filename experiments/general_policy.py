@@ -92,6 +92,23 @@ def virtual_task_of(wanted: Wanted) -> WalkingTask:
     return walking(person, random.uniform(min(SPEEDS), max(SPEEDS)), wanted, mu)
 
 
+def built_in(
+    names: Sequence[str],
+    shares: Sequence[float],
+    configuration: Configuration,
+    known: Sequence[str],
+) -> list[Wanted]:
+    """What `task_of` takes for each of these people at each share of their speed."""
+    return [(name, share, configuration, tuple(known)) for name in names for share in shares]
+
+
+def virtual(
+    names: Sequence[str], configuration: Configuration, known: Sequence[str]
+) -> list[Wanted]:
+    """What `virtual_task_of` takes for each virtual person around these people."""
+    return built_in(names, range(VIRTUAL), configuration, known)
+
+
 def about(subjects: list[str], policy: Policy, start: Policy | None) -> dict[str, Any]:
     """What the policy was trained with, and what that training started from."""
     return {
@@ -199,14 +216,8 @@ def main() -> None:
     )
     with ProcessPoolExecutor(2) as pool:
         known = tuple(arguments.subjects if arguments.alone else BUILTIN)
-        wanted = [
-            (name, speed, configuration, known) for name in arguments.subjects for speed in SPEEDS
-        ]
-        drawn = [
-            (name, number, configuration, known)
-            for name in arguments.subjects
-            for number in range(VIRTUAL)
-        ]
+        wanted = built_in(arguments.subjects, SPEEDS, configuration, known)
+        drawn = virtual(arguments.subjects, configuration, known)
         tasks = [*pool.map(task_of, wanted), *pool.map(virtual_task_of, drawn)]
     print(f"{len(tasks)} references", flush=True)
     start = load_start(arguments.start, configuration.environment) if arguments.start else None
