@@ -213,8 +213,8 @@ def refused(path: Path, *words: str, forces: Path | None = None) -> None:
     said = str(caught.value)
     for word in words:
         assert word in said, said
-    mends = "Export Give give set Write Copy Enter Tick Label Correct Leave Download"
-    assert any(mend in said for mend in mends.split()), said
+    fixes = "Export Give give set Write Copy Enter Tick Label Correct Leave Download"
+    assert any(fix in said for fix in fixes.split()), said
 
 
 class TestVicon:

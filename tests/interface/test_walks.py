@@ -130,12 +130,14 @@ def test_without_plates_a_policy_walks_after_the_estimate(policy: StoredPolicy):
     person, configuration = expected(policy.subject, policy.configuration)
     unknown = replace(policy, subject=person, configuration=configuration).task
     record = policy.configuration.record.model_copy(update={"use": "kinematics"})
-    untold = replace(
+    without_kinetics = replace(
         policy, configuration=policy.configuration.model_copy(update={"record": record})
     ).task
-    np.testing.assert_array_equal(untold.reference.positions, unknown.reference.positions)
-    assert np.abs(policy.task.reference.positions - untold.reference.positions).max() > 0.01
-    moments = [each.record.moments["hip_flexion_r"] for each in (policy.task, untold)]
+    np.testing.assert_array_equal(without_kinetics.reference.positions, unknown.reference.positions)
+    assert (
+        np.abs(policy.task.reference.positions - without_kinetics.reference.positions).max() > 0.01
+    )
+    moments = [each.record.moments["hip_flexion_r"] for each in (policy.task, without_kinetics)]
     assert moments[0] == policy.subject.record().moments["hip_flexion_r"]
     assert moments[1] != moments[0]
 

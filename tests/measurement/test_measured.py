@@ -128,16 +128,16 @@ def test_other_planted_faults_are_named(imported, fault, check):
 
 def test_a_correction_brings_the_moments_back(imported):
     right, wrong = imported(None), imported("forces 35 ms late")
-    mended = imported("forces 35 ms late", correct=("delay",))
+    corrected = imported("forces 35 ms late", correct=("delay",))
 
     def off(found):
         ankle = "ankle_angle_r"
         return np.abs(found.moments[ankle].mean - right.moments[ankle].mean).max()
 
-    assert off(mended) < 0.4 * off(wrong)
-    before = mended.measurement.uncorrected["ankle_angle_r"]
+    assert off(corrected) < 0.4 * off(wrong)
+    before = corrected.measurement.uncorrected["ankle_angle_r"]
     np.testing.assert_allclose(before.mean, wrong.moments["ankle_angle_r"].mean)
-    assert any(step == "correct" for step, _ in mended.decisions)
+    assert any(step == "correct" for step, _ in corrected.decisions)
 
 
 @pytest.mark.parametrize(
@@ -145,23 +145,25 @@ def test_a_correction_brings_the_moments_back(imported):
     [("plate 1 40 mm forward", "place", "_r", "_l"), ("plate 2 gain -10 %", "gain", "_l", "_r")],
 )
 def test_a_correction_leaves_the_sound_plate_as_it_is(imported, fault, kind, wrong, sound):
-    right, mended = imported(None), imported(fault, correct=(kind,))
+    right, corrected = imported(None), imported(fault, correct=(kind,))
     for name in ("hip_flexion", "knee_angle", "ankle_angle"):
-        before = mended.measurement.uncorrected[name + wrong].mean
+        before = corrected.measurement.uncorrected[name + wrong].mean
         off, was = (
             np.abs(each - right.moments[name + wrong].mean).max()
-            for each in (mended.moments[name + wrong].mean, before)
+            for each in (corrected.moments[name + wrong].mean, before)
         )
         assert off < 0.3 * was
         np.testing.assert_array_equal(
-            mended.moments[name + sound].mean, right.moments[name + sound].mean
+            corrected.moments[name + sound].mean, right.moments[name + sound].mean
         )
-    found = mended.measurement
+    found = corrected.measurement
     assert found.columns()[f"moment_knee_angle{wrong}_uncorrected"].shape == (101,)
-    assert len(found.corrected_rows({n: (c.mean, c.mean) for n, c in mended.moments.items()})) == 6
+    assert (
+        len(found.corrected_rows({n: (c.mean, c.mean) for n, c in corrected.moments.items()})) == 6
+    )
     # the bands are those of what is shown
     drawn, _ = found.curves[f"moment_knee_angle{wrong}"]
-    np.testing.assert_allclose(drawn, mended.moments[f"knee_angle{wrong}"].mean)
+    np.testing.assert_allclose(drawn, corrected.moments[f"knee_angle{wrong}"].mean)
     for name, half in right.measurement.bands.half.items():
         assert np.median(found.bands.half[name]) < 1.3 * np.median(half), name
 
