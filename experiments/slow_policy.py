@@ -24,12 +24,11 @@ from experiments.general_policy import TARGET as GENERAL
 from experiments.general_policy import printed, train_general
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
-from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
+from gaitval.gait.dimensionless import speed_unit, time_unit
 from gaitval.identification.prior import prior_sd
 from gaitval.policy.storage import Policy, load_start, save_policy
 from gaitval.prediction.known import told
-from gaitval.prediction.normal_form import normal_stride_time
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
@@ -68,7 +67,7 @@ def task_of(wanted: Wanted) -> tuple[WalkingTask, float]:
     if number:
         person = of_another_size(load_subject(name), random)
     mu = drawn_parameters(prior_sd(person), random)
-    speed = random.uniform(*SPEEDS) * np.sqrt(GRAVITY * person.leg_length_m)
+    speed = random.uniform(*SPEEDS) * speed_unit(person.leg_length_m)
     known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
     longer = random.uniform(*LONGER)
     slow = replace(
@@ -78,7 +77,7 @@ def task_of(wanted: Wanted) -> tuple[WalkingTask, float]:
     )
     model = scale_subject(person).model
     task = WalkingTask.of(model, slow, configuration, known.accuracy, mu=mu)
-    return task, normal_stride_time(slow, person.leg_length_m)
+    return task, slow.stride_time / time_unit(person.leg_length_m)
 
 
 def tasks(

@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import (
     HARMONICS_CAP,
@@ -65,7 +65,7 @@ def speeds_beyond(subject: Subject) -> tuple[float, float] | None:
     speeds = [gait.speed for person in people for gait in person]
     if min(speeds) <= dimensionless_speed(subject) <= max(speeds):
         return None
-    one = float(np.sqrt(GRAVITY * subject.leg_length_m))
+    one = speed_unit(subject.leg_length_m)
     return one * min(speeds), one * max(speeds)
 
 

@@ -16,6 +16,7 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.datasets.plausible import ADULT
 from gaitval.datasets.subject import Subject
+from gaitval.gait.dimensionless import speed_unit
 from gaitval.metrics.unrecorded import STEP_WIDTH
 
 SPEED, AGE = 0.4, 40.0
@@ -66,7 +67,7 @@ def norms_at(walking_speed: float, leg_length: float, age_years: float | None) -
             for kind, curves in healthy_bands().items()
             for name, (mean, sd) in curves.items()
         }
-    scale = float(np.sqrt(GRAVITY * leg_length))
+    scale = speed_unit(leg_length)
     speed, leg = walking_speed / scale, leg_length
     older = (ASSUMED_AGE if age_years is None else age_years) - AGE
     units = {

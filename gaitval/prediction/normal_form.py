@@ -1,7 +1,7 @@
 """Gaits as numbers that can be added and averaged.
 
 Records of different people and speeds become comparable: speed and stride time without dimension
-(Hof 1996, Gait Posture 4:222), curves by percent of the gait cycle. Everything predicted without a
+(`gait.dimensionless`), curves by percent of the gait cycle. Everything predicted without a
 model is a linear combination of such numbers. (Forces by percent of stance instead predict other
 people's forces worse: they rise and fall with the other foot's step.)
 """
@@ -14,6 +14,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
+from gaitval.gait.dimensionless import speed_unit, time_unit
 from gaitval.gait.mean_curves import FORCE_TOLERANCE
 from gaitval.gait.record import (
     HARMONICS_CAP,
@@ -35,8 +36,7 @@ class NormalForm:
 
     Attributes
     ----------
-    speed : over the square root of gravity times leg length.
-    stride_time : over the square root of leg length by gravity.
+    speed, stride_time : in units of the leg (`gait.dimensionless`).
     left_phase : as `GaitRecord.left_phase`.
     stance : (2,) stance fractions, right and left.
     angles : (18, n) rad, `REQUIRED_ANGLES` by percent of each side's cycle.
@@ -62,13 +62,6 @@ def moment_units(leg_length: float) -> Array:
     return np.where(ankle, GRAVITY * leg_length, 1.0)[:, None]
 
 
-def normal_stride_time(record: GaitRecord, leg_length: float) -> float:
-    """Stride time of a `record` without dimension: over the square root of `leg_length`, m, by
-    gravity.
-    """
-    return float(record.stride_time / np.sqrt(leg_length / GRAVITY))
-
-
 def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
     """A record without dimension.
 
@@ -78,8 +71,8 @@ def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
     leg_length : m.
     """
     return NormalForm(
-        speed=record.speed / np.sqrt(GRAVITY * leg_length),
-        stride_time=normal_stride_time(record, leg_length),
+        speed=record.speed / speed_unit(leg_length),
+        stride_time=record.stride_time / time_unit(leg_length),
         left_phase=record.left_phase,
         stance=np.array([record.stance_fraction[side] for side in SIDES]),
         angles=np.array([record.angles[name](_CYCLE) for name in REQUIRED_ANGLES]),
@@ -140,8 +133,8 @@ def record_from(gait: NormalForm, leg_length: float) -> GaitRecord:
         forces[side] = (series[0], series[1], series[2])
     moments = moment_units(leg_length) * gait.moments
     return GaitRecord(
-        speed=float(gait.speed * np.sqrt(GRAVITY * leg_length)),
-        stride_time=float(gait.stride_time * np.sqrt(leg_length / GRAVITY)),
+        speed=float(gait.speed * speed_unit(leg_length)),
+        stride_time=float(gait.stride_time * time_unit(leg_length)),
         left_phase=float(gait.left_phase),
         stance_fraction=stance,
         angles={

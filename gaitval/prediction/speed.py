@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
 from gaitval.errors import SubjectError
+from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from, symmetric
 from gaitval.prediction.population import (
@@ -83,7 +83,7 @@ def at_speed(
             f"that was walked ({walked} m/s), and beyond {100 * LARGEST_CHANGE:.0f} % a prediction "
             "is a guess. Give a speed nearer to one that was walked, or --force."
         )
-    wanted = speed / np.sqrt(GRAVITY * subject.leg_length_m)
+    wanted = speed / speed_unit(subject.leg_length_m)
     own = _distinct([normal_form(record, subject.leg_length_m) for record in records])
     gait = _moved(own, wanted, change_of_others(subject, others))
     slower = 1.0 - speed / min(speeds)

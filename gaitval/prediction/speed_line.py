@@ -3,18 +3,16 @@
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.constants import GRAVITY
 from gaitval.datasets.subject import Subject
+from gaitval.gait.dimensionless import speed_unit
 
 FEWEST_PEOPLE = 3
 """People that a straight line needs so that it does not pass through all of them."""
 
 
 def dimensionless_speed(subject: Subject) -> float:
-    """Speed of a `subject` over the square root of gravity times leg length (Hof 1996, Gait Posture
-    4:222).
-    """
-    return float(subject.walking_speed_m_s / np.sqrt(GRAVITY * subject.leg_length_m))
+    """Speed of a `subject` in units of the leg (`gait.dimensionless`)."""
+    return subject.walking_speed_m_s / speed_unit(subject.leg_length_m)
 
 
 def line_weights(speeds: Array, speed: float) -> Array:

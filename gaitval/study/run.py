@@ -79,12 +79,12 @@ def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0
     """The stored policy of several people, from which any training may start: for the strides of a
     `record` of legs of this length if it is given, else for usual ones.
     """
-    from gaitval.prediction.normal_form import normal_stride_time
+    from gaitval.gait.dimensionless import time_unit
 
     package = Path(__file__).parents[1]
     for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
         if (candidate / POLICY_FILES[0]).is_file():
-            slow = record and normal_stride_time(record, leg_length_m) > SLOW_STRIDE
+            slow = record and record.stride_time / time_unit(leg_length_m) > SLOW_STRIDE
             return candidate / SLOW if slow else candidate
     return None
 
