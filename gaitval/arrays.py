@@ -19,11 +19,8 @@ def aligned(shape: tuple[int, ...]) -> Array:
 
 
 def runs(on: Flags) -> tuple[Index, Index]:
-    """Runs of True in the flags `on` (samples,).
-
-    Returns
-    -------
-    First sample of each run, and the first sample after it: (runs,) each, in order of time.
+    """Runs of True in the flags `on` (samples,): the first sample of each, and the first sample
+    after it, (runs,) each, in order of time.
     """
     # A zero on either side, so that a run at the first or last sample has both edges; signed bytes,
     # because the difference of truth values has no sign.

@@ -43,16 +43,9 @@ POINTS = 150
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """If the block cannot write because of the disk or its permissions, name the file and the fix.
-
-    Parameters
-    ----------
-    path : the file or folder that the block writes. An error that names a file elsewhere is not
-        about it, and is raised unchanged.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
+    """If the block cannot write because of the disk or its permissions, raise an ArtefactError that
+    says how to fix it. `path` is the file or folder that the block writes; an error that names a
+    file elsewhere is not about it, and is raised unchanged.
     """
     try:
         yield
@@ -69,11 +62,8 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make `folder`, and those above it, unless it is there.
-
-    Raises
-    ------
-    ArtefactError : it cannot be made; the message says why.
+    """Make `folder`, and those above it, unless it is there. Raises ArtefactError, which says why,
+    if it cannot be made.
     """
     try:
         with writing(folder):
@@ -93,11 +83,8 @@ def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that replaces it when the block ends without an error.
 
     A reader, or a run after a kill, sees the old file or the new one, never half a file. What a
-    kill leaves is removed when the same file is written again, or by `remove_partial`.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, the folder may not be written to, or `path` is a folder.
+    kill leaves is removed when the same file is written again, or by `remove_partial`. Raises
+    ArtefactError if the disk is full, the folder may not be written to, or `path` is a folder.
     """
     path = Path(path)
     with writing(path):
@@ -125,11 +112,7 @@ def scratch(folder: Path) -> Iterator[Path]:
     """A folder in `folder` for temporary files, removed when the block ends.
 
     What a kill leaves is removed by the next one in `folder`, or by `remove_partial`; nobody would
-    look for it among the temporary files of a system.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
+    look for it among the temporary files of a system. Raises ArtefactError as `replacing`.
     """
     folder = Path(folder)
     with writing(folder):
@@ -156,33 +139,22 @@ def copy_file(source: Path, target: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` as UTF-8 to `path`, whole or not at all.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
-    """
+    """Write `text` as UTF-8 to `path`, whole or not at all. Raises ArtefactError as `replacing`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")  # the same on every system
 
 
 def write_json(path: Path, value: Any) -> None:
     """Write `value` as JSON to `path`, with sorted keys, so that equal values give equal bytes.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
-    ValueError : there is a NaN or an infinity, which JSON does not have.
+    Raises ArtefactError as `replacing`, and ValueError for a NaN or an infinity, which JSON does
+    not have.
     """
     write_text(path, json.dumps(value, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
 def read_json(path: Path) -> Any:
-    """Value of the JSON file `path` of a run folder.
-
-    Raises
-    ------
-    ArtefactError : it is missing, a folder, may not be read, or is damaged.
+    """Value of the JSON file `path` of a run folder. Raises ArtefactError if it is missing, a
+    folder, may not be read, or is damaged.
     """
     try:
         text = file_gate.read_text(
@@ -201,17 +173,9 @@ def read_json(path: Path) -> Any:
 def read_toml(
     path: Path, refusal: type[GaitvalError], fix: str = "Check the path"
 ) -> dict[str, Any]:
-    """Read a TOML file that a person wrote; a byte order mark at its start is accepted.
-
-    Parameters
-    ----------
-    path : of the file.
-    refusal : type of the error that is raised.
-    fix : what to do if the file is missing, as the last sentence of the message, without a stop.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`: missing, a folder, may not be read, or not valid.
+    """Read the TOML file `path` that a person wrote; a byte order mark at its start is accepted.
+    Raises a GaitvalError of type `refusal` if it is missing (`fix` is then the last sentence of the
+    message, without a stop), a folder, may not be read, or is not valid.
     """
     try:
         text = file_gate.read_text(path, refusal, largest=file_gate.WRITTEN, fix=fix)
@@ -223,18 +187,9 @@ def read_toml(
 
 
 def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str, Any]:
-    """Values of TOML text.
-
-    Parameters
-    ----------
-    text : of the file.
-    origin : where it is from, which the message of an error names.
-    refusal : type of the error that is raised.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`: the text is not TOML, is nested too deeply, or has an integer
-        of more than `DIGITS` digits (inside, a ValueError or RecursionError).
+    """Values of TOML `text` from `origin`, which the message of an error names. Raises a
+    GaitvalError of type `refusal` if it is not TOML, is nested too deeply, or has an integer of
+    more than `DIGITS` digits (inside, a ValueError or RecursionError).
     """
     try:
         _check_lines(text)
@@ -290,17 +245,9 @@ def _told(error: Exception) -> str:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
-    """Write named arrays as an npz without pickle. It is not compressed, which takes ten times as
-    long and saves a sixth of what was simulated.
-
-    Parameters
-    ----------
-    path : of the file.
-    arrays : of numbers or text; Python objects cannot be stored.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
+    """Write `arrays` of numbers or text, by name, as the npz file `path`, without pickle. It is not
+    compressed, which takes ten times as long and saves a sixth of what was simulated. Raises
+    ArtefactError as `replacing`.
     """
     import numpy as np
 
@@ -311,17 +258,9 @@ def write_arrays(path: Path, arrays: Mapping[str, "NDArray[Any]"]) -> None:
 def read_arrays(
     path: Path, names: Sequence[str], optional: Sequence[str] = ()
 ) -> dict[str, "NDArray[Any]"]:
-    """Read arrays that `write_arrays` wrote, without unpickling.
-
-    Parameters
-    ----------
-    path : of the npz file.
-    names : of the arrays to read; others in the file are ignored.
-    optional : of arrays to read if the file has them.
-
-    Raises
-    ------
-    ArtefactError : the file is missing, a folder or damaged, or lacks one of `names`.
+    """The arrays `names`, and those of `optional` that it has, of the npz file `path` that
+    `write_arrays` wrote, without unpickling; others are ignored. Raises ArtefactError if it is
+    missing, a folder or damaged, or lacks one of `names` (inside, a ValueError).
     """
     import numpy as np
 
@@ -391,16 +330,9 @@ def check_arrays(
     *,
     may_lack: Collection[str] = (),
 ) -> None:
-    """Refuse arrays of the npz file `path` that are of another shape, or hold what is no number.
-
-    Parameters
-    ----------
-    shapes : by name; 0 for an axis as long as the first one of the first array.
-    may_lack : names of arrays that may hold NaN.
-
-    Raises
-    ------
-    ArtefactError : one of them does.
+    """Refuse `arrays` of the npz file `path` that are not of their `shapes`, by name, or hold what
+    is no number: raises ArtefactError. 0 is the length of an axis as long as the first one of the
+    first array; those that `may_lack` values may hold NaN.
     """
     import numpy as np
 

@@ -109,35 +109,25 @@ def _compiled(function: Any, **options: Any) -> Any:
 
 
 def njit(function: Any) -> Any:
-    """Compile a function with numba on its first call, or load it from the cache.
-
+    """Compile a module's `function` with numba on its first call, or load it from the cache.
     Division by zero gives infinity or NaN, as in NumPy.
 
-    Parameters
-    ----------
-    function : a module's function that numba can compile; its file must be one of `SOURCES`. A
-        wing's may call what is compiled in those and in its own file, which numba checks itself.
+    Its file must be one of `SOURCES`. A wing's function may call what is compiled in those and in
+    its own file, which numba checks itself.
     """
     return _compiled(function)
 
 
 def njit_borrowing(function: Any) -> Any:
-    """`njit` for a function that neither creates nor returns arrays: it works in those it is given,
-    which outlive the call, so numba need not count references to them. Counting every view and
-    every tuple member took a third of the time of a physics step.
-
-    Parameters
-    ----------
-    function : as `njit` takes it; numba refuses to compile one that creates an array.
+    """`njit` for a `function` that neither creates nor returns arrays (numba refuses one that
+    does): it works in those it is given, which outlive the call, so numba need not count references
+    to them. Counting every view and every tuple member took a third of the time of a physics step.
     """
     return _compiled(function, _nrt=False)
 
 
 def njit_unlocked(function: Any) -> Any:
-    """`njit` for a function that runs beside others in threads: it holds no lock of Python's.
-
-    Parameters
-    ----------
-    function : as `njit` takes it. It must only write to arrays that no other thread touches.
+    """`njit` for a `function` that runs beside others in threads: it holds no lock of Python's, and
+    must only write to arrays that no other thread touches.
     """
     return _compiled(function, nogil=True)

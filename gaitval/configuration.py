@@ -649,18 +649,10 @@ def _setting(text: str) -> dict[str, Any]:
 def load_configuration(
     path: str | Path | None = None, *, settings: Sequence[str] = ()
 ) -> Configuration:
-    """The default configuration, overridden by a TOML file and then by `settings`.
-
-    Parameters
-    ----------
-    path : TOML file with some of the sections and keys of `Configuration`, or the name of one in
-        `NAMED`.
-    settings : texts `section.key=value`, with the value written as in TOML.
-
-    Raises
-    ------
-    ConfigurationError : a key is unknown, a value is of the wrong type or out of range, or the file
-        cannot be read.
+    """The default configuration, overridden by the TOML file `path`, which has some of the sections
+    and keys of `Configuration` (or the name of one in `NAMED`), and then by `settings`, texts
+    `section.key=value` with the value as in TOML. Raises ConfigurationError if a key is unknown, a
+    value of the wrong type or out of range, or the file cannot be read.
     """
     values: dict[str, Any] = {}
     settings = [settings] if isinstance(settings, str) else settings

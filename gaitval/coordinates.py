@@ -41,11 +41,8 @@ def opposite(side: Side) -> Side:
 
 
 def split_side(name: str) -> tuple[str, str]:
-    """Side and name without side of the coordinate `name`.
-
-    Returns
-    -------
-    `("right", "knee_angle")` of `"knee_angle_r"`; the side is `""` for the midline.
+    """Side and name without side of the coordinate `name`: `("right", "knee_angle")` of
+    `"knee_angle_r"`; the side is `""` for the midline.
     """
     side = {"_r": "right", "_l": "left"}.get(name[-2:], "")
     return side, name[:-2] if side else name
@@ -119,12 +116,8 @@ at the knee and elbow."""
 
 
 def mirrored(name: str) -> str:
-    """Name of the same coordinate on the other side; names of the midline are unchanged.
-
-    Parameters
-    ----------
-    name : of a coordinate, such as `hip_flexion_r`. Its sign needs no change: see the table above.
-        Midline coordinates keep their name, but bending and rotation of the trunk change sign.
+    """The coordinate `name` on the other side, whose sign needs no change: see the table above.
+    Those of the midline keep their name, but bending and rotation of the trunk change sign.
     """
     if name.endswith("_r"):
         return name[:-1] + "l"

@@ -34,16 +34,9 @@ UNPACKED: Final = 1_000_000_000
 
 
 def passed(path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path") -> Path:
-    """`path`, if it is a file that may be read and has at most `largest` bytes.
-
-    Parameters
-    ----------
-    refusal : type of the error that is raised.
-    fix : what to do if it is missing, as the last sentence of the message, without a stop.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`: missing, no regular file, may not be read, or too large.
+    """`path`, if it is a file that may be read and has at most `largest` bytes. Raises a
+    GaitvalError of type `refusal` if it is missing (`fix` is then the last sentence of the message,
+    without a stop), no regular file, may not be read, or too large.
     """
     opened(path, refusal, largest=largest, fix=fix).close()
     return Path(path)
@@ -69,15 +62,11 @@ def read_text(
     fix: str = "Check the path",
     encodings: Sequence[str] = ("utf-8-sig",),  # -sig: Windows may begin a file with a mark
 ) -> str:
-    """The text of a file in the first of `encodings` that fits, or in UTF-16 if its mark says so.
+    """The text of a file in the first of `encodings` that fits, or in UTF-16 if its mark says so;
+    `path`, `refusal`, `largest` and `fix` are those of `passed`, as which it raises.
 
-    Other parameters are those of `passed`. A text that is not ASCII takes up to four times its
-    bytes, so it may have a quarter of `largest`.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`, as `passed`.
-    UnicodeDecodeError : it is not text in any of `encodings`.
+    A text that is not ASCII takes up to four times its bytes, so it may have a quarter of
+    `largest`. Raises UnicodeDecodeError if it is not text in any of `encodings`.
     """
     content = read_bytes(path, refusal, largest=largest, fix=fix)
     if len(content) > largest // 4 and not content.isascii():
@@ -101,12 +90,8 @@ def csv_rows(
     path: Path, refusal: Refusal, *, largest: int = TABLE
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """Line and cells, by their columns, of each row of a CSV file; as `csv.DictReader` gives them.
-
-    Parameters are those of `passed`.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`, as `passed`, or it is not CSV in UTF-8.
+    `path`, `refusal` and `largest` are those of `passed`, as which it raises, also for what is not
+    CSV in UTF-8.
     """
     try:
         text = read_text(path, refusal, largest=largest)
@@ -120,11 +105,8 @@ def csv_rows(
 
 
 def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":
-    """A CSV table that gaitval wrote; `options` are those of `pandas.read_csv`.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`, as `passed`, or it is not a CSV table.
+    """A CSV table `path` that gaitval wrote; `options` are those of `pandas.read_csv`. Raises as
+    `passed` with `refusal`, also for what is not a CSV table.
     """
     import pandas as pd
 
@@ -182,11 +164,8 @@ def _too_large(path: Path, refusal: Refusal, largest: int) -> GaitvalError:
 
 
 def check_unpacked(sizes: Iterable[int], path: Path, refusal: Refusal) -> None:
-    """Refuse a packed file `path` whose members, of `sizes` in bytes, are too large together.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`.
+    """Refuse a packed file `path` whose members, of `sizes` in bytes, are too large together:
+    raises a GaitvalError of type `refusal`.
     """
     if sum(sizes) > UNPACKED:
         raise refusal(
@@ -196,14 +175,9 @@ def check_unpacked(sizes: Iterable[int], path: Path, refusal: Refusal) -> None:
 
 
 def parquet_rows(path: Path, refusal: Refusal, *, largest: int) -> int:
-    """Rows of a Parquet file, whose few bytes may say that they unpack to any number.
-
-    Parameters are those of `passed`.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`, as `passed`, or it unpacks to too much.
-    OSError, ValueError : it is not Parquet; pyarrow's own errors.
+    """Rows of a Parquet file, whose few bytes may say that they unpack to any number. `path`,
+    `refusal` and `largest` are those of `passed`, as which it raises, also if it unpacks to too
+    much; OSError or ValueError, pyarrow's own, if it is not Parquet.
     """
     from pyarrow import parquet  # type: ignore[import-untyped]
 

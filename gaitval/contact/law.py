@@ -32,18 +32,13 @@ class ContactLaw(Protocol):
     def force(
         self, radius: float, height: float, velocity: Array, out: Array
     ) -> tuple[float, float]:
-        """Force of the ground on one sphere; compiled, for numbers and for lanes (`gaitval.lanes`).
+        """Force of the ground on one sphere, into `out` (3,) N, world; compiled, for numbers and
+        for lanes (`gaitval.lanes`). `radius` and `height` of its centre above the ground are m,
+        `velocity` (3,) m/s that of its lowest point, world.
 
-        Parameters
-        ----------
-        radius, height : m, of the sphere and of its centre above the ground.
-        velocity : (3,) m/s, of the sphere's lowest point, world.
-        out : (3,) N out, world.
-
-        Returns
-        -------
-        Slopes, Ns/m, neither negative: of the normal force in the penetration rate, at rest, and
-        friction / slip. `contact.forces` makes the force implicit in the velocity with them.
+        Returns slopes, Ns/m, neither negative: of the normal force in the penetration rate, at
+        rest, and friction / slip. `contact.forces` makes the force implicit in the velocity with
+        them.
         """
 
     def static_force(self, radius: Array, depth: Array) -> Array:

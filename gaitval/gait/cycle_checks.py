@@ -21,19 +21,11 @@ as one where the foot's markers come into view while it swings."""
 def without_gaps(
     cycles: Iterable[GaitCycle], time: Array, seen: NDArray[np.bool_], *, longest_gap_s: float
 ) -> tuple[GaitCycle, ...]:
-    """The same cycles; those in which the markers do not show the motion throughout are not valid.
+    """The same `cycles` of one foot, in their order; those in which the markers do not show the
+    motion throughout are not valid, for that reason.
 
-    Parameters
-    ----------
-    cycles : of one foot.
-    time : (T,) s, of the marker frames, uniformly spaced.
-    seen : (T,) whether the markers show the pelvis and this foot's leg.
-    longest_gap_s : s; gaps up to this long are bridged, so they do not matter.
-
-    Returns
-    -------
-    tuple
-        The cycles in the same order; one with a longer gap has it among its `reasons`.
+    `time` (T,) s is that of the marker frames, uniformly spaced, `seen` (T,) whether they show the
+    pelvis and this foot's leg. Gaps up to `longest_gap_s` (s) are bridged, so they do not matter.
     """
     # The same length in frames: (T − 1) / duration is the marker rate.
     longest = longest_gap_s * (len(time) - 1) / (time[-1] - time[0])
@@ -64,17 +56,9 @@ def without_gaps(
 def without_odd_support(
     cycles: Mapping[Side, tuple[GaitCycle, ...]],
 ) -> dict[Side, tuple[GaitCycle, ...]]:
-    """The same cycles; those whose first double support is unlike the others are not valid.
-
-    Parameters
-    ----------
-    cycles : of both feet. The median is that of both sides; with fewer than three cycles none is
-        judged.
-
-    Returns
-    -------
-    dict
-        The cycles by side, in the same order; an odd one has the reason among its `reasons`.
+    """The same `cycles` of both feet, in their order; those whose first double support is unlike
+    the others are not valid, for that reason. The median is that of both sides; with fewer than
+    three cycles none is judged.
     """
     # From heel strike to the other foot's toe-off, as a fraction of the cycle; NaN if unknown.
     support = {

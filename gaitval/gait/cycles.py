@@ -136,13 +136,9 @@ def mean_and_deviation(values: Array) -> tuple[float, float]:
 def cut_cycles(
     events: Iterable[Event], side: Side, *, forces: FootForces | None = None
 ) -> tuple[GaitCycle, ...]:
-    """All cycles of one foot, in order of time, including those that are not valid.
-
-    Parameters
-    ----------
-    events : of both feet, in any order.
-    side : the foot whose heel strikes begin and end the cycles.
-    forces : of `assign_forces`; without them no cycle is valid for kinetics.
+    """All cycles of the foot of a `side`, whose heel strikes begin and end them, in order of time,
+    including those that are not valid. `events` are of both feet, in any order; without the
+    `forces` of `assign_forces` no cycle is valid for kinetics.
     """
     events = sorted(events, key=lambda event: event.time)
     other = opposite(side)
@@ -230,17 +226,9 @@ def _unshown(forces: FootForces | None, side: Side, start: float, end: float) ->
 
 
 def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
-    """A quantity over one cycle: (101, ...) at 0 to 100 %, linearly interpolated.
-
-    Parameters
-    ----------
-    time : (T,) s, uniformly spaced.
-    values : (T, ...) in any unit, at these times.
-    cycle : from whose heel strike to the next one the values are cut; within the times.
-
-    Raises
-    ------
-    RecordError : values and times differ in length, or the cycle is outside them.
+    """`values` (T, ...) at `time` (T,) s, uniformly spaced, over one `cycle`, from heel strike to
+    the next: (101, ...) at 0 to 100 %, linearly interpolated. Raises RecordError if values and
+    times differ in length, or the cycle is outside them.
     """
     values = np.asarray(values, dtype=float)
     if len(values) != len(time):
@@ -266,21 +254,9 @@ Part = tuple[Array, Array, Sequence[GaitCycle]]
 
 
 def average(parts: Iterable[Part]) -> AverageCurve | None:
-    """Mean and standard deviation of a quantity over the cycles of one or several trials.
-
-    Parameters
-    ----------
-    parts : one (times, values, cycles) for each trial, see `Part`; every cycle counts the same,
-        whatever its trial.
-
-    Returns
-    -------
-    AverageCurve or None
-        None if there is no cycle.
-
-    Raises
-    ------
-    RecordError : as `normalise`.
+    """Mean and standard deviation of a quantity over the cycles of one or several trials, whose
+    `parts` are (times, values, cycles), see `Part`; every cycle counts the same, whatever its
+    trial. None if there is no cycle. Raises RecordError as `normalise`.
     """
     curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]
     if not curves:
@@ -298,19 +274,11 @@ def belt_speed(
     """Speed of the belt under the feet, m/s: positive when it carries them backwards, 0 over
     ground.
 
-    The median over all stances of the backward velocity of heel and forefoot while the foot is
-    flat (20 to 50 % of the stance), each from a line through the markers; 0 if it is below
-    `SLOWEST_BELT`.
-
-    Parameters
-    ----------
-    recording : cleaned, z up.
-    events : of both feet.
-    landmarks : see `foot_markers`.
-
-    Raises
-    ------
-    RecordError : there is no stance from heel strike to toe-off in which the feet are seen.
+    The median over all stances of the backward velocity of heel and forefoot while the foot is flat
+    (20 to 50 % of the stance), each from a line through the markers; 0 if it is below
+    `SLOWEST_BELT`. `recording` is cleaned, z up; `events` are of both feet; `landmarks`: see
+    `foot_markers`. Raises RecordError if the feet are seen in no stance from heel strike to
+    toe-off.
     """
     forward = travel(recording, events, landmarks=landmarks)
     # Negated because a belt carries the foot backwards.
@@ -349,10 +317,7 @@ def _flat_feet(
 def travel(recording: Recording, events: Iterable[Event], *, landmarks: Mapping[str, str]) -> Array:
     """Horizontal direction (3,) in which the person goes: that of the strides of both feet, on a
     belt seen from the belt. The pelvis need not point there (`facing`, where no stride is whole).
-
-    Parameters
-    ----------
-    recording, events, landmarks : as `belt_speed` takes them.
+    `recording`, `events` and `landmarks` are as `belt_speed` takes them.
     """
     flat = _flat_feet(recording, events, landmarks)
     total = np.zeros(2)
@@ -386,20 +351,13 @@ def spatiotemporal(
     landmarks: Mapping[str, str],
     belt: float,
 ) -> SpatioTemporal:
-    """Spatiotemporal parameters of the cycles of one foot that are valid for kinematics.
+    """Spatiotemporal parameters of the `cycles` of the foot of a `side` that are valid for
+    kinematics; of none they have no values.
 
     The position of a foot is the median of its heel marker while the foot is flat, along and across
-    the direction of `travel`, in axes that move with the belt (over ground they are fixed). So one
-    formula serves treadmill and ground.
-
-    Parameters
-    ----------
-    recording : cleaned, z up.
-    events : of both feet, from which the cycles were cut.
-    cycles : of one side; parameters of none have no values.
-    side : which.
-    landmarks : see `foot_markers`.
-    belt : its speed, m/s, see `belt_speed`.
+    the direction of `travel`, in axes that move with the `belt` (its speed, m/s; over ground they
+    are fixed). So one formula serves treadmill and ground. `recording`, `events`, of which the
+    cycles were cut, and `landmarks` are as `belt_speed` takes them.
     """
     events = tuple(events)
     cycles = [cycle for cycle in cycles if cycle.kinematics_valid]
@@ -438,18 +396,9 @@ def spatiotemporal(
 
 
 def length_and_width(side: Side, places: Array, others: Array) -> tuple[Array, Array]:
-    """Length and width of steps, (n,) m each, in a recording or a simulation.
-
-    Parameters
-    ----------
-    side : of the foot that steps.
-    places : (n, 2) m, forward and left: where it lands.
-    others : (n, 2) m, where the other foot stands before.
-
-    Returns
-    -------
-    tuple
-        Forward, and sideways; positive when the right foot is to the right of the left one.
+    """Length and width of steps, (n,) m each, in a recording or a simulation: from `others`, where
+    the other foot stands before, to `places`, where the foot of a `side` lands, both (n, 2) m,
+    forward and left. The width is positive when the right foot is to the right of the left one.
     """
     steps = places - others
     return steps[:, 0], steps[:, 1] if side == "left" else -steps[:, 1]

@@ -60,35 +60,22 @@ SAME_EVENT_SECONDS: Final = 0.1
 
 
 def foot_contacts(loaded: Flags, *, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First sample of each contact and first sample after it, (n,) each.
+    """First sample of each contact and first sample after it, (n,) each, from where the force is
+    above the threshold, `loaded` (T,), at `rate` Hz.
 
     Gaps shorter than `BOUNCE_SECONDS` are closed, then contacts shorter than `SCUFF_SECONDS` are
     dropped; at the ends of the trial both may be parts of longer ones, and are kept.
-
-    Parameters
-    ----------
-    loaded : (T,) True where the force is above the threshold.
-    rate : Hz.
     """
     return runs(on_ground(loaded, rate=rate, scuff_s=SCUFF_SECONDS)[0])
 
 
 def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int]:
-    """When a foot is on the ground, with bounces closed, then scuffs dropped.
+    """When a foot is on the ground, (T,), with bounces closed, then scuffs dropped, and the number
+    of scuffs.
 
-    Gaps shorter than `BOUNCE_SECONDS` are bounces. At the ends of a trial or a simulation a gap or
-    a contact may be part of a longer one, and is kept.
-
-    Parameters
-    ----------
-    loaded : (T,) True where the force is above the threshold.
-    rate : Hz.
-    scuff_s : s, contacts shorter than this are scuffs.
-
-    Returns
-    -------
-    tuple
-        (T,) True on the ground, and the number of scuffs.
+    Of where the force is above the threshold, `loaded` (T,) at `rate` Hz, gaps shorter than
+    `BOUNCE_SECONDS` are bounces, and contacts shorter than `scuff_s` (s) scuffs. At the ends of a
+    trial or a simulation a gap or a contact may be part of a longer one, and is kept.
     """
     on = loaded.copy()
     scuffs = 0
@@ -103,21 +90,13 @@ def on_ground(loaded: Flags, *, rate: float, scuff_s: float) -> tuple[Flags, int
 
 
 def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Event, ...]:
-    """Heel strikes and toe-offs from the vertical force, in order of time.
+    """Heel strikes and toe-offs of both feet from the vertical force, in order of time, s on the
+    recording's clock.
 
-    The time is that of the crossing of `force_threshold_n`, on the line through the two nearest
-    samples above it. Contacts that the plates show only in part (`valid` is False at one of their
-    samples) give no events, nor do those of a foot that is `DRAGGED`.
-
-    Parameters
-    ----------
-    forces : filtered at `force_cutoff_hz`; at a lower cut-off the strike comes early.
-    processing : its `force_threshold_n`, N, is the vertical force at which contact begins and ends.
-
-    Returns
-    -------
-    tuple
-        Events of both feet; times in s on the recording's clock.
+    The time is that of the crossing of the `force_threshold_n` (N) of `processing`, on the line
+    through the two nearest samples above it. Contacts that the plates show only in part (`valid` is
+    False at one of their samples) give no events, nor do those of a foot that is `DRAGGED`.
+    `forces` are filtered at `force_cutoff_hz`; at a lower cut-off the strike comes early.
     """
     events = []
     threshold, rate = processing.force_threshold_n, forces.rate
@@ -148,7 +127,8 @@ def force_events(forces: FootForces, processing: ProcessingSettings) -> tuple[Ev
 
 
 def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tuple[Event, ...]:
-    """Heel strikes and toe-offs from the markers of feet and pelvis, in order of time.
+    """Heel strikes and toe-offs of both feet from the markers of feet and pelvis, in order of time,
+    s on the recording's clock.
 
     Toe-off is when the forefoot is farthest behind the pelvis (Zeni et al. 2008), up to
     `LARGEST_CORRECTION` nearer to the mean with two other methods (`_other_methods`). Heel strike
@@ -157,20 +137,9 @@ def marker_events(recording: Recording, *, landmarks: Mapping[str, str]) -> tupl
     flat or on its toes, lands when at least two of three other methods say so. A person who does
     not walk has no events.
 
-    Parameters
-    ----------
-    recording : z up, m.
-    landmarks : see `foot_markers`; of the pelvis, `R.ASIS`, `L.ASIS`, `R.PSIS`, `L.PSIS` or
-        `Sacrum`.
-
-    Returns
-    -------
-    tuple
-        Events of both feet; times in s on the recording's clock.
-
-    Raises
-    ------
-    RecordError : a foot or the pelvis has no markers, or the trial is too short.
+    `recording` has z up, m; `landmarks`: see `foot_markers`, and of the pelvis `R.ASIS`, `L.ASIS`,
+    `R.PSIS`, `L.PSIS` or `Sacrum`. Raises RecordError if a foot or the pelvis has no markers, or
+    the trial is too short.
     """
     pelvis = pelvis_markers(recording, landmarks)
     forward = facing(recording, landmarks)
@@ -308,20 +277,9 @@ def _vertex(values: Array, sample: int) -> float:
 
 
 def marker_stance(recording: Recording, *, landmarks: Mapping[str, str]) -> Flags:
-    """Whether each foot is on the ground at each marker frame.
-
-    Parameters
-    ----------
-    recording, landmarks : as for `marker_events`, from whose events the stances follow.
-
-    Returns
-    -------
-    array
-        (T, 2) right foot first; a foot without events is on the ground throughout.
-
-    Raises
-    ------
-    RecordError : as `marker_events`.
+    """Whether each foot is on the ground at each marker frame, (T, 2), right foot first, by
+    `marker_events` of `recording` and `landmarks`, as which it raises RecordError; a foot without
+    events is on the ground throughout.
     """
     stance = np.ones((len(recording.markers), 2), dtype=bool)
     events = marker_events(recording, landmarks=landmarks)
@@ -345,27 +303,14 @@ def find_events(
     *,
     landmarks: Mapping[str, str],
 ) -> tuple[Event, ...]:
-    """All events of a trial, in order of time: from force if possible, else from markers.
+    """All events of both feet, in order of time, s on the recording's clock: from force if
+    possible, else from markers.
 
     An event from force replaces one from markers of the same foot and kind if they are close, or if
     no event of the other kind lies between them. Where an event is still missing between two of one
-    kind, the file's own is taken.
-
-    Parameters
-    ----------
-    recording : cleaned, z up, m.
-    forces : of `assign_forces` at `force_cutoff_hz`; None without plates.
-    processing : as for `force_events`.
-    landmarks : see `foot_markers`.
-
-    Returns
-    -------
-    tuple
-        Events of both feet; times in s on the recording's clock.
-
-    Raises
-    ------
-    RecordError : as `marker_events`.
+    kind, the file's own is taken. `recording` is cleaned, z up, m; `forces` are those of
+    `assign_forces` at `force_cutoff_hz`, None without plates; `processing` is as for
+    `force_events`, `landmarks` for `foot_markers`. Raises RecordError as `marker_events`.
     """
     from_force = set(force_events(forces, processing)) if forces is not None else set()
     events = sorted(

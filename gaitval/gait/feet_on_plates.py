@@ -44,21 +44,9 @@ class Feet:
 
 
 def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
-    """The feet at the times of the forces.
-
-    Parameters
-    ----------
-    recording : in the project's axes, with force plates.
-    landmarks : see `foot_markers`.
-
-    Returns
-    -------
-    Feet
-        A marker in a gap is NaN, and counts as not on the ground.
-
-    Raises
-    ------
-    RecordError : as `marker_events`.
+    """The feet at the times of the forces of `recording`, in the project's axes; `landmarks`: see
+    `foot_markers`. A marker in a gap is NaN, and counts as not on the ground. Raises RecordError as
+    `marker_events`.
     """
     markers = foot_markers(recording, landmarks)
     stance_frames = marker_stance(recording, landmarks=landmarks)
@@ -80,17 +68,9 @@ def feet_of(recording: Recording, landmarks: Mapping[str, str]) -> Feet:
 
 
 def reaches(plate: Plate, outline: Array) -> Flags:
-    """Whether a foot may touch a plate: part of its outline is over it, or within 2 cm of it.
-
-    Parameters
-    ----------
-    plate : a plate without corners may be anywhere, so every foot may touch it.
-    outline : (T, n, 3) m, of `Feet.outlines`.
-
-    Returns
-    -------
-    array
-        (T,) True where the foot may touch the plate.
+    """(T,) whether a foot may touch a `plate`: part of its `outline` (T, n, 3) m, of
+    `Feet.outlines`, is over it, or within 2 cm of it. A plate without corners may be anywhere, so
+    every foot may touch it.
     """
     if not np.isfinite(plate.corners).all():
         return np.ones(len(outline), dtype=bool)
@@ -100,18 +80,8 @@ def reaches(plate: Plate, outline: Array) -> Flags:
 
 
 def over_plate(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
-    """Whether points are over a plate, whatever their height.
-
-    Parameters
-    ----------
-    plate : with known corners.
-    points : (T, n, 3) m.
-    margin : m, by which the plate is widened on all sides.
-
-    Returns
-    -------
-    array
-        (T, n); False for a point that is NaN.
+    """(T, n) whether `points` (T, n, 3) m are over a `plate` with known corners, widened by
+    `margin` (m) on all sides, whatever their height; False for a point that is NaN.
     """
     centre, axes = plate.corners.mean(axis=0), plate_axes(plate.corners)
     # In its own axes the plate is a rectangle about its middle.
@@ -122,18 +92,9 @@ def over_plate(plate: Plate, points: Array, *, margin: float = 0.0) -> Flags:
 
 
 def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
-    """Whether both feet are on one plate, at least partly.
-
-    Parameters
-    ----------
-    plate : one without corners is never shared, because nothing is known of its place.
-    feet : of `feet_of`.
-    rate : Hz, of the force samples.
-
-    Returns
-    -------
-    array
-        (T,) True where both are; periods under `SHORTEST_SHARED_SECONDS` are left out.
+    """(T,) whether both `feet` are on one `plate`, at least partly, at the samples of the force,
+    `rate` Hz; periods under `SHORTEST_SHARED_SECONDS` are left out. A plate without corners is
+    never shared, because nothing is known of its place.
     """
     if not np.isfinite(plate.corners).all():
         return np.zeros(len(plate.force), dtype=bool)
@@ -150,19 +111,9 @@ def shared_by_both(plate: Plate, feet: Feet, rate: float) -> Flags:
 
 
 def distances_to_feet(plate: Plate, feet: Feet, begin: int, end: int) -> Array:
-    """Horizontal distance from the centre of pressure to the outline of each foot.
-
-    Parameters
-    ----------
-    plate : whose centre of pressure is meant.
-    feet : of `feet_of`.
-    begin, end : first force sample of a contact, and the first one after it; n samples.
-
-    Returns
-    -------
-    array
-        (n, 2) m, right foot first; 0 inside the outline, NaN where the foot or the point is
-        unknown.
+    """Horizontal distance, (n, 2) m, right foot first, from a `plate`'s centre of pressure to the
+    outline of each of `feet`, from the force sample `begin` of a contact to the one before `end`; 0
+    inside the outline, NaN where the foot or the point is unknown.
     """
     point = plate.centre_of_pressure[begin:end, :2]
     return np.stack(
@@ -201,16 +152,8 @@ def _turn(start: Array, end: Array, point: Array) -> Array:
 
 
 def nearest_foot(distances: Array) -> int:
-    """The foot that is nearer on average.
-
-    Parameters
-    ----------
-    distances : (n, 2) m, of `distances_to_feet`.
-
-    Returns
-    -------
-    int
-        Its column: 0 for the right foot, also if neither is seen, 1 for the left one.
+    """Column of the foot that is nearer on average, by `distances` (n, 2) m of `distances_to_feet`:
+    0 for the right foot, also if neither is seen, 1 for the left one.
     """
     known = np.where(np.isfinite(distances), distances, np.inf)
     return int(np.argmin(np.median(known, axis=0)))

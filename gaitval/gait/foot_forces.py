@@ -146,20 +146,12 @@ def assign_forces(
 
 
 def resample_forces(forces: FootForces, times: Array) -> FootForces:
-    """The same forces at other, uniformly spaced times, such as the marker frames.
+    """The same `forces`, of `assign_forces`, at other, uniformly spaced `times` (N,) s on the
+    recording's clock, such as the marker frames.
 
     Force and moment are interpolated linearly, not the centre of pressure, after an anti-aliasing
     low-pass at 0.45 of the new rate if that is lower. `valid` is False next to a sample where it
-    was False.
-
-    Parameters
-    ----------
-    forces : of `assign_forces`.
-    times : (N,) s on the recording's clock.
-
-    Raises
-    ------
-    RecordError : `times` outside those of the forces.
+    was False. Raises RecordError for times outside those of the forces.
     """
     old = forces.time
     spacing = float(times[1] - times[0]) if len(times) > 1 else 1.0 / forces.rate

@@ -62,12 +62,9 @@ class MeanCurves:
 
 
 def stance_fraction(vertical: Array) -> float:
-    """Fraction of the cycle until the vertical force falls to `STANCE_THRESHOLD` after its peak; a
-    foot that drags in swing may load the plate once more.
-
-    Parameters
-    ----------
-    vertical : (101,) body weights, zero in swing. Interpolated linearly between rows.
+    """Fraction of the cycle until the `vertical` force (101,), body weights and zero in swing,
+    falls to `STANCE_THRESHOLD` after its peak, linear between rows; a foot that drags in swing may
+    load the plate once more.
     """
     # The rows before the next heel strike belong to it, so they are not searched.
     # The force falls through the threshold between this row and the next, on a straight line.
@@ -79,36 +76,18 @@ def stance_fraction(vertical: Array) -> float:
 
 
 def mean_vertical_force(forces: Mapping[Side, Array]) -> float:
-    """Mean of right + left vertical force over the gait cycle; 1 in every periodic motion.
-
-    Parameters
-    ----------
-    forces : (101, 3) body weights, forward, left, up, of each foot.
-
-    Returns
-    -------
-    float
-        Body weights.
+    """Mean of right + left vertical force over the gait cycle, body weights; 1 in every periodic
+    motion. `forces` of each foot are (101, 3) body weights, forward, left, up.
     """
     # Row 100 is row 0 of the next cycle; without it every instant counts once.
     return float(sum(forces[side][:100, 2].mean() for side in SIDES))
 
 
 def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Path | str) -> Curve:
-    """Fit one mean curve; see `fit_periodic`.
-
-    Parameters
-    ----------
-    name : of the curve, for the message.
-    phase : (n,) in 0…1 of the gait cycle.
-    values : (n,) in any unit.
-    tolerance : in the unit of `values`; the fit takes the fewest harmonics that reach it.
-    path : the curve's file, for the message.
-
-    Raises
-    ------
-    RecordError
-        When `HARMONICS_CAP` harmonics leave more than `REFUSED` tolerances.
+    """Fit one mean curve of `values` (n,) at `phase` (n,) in 0…1 of the gait cycle, with the fewest
+    harmonics that are within `tolerance`, in their unit; see `fit_periodic`. `name` and `path` are
+    for the message of the RecordError if `HARMONICS_CAP` harmonics leave more than `REFUSED`
+    tolerances.
     """
     curve, residual = fit_periodic(phase, values, tolerance)
     if residual > REFUSED * tolerance:
@@ -121,20 +100,11 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
 
 
 def fit_force(force: Array, stance: float, path: Path | str) -> Force:
-    """Fit the stance of one foot's ground reaction.
+    """Fit one foot's ground reaction, `force` (101, 3) body weights, forward, left, up, over its
+    `stance` (`stance_fraction`). Raises RecordError as `fit_curve`, which names `path`.
 
     Swing is not fitted: a series that also had to be zero there would need over 40 harmonics and
     would ring at heel strike and toe-off.
-
-    Parameters
-    ----------
-    force : (101, 3) body weights, forward, left, up.
-    stance : stance fraction, as of `stance_fraction`.
-    path : the file, for messages.
-
-    Raises
-    ------
-    RecordError : as `fit_curve`.
     """
     if force[100, 2] == 0.0 < force[0, 2]:
         # over ground the next landing is beside the plates; it is the same instant of the cycle

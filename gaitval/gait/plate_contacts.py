@@ -52,21 +52,12 @@ strikes and of toe-offs: at most 0.03 s in WBDS01 T01 and the walk of Rajagopal 
 
 
 def owners_of(vertical: Array, distances: Array, shared: Flags) -> NDArray[np.int64]:
-    """The foot that a plate's contact belongs to, sample by sample.
+    """The foot that a plate's contact belongs to, sample by sample: (n,) its column, 0 right, 1
+    left.
 
-    There is one foot for each period in which no other is on the plate; a shared period stays with
-    the foot before it (and is not valid for either).
-
-    Parameters
-    ----------
-    vertical : (n,) N, vertical force of the contact.
-    distances : (n, 2) m, of `distances_to_feet`.
-    shared : (n,) whether both feet are on the plate.
-
-    Returns
-    -------
-    array
-        (n,) column of the foot: 0 right, 1 left.
+    There is one foot for each period in which no other is on the plate; a period that is `shared`
+    (n,) stays with the foot before it (and is not valid for either). `vertical` (n,) N is the force
+    of the contact, `distances` (n, 2) m are those of `distances_to_feet`.
     """
     load = np.maximum(vertical, 0.0)
     owner = np.zeros(len(vertical), dtype=np.int64)
@@ -181,22 +172,11 @@ def judge_brushes(
     processing: ProcessingSettings,
     valid: Flags,
 ) -> list[Finding]:
-    """Find touches that are too short to be a stance, but not too weak to matter.
+    """A finding for each touch of a `plate` of `recording` that is too short to be a stance, but
+    above `BRUSH_FORCE` thresholds of `processing`.
 
-    Parameters
-    ----------
-    recording : in the project's axes.
-    plate : that was touched.
-    feet : of `feet_of`.
-    vertical : (T,) N, low-passed vertical force of the plate.
-    used : (T,) samples that are part of a contact.
-    processing : its `force_threshold_n`.
-    valid : (T, 2) set to False in place for the nearer foot.
-
-    Returns
-    -------
-    list
-        One finding for each touch above `BRUSH_FORCE` thresholds.
+    `vertical` (T,) N is the plate's low-passed force, `used` (T,) are samples that are part of a
+    contact; `valid` (T, 2) is set to False in place for the nearer one of `feet`.
     """
     findings = []
     threshold = processing.force_threshold_n
@@ -213,18 +193,12 @@ def judge_brushes(
 
 
 def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str, str]) -> None:
-    """Refuse forces that do not rise and fall when the feet strike and leave the ground.
+    """Refuse forces of `recording` that do not rise and fall when the feet strike and leave the
+    ground. `touched` (T, 2) is whether each foot is on a plate, at the force samples; `landmarks`:
+    see `foot_markers`.
 
-    Parameters
-    ----------
-    recording : in the project's axes.
-    touched : (T, 2) whether each foot is on a plate, at the force samples.
-    landmarks : see `foot_markers`.
-
-    Raises
-    ------
-    RecordError : in the median both strikes and toe-offs are more than `LARGEST_LAG_SECONDS` later,
-        or both earlier, than the markers show them; or as `marker_events`.
+    Raises RecordError if in the median both strikes and toe-offs are more than
+    `LARGEST_LAG_SECONDS` later, or both earlier, than the markers show them; or as `marker_events`.
     """
     events = marker_events(recording, landmarks=landmarks)
     lags = {}
@@ -255,19 +229,10 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
 
 
 def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Finding]:
-    """Find stances that the plates do not show, or show in part, and landings that nothing shows.
-
-    Parameters
-    ----------
-    recording : in the project's axes.
-    feet : of `feet_of`; its stances are those of the markers.
-    touched : (T, 2) whether each foot is on a plate, at the force samples.
-    valid : (T, 2) set to False in place over these stances.
-
-    Returns
-    -------
-    list
-        One finding for each.
+    """A finding for each stance of `feet`, by the markers of `recording`, that the plates do not
+    show, or show in part, and each landing that nothing shows. `touched` (T, 2) is whether each
+    foot is on a plate, at the force samples; `valid` (T, 2) is set to False in place over these
+    stances.
     """
     findings = []
     settling = round(SETTLING_SECONDS * recording.force_rate)

@@ -57,21 +57,12 @@ class PlateCorrection(StoredPart):
 
 
 def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
-    """The record without the faults of its plates.
+    """A new `record`, without the faults of its `plates`, such as those of `gaitval_curves.plates`;
+    angles and events stay.
 
     Forces are multiplied by the scale. So are the moments of a loaded leg (those of a swinging leg
     come from its inertia; that of a loaded one adds a few hundredths Nm/kg, of which the scale's
     few percent are neglected). The shift changes the sagittal moments.
-
-    Parameters
-    ----------
-    record : as measured.
-    plates : the faults, for example of `gaitval_curves.plates`.
-
-    Returns
-    -------
-    GaitRecord
-        A new record; angles and events are those of `record`.
     """
     phase = np.arange(_SAMPLES) / _SAMPLES
     moments = dict(record.moments)

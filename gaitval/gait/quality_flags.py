@@ -35,17 +35,9 @@ class QualityFlag:
 
 
 def refuse_certain(source: str, doubts: Sequence[QualityFlag], plates: int) -> None:
-    """Refuse a trial with a value that cannot be right.
-
-    Parameters
-    ----------
-    source : the file, for the message.
-    doubts : all warnings of the trial; those that are not `certain` are ignored.
-    plates : number of force plates of the trial; the last one cannot be left out.
-
-    Raises
-    ------
-    RecordError : names every value that cannot be right, and the options to continue without it.
+    """Refuse a trial, from the file `source`, with a value that cannot be right: raises
+    RecordError, which names every `certain` one of its `doubts` and the options to continue without
+    it. The last of its `plates`, by their number, cannot be left out.
     """
     wrong = [doubt for doubt in doubts if doubt.certain]
     if not wrong:

@@ -128,17 +128,8 @@ class PeriodicCurve:
 
 
 def periodic_through(samples: Array, harmonics: int) -> PeriodicCurve:
-    """The Fourier series of one cycle of samples, cut after its first harmonics.
-
-    Parameters
-    ----------
-    samples : (N,) equally spaced over one cycle, without its end, in any unit.
-    harmonics : how many to keep, less than N / 2.
-
-    Returns
-    -------
-    PeriodicCurve
-        In the unit of `samples`.
+    """The Fourier series of one cycle of `samples` (N,), equally spaced, without its end, cut after
+    its first `harmonics`, less than N / 2; in their unit.
     """
     # rfft sums f e^(−2πikφ), so a cosine coefficient is twice the real part, and a sine coefficient
     # minus twice the imaginary one.
@@ -153,23 +144,14 @@ def periodic_through(samples: Array, harmonics: int) -> PeriodicCurve:
 def fit_periodic(
     phase: ArrayLike, values: ArrayLike, tolerance: float
 ) -> tuple[PeriodicCurve, float]:
-    """Fit the shortest Fourier series that passes every sample within `tolerance`.
+    """The shortest Fourier series that passes every one of `values` (n,) at `phase` (n,) in 0…1
+    within `tolerance`, and its largest absolute residual, all in one unit; that exceeds the
+    tolerance where `HARMONICS_CAP` harmonics are not enough.
 
     Samples at phase 0 and 1 are the same instant, one cycle apart. Each gets half the weight, so
-    the curve passes through their mean and the residual contains their difference.
-
-    Parameters
-    ----------
-    phase : (n,) in 0…1. Parts of the cycle may be left out; there the curve is the smoothest
-        continuation (`ROUGHNESS`), not a measurement.
-    values : (n,) in any unit.
-    tolerance : largest absolute residual allowed, in the unit of `values`.
-
-    Returns
-    -------
-    curve, residual
-        The curve and its largest absolute residual. The residual exceeds `tolerance` when
-        `HARMONICS_CAP` harmonics are not enough.
+    the curve passes through their mean and the residual contains their difference. Parts of the
+    cycle may be left out; there the curve is the smoothest continuation (`ROUGHNESS`), not a
+    measurement.
     """
     phase = np.asarray(phase, dtype=float)
     values = np.asarray(values, dtype=float)

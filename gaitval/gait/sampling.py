@@ -11,18 +11,9 @@ SAMPLES: Final = 101
 
 
 def interpolated(values: Array, samples: Array, *, lone: bool = False) -> Array:
-    """Values at fractional samples, linearly interpolated; constant beyond the ends.
-
-    Parameters
-    ----------
-    values : (T, ...).
-    samples : (...) counted from 0.
-    lone : if True, at a whole sample the neighbours do not count and may be NaN; otherwise a NaN
-        next to a sample also hides it.
-
-    Returns
-    -------
-    Array : of the shape of `samples` and then that of one value.
+    """`values` (T, ...) at fractional `samples` (...), counted from 0, linearly interpolated;
+    constant beyond the ends. At a whole sample the neighbours of a `lone` one do not count and may
+    be NaN; otherwise a NaN next to a sample also hides it.
     """
     samples = np.clip(samples, 0.0, len(values) - 1)
     # The last sample is the upper end of the last pair, with a share of 1.
@@ -38,17 +29,9 @@ def interpolated(values: Array, samples: Array, *, lone: bool = False) -> Array:
 
 
 def bridged(values: Array, known: Flags) -> Array:
-    """Values with unknown samples interpolated linearly between the known ones.
-
-    Parameters
-    ----------
-    values : (T, n) in any unit; anything, also NaN, where not known.
-    known : (T,) at least one True; before the first and after the last one the value is constant.
-
-    Returns
-    -------
-    array
-        (T, n) without gaps.
+    """`values` (T, n), anything where they are not `known` (T,), interpolated linearly there
+    between known ones, of which there is at least one; constant before the first and after the
+    last.
     """
     samples = np.arange(len(values))
     columns = [np.interp(samples, samples[known], column[known]) for column in values.T]
