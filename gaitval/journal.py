@@ -55,12 +55,9 @@ class Journal:
         write: Callable[[Result], Any],
         read: Callable[[Any], Result],
     ) -> list[Result]:
-        """A result of each item: those that are in the file, then those of `work` for the rest.
-
-        Parameters
-        ----------
-        work : gives the results of items in order, one after the other.
-        write, read : a result as JSON, and back.
+        """A result of each of `items`: those that are in the file, then those of `work` for the
+        rest, which gives them in order, one after the other. `write` makes JSON of a result, and
+        `read` a result of it.
         """
         known, self._stored = self._stored[: len(items)], self._stored[len(items) :]
         found = [read(each) for each in known]

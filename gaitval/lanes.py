@@ -112,13 +112,9 @@ def _number_in_lanes(context: Any, builder: Any, fromty: Any, toty: Any, value: 
 
 
 def _operator(symbols: tuple[Any, ...], result: Any, instruction: Any) -> None:
-    """Make numba know a binary operator of two vectors: its type and its LLVM instruction.
-
-    Parameters
-    ----------
-    symbols : of Python's `operator`; `x += y` is a symbol of its own.
-    result : `LANES` or `MASK`.
-    instruction : (builder, x, y) to LLVM's value.
+    """Make numba know a binary operator of two vectors: its type `result`, `LANES` or `MASK`, and
+    its LLVM `instruction`, (builder, x, y) to LLVM's value. `symbols` are those of Python's
+    `operator`; `x += y` is one of its own.
     """
     for symbol in symbols:
         # A class for each symbol: numba stores what it has resolved in the template's class.
@@ -159,12 +155,9 @@ def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _instruction(kind: Any, name: str, count: int) -> Any:
-    """The lowering of a function of `count` numbers of a `kind` that LLVM has an instruction for.
-
-    Parameters
-    ----------
-    name : LLVM's intrinsic without its type, such as `sqrt` of `llvm.sqrt.v8f64`. Only those whose
-        result IEEE 754 fixes are used: LLVM's sine may call a library, and would differ.
+    """The lowering of a function of `count` numbers of a `kind` that LLVM has an instruction for,
+    by the `name` of the intrinsic without its type, such as `sqrt` of `llvm.sqrt.v8f64`. Only those
+    whose result IEEE 754 fixes are used: LLVM's sine may call a library, and would differ.
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -199,12 +192,9 @@ magnitude = _of_one("fabs")
 
 @_instructions
 def fused(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
-    """x y + z, rounded once; as fast as a product where the processor has the instruction.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    x, y, z : all doubles or all lanes.
+    """x y + z, rounded once, of `x`, `y` and `z`, all doubles or all lanes; as fast as a product
+    where the processor has the instruction. `typingctx`, here and below, is numba's; the caller
+    does not pass it.
     """
     kind = LANES if isinstance(x, _Lanes) else types.float64
     return signature(kind, kind, kind, kind), _instruction(kind, "fma", 3)
@@ -212,13 +202,9 @@ def fused(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
 
 @_instructions
 def where(typingctx: Any, condition: Any, yes: Any, no: Any) -> Any:
-    """`yes` where the condition holds, else `no`; both are computed, so neither may be too costly.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    condition : a truth value, or one per lane.
-    yes, no : numbers or lanes; numbers if the condition is a truth value.
+    """`yes` where the `condition` holds, else `no`; both are computed, so neither may be too
+    costly. They are numbers or lanes; numbers if the condition is a truth value, not one per lane.
+    (`typingctx`: see `fused`.)
     """
     kind = LANES if isinstance(condition, _Mask) else types.float64
 
@@ -232,12 +218,8 @@ def where(typingctx: Any, condition: Any, yes: Any, no: Any) -> Any:
 
 @_instructions
 def everywhere(typingctx: Any, condition: Any) -> Any:
-    """Whether the condition holds in every lane.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    condition : a truth value, or one per lane.
+    """Whether the `condition`, a truth value or one per lane, holds in every lane. (`typingctx`:
+    see `fused`.)
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -252,12 +234,8 @@ def everywhere(typingctx: Any, condition: Any) -> Any:
 
 @_instructions
 def power_of_two(typingctx: Any, x: Any) -> Any:
-    """2ˣ, exactly.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    x : a whole number between -1022 and 1023, or lanes of them; others are not checked.
+    """2ˣ, exactly; `x` is a whole number between -1022 and 1023, or lanes of them; others are not
+    checked. (`typingctx`: see `fused`.)
     """
     kind = LANES if isinstance(x, _Lanes) else types.float64
 
@@ -280,13 +258,8 @@ def power_of_two(typingctx: Any, x: Any) -> Any:
 
 @_instructions
 def width(typingctx: Any, x: Any) -> Any:
-    """How many numbers there are in `x`: 8 of lanes, 1 of a double.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    x : its value is not used. The result is a constant of the compiler, so that a loop over lanes
-        costs doubles nothing.
+    """How many numbers there are in `x`: 8 of lanes, 1 of a double. It is a constant of the
+    compiler, so that a loop over lanes costs doubles nothing. (`typingctx`: see `fused`.)
     """
     count = WIDTH if isinstance(x, _Lanes) else 1
 
@@ -298,13 +271,8 @@ def width(typingctx: Any, x: Any) -> Any:
 
 @_instructions
 def lane(typingctx: Any, x: Any, i: Any) -> Any:
-    """The number in lane `i` of `x`; of a double, itself.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    x : lanes or a double.
-    i : 0 to 7; not checked.
+    """The number in lane `i` (0 to 7; not checked) of `x`; of a double, itself. (`typingctx`: see
+    `fused`.)
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -315,14 +283,9 @@ def lane(typingctx: Any, x: Any, i: Any) -> Any:
 
 @_instructions
 def with_lane(typingctx: Any, x: Any, i: Any, number: Any) -> Any:
-    """`x` with `number` in lane `i`, and the other lanes unchanged; of a double, `number`.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    x : lanes or a double; it is not changed, because values of LLVM never are.
-    i : 0 to 7; not checked.
-    number : a double.
+    """`x` with the double `number` in lane `i` (0 to 7; not checked), and the other lanes
+    unchanged; of a double, `number`. `x` is not changed, because values of LLVM never are.
+    (`typingctx`: see `fused`.)
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -333,13 +296,9 @@ def with_lane(typingctx: Any, x: Any, i: Any, number: Any) -> Any:
 
 
 def _view(context: Any, builder: Any, kinds: Any, array: Any, extent: Any) -> Any:
-    """A view of an array's memory as an array of another type.
-
-    Parameters
-    ----------
-    kinds : numba's types of the array and of the view.
-    array : LLVM's value of the array.
-    extent : of the array's (shape, strides), those of the view and the bytes of its items.
+    """A view of the memory of LLVM's `array` as an array of another type; `kinds` are numba's types
+    of the array and of the view, `extent` gives of the array's (shape, strides) those of the view
+    and the bytes of its items.
     """
     kind, result = kinds
     source, out = make_array(kind)(context, builder, array), make_array(result)(context, builder)
@@ -398,13 +357,9 @@ def _to_lanes(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 @_instructions
 def in_lanes(typingctx: Any, arrays: Any) -> Any:
-    """Arrays of doubles as arrays of lanes, without a copy.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    arrays : a contiguous array (…, 8), or a named tuple, also nested, whose arrays of doubles all
-        are such. Another length is not noticed: the lanes would be those of other memory.
+    """Arrays of doubles as arrays of lanes, without a copy: of a contiguous array (…, 8), or a
+    named tuple, also nested, whose `arrays` of doubles all are such. Another length is not noticed:
+    the lanes would be those of other memory. (`typingctx`: see `fused`.)
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -431,12 +386,8 @@ def numbers_in_lanes(typingctx: Any, arrays: Any) -> Any:
 
 @_instructions
 def in_numbers(typingctx: Any, array: Any) -> Any:
-    """Lanes as an array (…, 8) of doubles, without a copy: the inverse of `in_lanes`.
-
-    Parameters
-    ----------
-    typingctx : numba's; the caller does not pass it.
-    array : an array (…) of lanes.
+    """Lanes, an `array` (…), as an array (…, 8) of doubles, without a copy: the inverse of
+    `in_lanes`. (`typingctx`: see `fused`.)
     """
     result = types.Array(types.float64, array.ndim + 1, "C")
 
@@ -451,16 +402,9 @@ def in_numbers(typingctx: Any, array: Any) -> Any:
 
 
 def with_lanes(arrays: Any) -> Any:
-    """New arrays for `in_lanes`, all zero, with a last axis of eight; integers are kept as they
+    """New arrays for `in_lanes`, all zero: with an array (…, 8) in the place of each array (…) of
+    doubles of `arrays`, an array or a named tuple of them, also nested; integers are kept as they
     are.
-
-    Parameters
-    ----------
-    arrays : an array (…), or a named tuple, also nested, of arrays.
-
-    Returns
-    -------
-    The same with an array (…, 8) in the place of each array (…) of doubles.
     """
     if isinstance(arrays, tuple):
         return type(arrays)(*(with_lanes(member) for member in arrays))
@@ -480,11 +424,8 @@ _PI_1, _PI_2, _PI_3 = (
 
 @njit_borrowing
 def sine_cosine(x: Any) -> Any:
-    """Sine and cosine of the angle `x` (rad) of up to 1e5 or so, a double or lanes.
-
-    Returns
-    -------
-    Sine and cosine, to less than one unit in the last place (fdlibm, Sun Microsystems 1993).
+    """Sine and cosine of the angle `x` (rad) of up to 1e5 or so, a double or lanes, to less than
+    one unit in the last place (fdlibm, Sun Microsystems 1993).
     """
     # x = turns · π/2 + y with |y| ≤ π/4. One subtraction of turns · π/2 would cancel the leading
     # digits and leave its rounding error; three, of the parts in order of size, do not.
@@ -543,14 +484,10 @@ def remainder(x: Any, divisor: float) -> Any:
 
 @njit_borrowing
 def arctangent(y: Any, x: Any) -> Any:
-    """Angle (rad, -π to π) of the point (x, y) from the x axis, a double or lanes.
+    """Angle (rad, -π to π) of the point (`x`, `y`) from the x axis, both doubles or both lanes.
 
     It is a library's, lane by lane: unlike sine and cosine, which are this module's, its last bit
     may differ from machine to machine.
-
-    Parameters
-    ----------
-    y, x : both doubles or both lanes.
     """
     angle = y
     for i in range(width(y)):

@@ -32,14 +32,10 @@ def begin(
     near: ReferenceMotion | None = None,
 ) -> Begun:
     """The fit to a `record` with moments and forces, solved in full with the body as scaled
-    (`model`).
+    (`model`), whose mu has `prior_sd` (14,), see `prior.prior_sd`.
 
-    Parameters
-    ----------
-    prior_sd : (14,) of mu about the body as scaled, see `prior.prior_sd`.
-    configuration : settings of identification, noise and contact.
-    kinetics_told : whether the record's moments and forces are the person's own.
-    near : see `BodyFit.as_scaled`.
+    `configuration` has the settings of identification, noise and contact; `kinetics_told` is
+    whether the record's moments and forces are the person's own; `near`: see `BodyFit.as_scaled`.
     """
     fit = BodyFit(
         record, model, configuration.contact, noise_of(configuration, kinetics_told),

@@ -191,13 +191,9 @@ class BodyFit:
         start: Solution | None = None,
         smallest_gain: float = 1e-4,
     ) -> Solution:
-        """The most likely motion and mu.
-
-        Parameters
-        ----------
-        fixed : (14,) mu that is held instead of found.
-        start : a solution nearby.
-        smallest_gain : relative decrease of the sum of squares at which the steps end.
+        """The most likely motion and mu, from a `start` nearby, with mu `fixed` (14,) if it is held
+        instead of found. The steps end at a relative decrease of the sum of squares of
+        `smallest_gain`.
         """
         problem = self.problem
         begin = None if start is None else (start.change.copy(), start.common.copy())
@@ -218,12 +214,9 @@ class BodyFit:
         )
 
     def as_scaled(self, near: ReferenceMotion | None = None) -> Solution:
-        """The most likely motion of the body as scaled.
-
-        Parameters
-        ----------
-        near : the reference of the record on this body, to begin with: in a third of the steps to a
-            minimum that is as likely on the whole (docs/speed.md). None: from a standstill.
+        """The most likely motion of the body as scaled, from the reference of the record on this
+        body, if that is `near`: in a third of the steps to a minimum that is as likely on the whole
+        (docs/speed.md). None: from a standstill.
         """
         start = None
         if near is not None:
@@ -231,13 +224,9 @@ class BodyFit:
         return self.solve(fixed=self.prior_mean, start=start)
 
     def mode(self, *starts: Solution, fixed: Array | None = None) -> Solution:
-        """The most likely of what the fit finds from each of `starts`, near one another: contact
-        that starts an instant sooner or later leaves minima a tenth of a standard deviation apart.
-
-        Parameters
-        ----------
-        starts : solutions to start from.
-        fixed : (14,) mu that is held instead of found.
+        """The most likely of what the fit finds from each of `starts`, near one another, with mu
+        `fixed` (14,) if it is held: contact that starts an instant sooner or later leaves minima a
+        tenth of a standard deviation apart.
         """
         tried = side_by_side(partial(self._mode_from, fixed), starts)
         return min(tried, key=lambda each: each.cost)
@@ -300,17 +289,9 @@ def _law_weights(plain: Array, mass: float, noise: NoiseSettings) -> Array:
 
 
 def angle_sd(noise: NoiseSettings) -> Array:
-    """Standard deviation of a measured angle's error over the cycle: an offset, and a waveform
-    whose harmonics fall off with the square of their number beyond `noise.angle_harmonics`.
-
-    Parameters
-    ----------
-    noise : the noise model; `angle` is the RMS of the waveform, rad, `angle_offset` the SD of the
-        mean.
-
-    Returns
-    -------
-    (1 + 2 H,) rad, of the mean, the cosines and the sines.
+    """Standard deviation (1 + 2 H,) rad of a measured angle's error over the cycle, of the mean,
+    the cosines and the sines: an offset (`angle_offset` of `noise`), and a waveform of the RMS
+    `angle`, rad, whose harmonics fall off with the square of their number beyond `angle_harmonics`.
     """
     harmonic = np.arange(1, HARMONICS + 1)
     size = np.minimum(1.0, (noise.angle_harmonics / harmonic) ** 2)

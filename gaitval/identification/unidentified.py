@@ -9,12 +9,8 @@ from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_b
 
 
 def unidentified(configuration: Configuration, prior_sd: Array) -> FoundParameters:
-    """The result if nothing is looked for: the body stays as scaled.
-
-    Parameters
-    ----------
-    configuration : its bounds of the parameters are entered.
-    prior_sd : (14,) of mu about the body as scaled; also entered as the posterior's.
+    """The result if nothing is looked for: the body stays as scaled. The bounds of the parameters
+    in `configuration` are entered, and `prior_sd` (14,) of mu also as the posterior's.
     """
     mu = nominal_parameters()
     lower, upper = parameter_bounds(configuration.randomisation)

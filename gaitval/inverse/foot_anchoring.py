@@ -76,12 +76,8 @@ def anchored(
     rate: float,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
 ) -> AnchoredFeet:
-    """Repeat inverse kinematics with the feet anchored while they rest.
-
-    Parameters
-    ----------
-    model, markers, measured, ranges : as for `inverse_kinematics`, whose result is `kinematics`.
-    rate : Hz, of the frames.
+    """Repeat inverse kinematics, which gave `kinematics` at `rate` Hz, with the feet anchored while
+    they rest; `model`, `markers`, `measured` and `ranges` are as for `inverse_kinematics`.
     """
     measured = np.asarray(measured, dtype=float)
     velocities = _foot_velocities(markers, measured, rate)

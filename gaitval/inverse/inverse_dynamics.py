@@ -140,15 +140,9 @@ def _all_frames(
     centre: Array,
     ankle: Array,
 ) -> None:
-    """`newton_euler` of every frame.
-
-    Parameters
-    ----------
-    generalised : (T, 31) out.
-    joint : (T, 2, 3, 2, 3) out: side, joint, moment and force, component.
-    locked : (T, 2, 3) out, `LOCKED_MOMENTS`.
-    centre : (T, 3) out, centre of mass of the body.
-    ankle : (T, 2, 3) out, origin of both feet.
+    """`newton_euler` of every frame. Out: `generalised` (T, 31); `joint` (T, 2, 3, 2, 3) by side,
+    joint, moment and force, component; `locked` (T, 2, 3), `LOCKED_MOMENTS`; `centre` (T, 3) of
+    mass of the body; `ankle` (T, 2, 3), origin of both feet.
     """
     segments = empty_dynamics()
     rotation, origin, wrench = segments.frames.rotation, segments.frames.origin, segments.wrench
@@ -176,24 +170,12 @@ def _all_frames(
 def checked_wrenches(
     time: Array, force: Array, point: Array, free_moment: Array
 ) -> tuple[Array, Array, Array]:
-    """Ground reactions as float arrays that the compiled equations can use.
+    """Ground reactions as float arrays that the compiled equations can use: `force` (T, 2, 3) N on
+    the right and the left foot, `point` (T, 2, 3) m where it acts, NaN while the foot is in the air
+    (one that is NaN in part becomes so), and `free_moment` (T, 2, 3) Nm about it.
 
-    Parameters
-    ----------
-    time : (T,) s, for messages.
-    force : (T, 2, 3) N on the right and the left foot.
-    point : (T, 2, 3) m, where it acts; NaN while the foot is in the air.
-    free_moment : (T, 2, 3) Nm about `point`.
-
-    Returns
-    -------
-    tuple
-        `force`, `point` and `free_moment`; a point that is NaN in part is NaN.
-
-    Raises
-    ------
-    RecordError : a foot has a centre of pressure but no force or free moment.
-    ValueError : other shapes.
+    Raises RecordError, with its `time` (T,) s, where a foot has a centre of pressure but no force
+    or free moment; ValueError for other shapes.
     """
     arrays = [np.asarray(a, dtype=float) for a in (force, point, free_moment)]
     names = ("force", "point", "free_moment")
@@ -308,17 +290,9 @@ def ground_level(point: Array) -> float:
 def residuals(
     result: InverseDynamics, frames: Flags | None = None, *, ground_height: float = 0.0
 ) -> Residuals:
-    """Measures of the residuals.
-
-    Parameters
-    ----------
-    result : of `inverse_dynamics`.
-    frames : (T,) which ones to use, for example those with known ground reaction; all if not given.
-    ground_height : m, height of the ground above z = 0, for the height of the centre of mass.
-
-    Raises
-    ------
-    RecordError : no frame is left, or no foot is on the ground in the whole motion.
+    """Measures of the residuals in `result`, of some `frames` (T,), for example those with known
+    ground reaction, else of all. `ground_height`, m above z = 0, is for the height of the centre of
+    mass. Raises RecordError if no frame is left, or no foot is on the ground in the whole motion.
     """
     chosen = np.ones(len(result.time), dtype=bool) if frames is None else np.asarray(frames)
     if not chosen.any():
@@ -340,13 +314,9 @@ def residuals(
 
 
 def residual_measures(force: Array, moment: Array, *, height: float, peak: float) -> Residuals:
-    """Measures of residual force and moment; see `Residuals`.
-
-    Parameters
-    ----------
-    force, moment : (T, 3) N and Nm on the pelvis, world axes.
-    height : m, mean height of the centre of mass above the ground.
-    peak : N, largest ground reaction on one foot; NaN if not known, as are then the shares.
+    """Measures of residual `force` and `moment` (T, 3), N and Nm on the pelvis, world axes, with
+    the mean `height` (m) of the centre of mass above the ground and the `peak` (N) of the ground
+    reaction on one foot, NaN if not known, as are then the shares; see `Residuals`.
     """
     return Residuals(
         force_rms=float(np.sqrt((force**2).mean(axis=0)).max()),

@@ -92,12 +92,9 @@ class MarkerErrors:
 
 
 def marker_errors(result: InverseKinematics) -> MarkerErrors:
-    """Root-mean-square and largest error, of each marker and of all, in the frames that show pelvis
-    and legs: of who walks into the cameras' view too little is seen at first to fit a body to.
-
-    Parameters
-    ----------
-    result : of `inverse_kinematics`.
+    """Root-mean-square and largest error in `result`, of each marker and of all, in the frames that
+    show pelvis and legs: of who walks into the cameras' view too little is seen at first to fit a
+    body to.
     """
     errors = result.marker_errors
     lower = [i for i, name in enumerate(COORDINATES) if name in ROOT or name[:-2] in LEG]
@@ -224,11 +221,8 @@ def _why_unsolvable(problem: MarkerTrial, markers: Sequence[ModelMarker]) -> str
 
 
 def _interpolate(positions: Array, free: Flags) -> Flags:
-    """In frames that do not determine a coordinate, fill it from those that do, in place.
-
-    Returns
-    -------
-    (T,) frames in which something was filled.
+    """In frames that do not determine a coordinate, fill it from those that do, in place; returns
+    (T,) in which something was filled.
     """
     touched = np.zeros(len(positions), dtype=np.bool_)
     frames = np.arange(len(positions))

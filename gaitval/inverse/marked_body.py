@@ -35,19 +35,10 @@ class MarkerTrial(NamedTuple):
 
 
 def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Array) -> MarkerTrial:
-    """The trial of measured markers as arrays.
-
-    Parameters
-    ----------
-    model : the scaled body.
-    markers : M markers on its segments, with their weights.
-    measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
-
-    Raises
-    ------
-    ModelError : markers are on unknown segments, share a name, or have unusable positions or
-        weights.
-    RecordError : `measured` has another shape or is not in metres.
+    """The trial of `measured` (T, M, 3) m, project axes, NaN where not seen, of the M `markers` on
+    the scaled `model` as arrays. Raises ModelError if markers are on unknown segments, share a
+    name, or have unusable positions or weights; RecordError if `measured` has another shape or is
+    not in metres.
     """
     measured = np.asarray(measured, dtype=float)
     problems = []
@@ -99,16 +90,8 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
 
 
 def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
-    """The coordinates that are held, and a pose with their values.
-
-    Parameters
-    ----------
-    held : value, rad, of each held coordinate; actuated ones only.
-
-    Returns
-    -------
-    tuple
-        (31,) True for a held coordinate, and (31,) its value, zero for all others.
+    """(31,) which coordinates are `held`, actuated ones by name, and a pose (31,) with their
+    values, rad, zero for all others.
     """
     frozen, start = np.zeros(len(COORDINATES), dtype=np.bool_), np.zeros(len(COORDINATES))
     for name, value in held.items():
@@ -118,16 +101,8 @@ def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
 
 
 def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
-    """Lowest and highest value of each coordinate.
-
-    Parameters
-    ----------
-    ranges : lowest and highest value, rad, of actuated coordinates.
-
-    Returns
-    -------
-    tuple
-        (31,) and (31,); infinite for a coordinate that has no range.
+    """Lowest and highest value, (31,) each, of all coordinates by the `ranges`, rad, of actuated
+    ones; infinite without a range.
     """
     low, high = np.full(len(COORDINATES), -np.inf), np.full(len(COORDINATES), np.inf)
     for name, ends in ranges.items():
@@ -136,22 +111,8 @@ def bounds(ranges: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
 
 
 def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions: Array) -> Array:
-    """Positions of the model's markers.
-
-    Parameters
-    ----------
-    model : the scaled body.
-    markers : M markers on its segments.
-    positions : (T, 31) poses, root convention of `model.tree`.
-
-    Returns
-    -------
-    array
-        (T, M, 3) m, world axes.
-
-    Raises
-    ------
-    ModelError : as `marker_trial`.
+    """Positions (T, M, 3) m, world axes, of the `markers` of the scaled `model` in the poses
+    `positions` (T, 31), root convention of `model.tree`. Raises ModelError as `marker_trial`.
     """
     poses = np.array(positions, dtype=float)
     points = np.zeros((len(poses), len(markers), 3))
@@ -164,15 +125,9 @@ def marker_positions(model: BodyModel, markers: Sequence[ModelMarker], positions
 def place(
     joint_position: Array, segment: Index, position: Array, poses: Array, points: Array
 ) -> None:
-    """Positions of markers in world axes (compiled).
-
-    Parameters
-    ----------
-    joint_position : (14, 3) m, as in `tree.Tree`.
-    segment : (M,) index into `SEGMENTS`.
-    position : (M, 3) m, in the frames of the segments.
-    poses : (T, 31).
-    points : (T, M, 3) m, out.
+    """`points` (T, M, 3) m, out: places in world axes of the markers at `position` (M, 3) m in the
+    frames of each `segment` (M,), by its index, in `poses` (T, 31); `joint_position` (14, 3) m is
+    as in `tree.Tree` (compiled).
     """
     frames = empty_frames()
     rotation, origin = frames.rotation, frames.origin

@@ -264,17 +264,13 @@ def _root_derivatives(
 
 @njit
 def independent_coordinates(normal: Array, frozen: Flags, smallest: float, found: Flags) -> None:
-    """Coordinates that the markers show, beyond what those nearer to the pelvis explain.
+    """Coordinates that the markers show, beyond what those nearer to the pelvis explain: `found`
+    (31,) out.
 
-    A column of J counts if it is independent of those before. From JᵀJ, Cholesky's pivots are the
-    squared parts of a column that the earlier columns do not explain.
-
-    Parameters
-    ----------
-    normal : (31, 31) JᵀJ, m², as `evaluate` leaves it.
-    frozen : (31,) coordinates that are held, and left out.
-    smallest : m², pivot from which a column counts as independent.
-    found : (31,) out.
+    A column of J counts if it is independent of those before. From JᵀJ, `normal` (31, 31) m² as
+    `evaluate` leaves it, Cholesky's pivots are the squared parts of a column that the earlier
+    columns do not explain; it counts from the pivot `smallest` (m²) on. `frozen` (31,) coordinates
+    are held, and left out.
     """
     n = len(found)
     factor = np.zeros((n, n))

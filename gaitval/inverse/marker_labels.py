@@ -56,18 +56,10 @@ def find_exchanged(
 ) -> Exchange | None:
     """The clearest pair of markers that have each other's names; None if there is none.
 
-    The standing trial gives each marker its place on the model. After inverse kinematics two
-    exchanged markers are then far from their own places and near each other's.
-
-    Parameters
-    ----------
-    model : the scaled body.
-    markers : M markers, placed on the model by the standing trial.
-    measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
-
-    Raises
-    ------
-    ModelError, RecordError : as `inverse_kinematics`.
+    The standing trial gives each of the M `markers` its place on the scaled `model`. After inverse
+    kinematics of `measured` (T, M, 3) m, project axes, NaN where not seen, two exchanged markers
+    are far from their own places and near each other's. Raises ModelError or RecordError as
+    `inverse_kinematics`.
     """
     frames = np.unique(np.linspace(0, len(measured) - 1, FRAMES).astype(int))
     shown = np.isfinite(measured[frames]).all(axis=2).sum(axis=1)

@@ -176,19 +176,12 @@ def place_markers(
 def placement_checks(
     standing: Array, pelvic_tilt: float, distances: Mapping[str, float]
 ) -> tuple[PlacementCheck, ...]:
-    """The published limits of a placement.
+    """The published limits of a placement: distances of the landmarks first, then ankle and hip of
+    the right and of the left leg.
 
-    Parameters
-    ----------
-    standing : (31,) pose, rad.
-    pelvic_tilt : of the standing pelvis, rad. Hip flexion is measured from there, because our
-        neutral pelvis is level at the ASIS and PSIS but the published limit refers to the posture.
-    distances : m, of landmarks from their places in the model.
-
-    Returns
-    -------
-    tuple
-        Distances of the landmarks first, then ankle and hip of the right and of the left leg.
+    `standing` (31,) is the pose, rad, `distances` are m, of landmarks from their places in the
+    model. Hip flexion is measured from `pelvic_tilt`, rad, because our neutral pelvis is level at
+    the ASIS and PSIS but the published limit refers to the posture.
     """
     worst = max(distances, key=lambda name: distances[name])
     rms = float(np.sqrt(np.mean(np.square(list(distances.values())))))

@@ -211,14 +211,9 @@ def _problem(
     deviations: tuple[Array, Array],
     limits: tuple[Array, Array],
 ) -> FitProblem:
-    """The fit as arrays.
-
-    Parameters
-    ----------
-    measured : (F, M, 3) m, standing first.
-    free : (F, 31) what the markers determine.
-    deviations : (K,) and (M,) m, of the priors of lengths and positions.
-    limits : (31,) each, lowest and highest value of the coordinates.
+    """The fit as arrays: `measured` (F, M, 3) m, standing first; `free` (F, 31) what the markers
+    determine; `deviations` (K,) and (M,) m of the priors of lengths and positions; `limits` (31,)
+    each, lowest and highest value of the coordinates.
     """
     length_deviation, placement_deviation = deviations
     low, high = limits
@@ -264,23 +259,14 @@ def _choose(walking: Array) -> Index:
 
 
 def with_level_pelvis(fit: FitProblem, state: FitState) -> FitState:
-    """The same body in the same poses, with the pelvis' axes where its landmarks put them.
+    """The body of `state` in the same poses, with the pelvis' axes where its landmarks put them;
+    `state` itself if the pelvis has fewer than two markers.
 
     Turning the pelvis' axes about the line through the hips moves nothing but the zero of pelvic
     tilt, hip flexion and lumbar extension. The fit uses that freedom to please the trunk: in four
     of twelve children (biomechZoo) it turned the axes by 4 to 12 degrees. So they are turned back
     until the markers of the pelvis have, about their middle, the tilt that the standing trial gave
-    them; markers and lumbar joint keep their places in the laboratory.
-
-    Parameters
-    ----------
-    fit : the problem, with the placement of the standing trial.
-    state : the fitted lengths, positions and poses.
-
-    Returns
-    -------
-    FitState
-        `state` itself if the pelvis has fewer than two markers.
+    them (the placement of `fit`); markers and lumbar joint keep their places in the laboratory.
     """
     pelvis = fit.segment == SEGMENTS.index("pelvis")
     if pelvis.sum() < 2:

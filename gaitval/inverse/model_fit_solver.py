@@ -48,17 +48,8 @@ class FitState(NamedTuple):
 
 
 def model_markers(fit: FitProblem, state: FitState) -> Array:
-    """Positions of the model's markers.
-
-    Parameters
-    ----------
-    fit : the problem.
-    state : lengths, positions on the segments, and poses.
-
-    Returns
-    -------
-    array
-        (F, M, 3) m, world axes.
+    """Positions (F, M, 3) m, world axes, of the markers of the problem `fit` with the lengths,
+    positions on the segments and poses of `state`.
     """
     points = np.empty_like(fit.measured)
     joints = fit.joint_position + fit.shifts @ state.lengths
@@ -246,19 +237,9 @@ def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
 
 
 def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState, int, bool]:
-    """The state with the least sum of squares.
-
-    Parameters
-    ----------
-    fit : the problem.
-    state : where to start.
-    precision : (F, M) 1/m², inverse variance of a coordinate of each measured marker; 0 if not
-        seen.
-
-    Returns
-    -------
-    tuple
-        The state, the number of iterations, and whether they were enough.
+    """The state of the problem `fit`, from `state` on, with the least sum of squares; the number of
+    iterations; and whether they were enough. `precision` (F, M) 1/m² is the inverse variance of a
+    coordinate of each measured marker; 0 if not seen.
     """
     damping = 0.0
     cost = _cost(fit, state, precision)
@@ -287,20 +268,11 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
 
 
 def shared_covariance(fit: FitProblem, state: FitState, precision: Array) -> Array:
-    """Covariance of lengths and positions, given all measurements and priors.
+    """Covariance (K + 3M, K + 3M) m² of lengths, then of positions marker by marker, given all
+    measurements and priors, at the solution `state` of the problem `fit`; `precision` is as for
+    `solve`.
 
     It is the inverse of the undamped Schur complement: the poses are unknown, not given.
-
-    Parameters
-    ----------
-    fit : the problem.
-    state : its solution.
-    precision : (F, M) 1/m², as for `solve`.
-
-    Returns
-    -------
-    array
-        (K + 3M, K + 3M) m²; lengths first, then the positions marker by marker.
     """
     return np.asarray(np.linalg.inv(_reduced(_equations(fit, state, precision), 0.0)[0]))
 

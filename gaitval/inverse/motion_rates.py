@@ -34,17 +34,9 @@ class Kinematics(NamedTuple):
 
 
 def cardan_coordinates(positions: Array) -> Array:
-    """Positions with the pelvis' Cardan angles instead of its rotation vector.
-
-    Parameters
-    ----------
-    positions : (T, 31), root convention of `model.tree`.
-
-    Returns
-    -------
-    array
-        (T, 31) whose first three columns are tilt, list and rotation (`rotations.pelvis_angles`),
-        rad, without jumps of a full turn.
+    """`positions` (T, 31), root convention of `model.tree`, with the pelvis' Cardan angles instead
+    of its rotation vector: the first three columns are tilt, list and rotation
+    (`rotations.pelvis_angles`), rad, without jumps of a full turn.
     """
     coordinates = np.array(positions, dtype=float)
     orientation = Rotation.from_rotvec(coordinates[:, :3]).as_matrix()
@@ -110,29 +102,18 @@ def root_state(
 
 @njit
 def root_states(angles: Array, rates: Array, second_rates: Array, out: Array) -> None:
-    """`root_state` of every frame.
-
-    Parameters
-    ----------
-    angles, rates, second_rates : (T, 3) of the pelvis' Cardan angles, rad, rad/s and rad/s².
-    out : (T, 3, 3) out: rotation vector, angular velocity and angular acceleration, world axes.
+    """`root_state` of every frame: `angles`, `rates` and `second_rates` (T, 3) of the pelvis'
+    Cardan angles, rad, rad/s and rad/s²; `out` (T, 3, 3): rotation vector, angular velocity and
+    angular acceleration, world axes.
     """
     for t in range(len(angles)):
         root_state(angles[t], rates[t], second_rates[t], out[t, 0], out[t, 1], out[t, 2])
 
 
 def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
-    """Times and positions as float arrays that can be differentiated.
-
-    Parameters
-    ----------
-    time : (T,) s, increasing.
-    positions : (T, 31), finite.
-
-    Raises
-    ------
-    RecordError : fewer than six frames, NaN, or times that do not increase.
-    ValueError : other shapes.
+    """`time` (T,) s and `positions` (T, 31) as float arrays that can be differentiated. Raises
+    RecordError for fewer than six frames, NaN, or times that do not increase; ValueError for other
+    shapes.
     """
     # One memory layout, because the compiled functions are compiled again for every other one.
     time = np.ascontiguousarray(time, dtype=float)
@@ -165,21 +146,13 @@ def checked_motion(time: Array, positions: Array) -> tuple[Array, Array]:
 
 
 def differentiate(time: Array, positions: Array) -> Kinematics:
-    """Velocities and accelerations of a motion by quintic splines through every frame.
+    """Velocities and accelerations of a motion by quintic splines through every frame: `positions`
+    (T, 31), root convention of `model.tree`, any heading, at `time` (T,) s, whose steps may differ.
+    Raises as `checked_motion`.
 
     Each coordinate has its own spline; the pelvis' orientation is differentiated through its Cardan
     angles, as in OpenSim's inverse dynamics (which uses natural quintic splines, different only in
     the first and last frames). Noise is not smoothed: filter the motion first.
-
-    Parameters
-    ----------
-    time : (T,) s, increasing; the steps may differ.
-    positions : (T, 31), root convention of `model.tree`; any heading.
-
-    Raises
-    ------
-    RecordError : fewer than six frames, NaN, or times that do not increase.
-    ValueError : other shapes.
     """
     time, positions = checked_motion(time, positions)
     coordinates = cardan_coordinates(positions)

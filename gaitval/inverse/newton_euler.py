@@ -147,13 +147,9 @@ def inertial_wrenches(
 
 @njit_borrowing
 def joint_wrenches(segments: SegmentDynamics, generalised: Array) -> None:
-    """Add to each segment's wrench those of the segments below it: what its parent exerts.
-
-    Parameters
-    ----------
-    segments : with the wrenches that the segments need themselves; changed in place.
-    generalised : (31,) out: of the root the moment about the pelvis' origin, Nm, and the force, N;
-        of the joints the moments about their axes, Nm.
+    """Add to each segment's wrench in `segments`, which has what it needs itself, those of the
+    segments below it: what its parent exerts. `generalised` (31,) out: of the root the moment about
+    the pelvis' origin, Nm, and the force, N; of the joints the moments about their axes, Nm.
     """
     (_, origin, axes, _, _), _, wrench = segments
     for s in range(SEGMENT_COUNT - 1, 0, -1):

@@ -87,13 +87,9 @@ def _newton_step(work: MarkerWorkspace, damping: float, second_order: bool) -> b
 
 @njit
 def turned(vector: Array, turn: Array, out: Array) -> None:
-    """A rotation followed by another one, through quaternions.
-
-    Parameters
-    ----------
-    vector : (3,) rad, rotation vector of the first rotation.
-    turn : (3,) rad, of the second one, in world axes.
-    out : (3,) out: rotation vector, at most π long, of exp(turn) exp(vector).
+    """A rotation followed by another one, through quaternions: rotation vectors `vector` (3,) rad
+    of the first and `turn` (3,) rad of the second, in world axes; `out` (3,), at most π long, of
+    exp(turn) exp(vector).
     """
     a = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
     b = np.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
@@ -116,15 +112,9 @@ def turned(vector: Array, turn: Array, out: Array) -> None:
 
 @njit
 def moved(q: Array, step: Array, low: Array, high: Array, out: Array) -> None:
-    """A pose after a step, within the bounds.
-
-    Parameters
-    ----------
-    q : (31,) pose.
-    step : (31,) rad and m: the pelvis is rotated by the rotation vector step[:3] in world axes, the
-        rest is added.
-    low, high : (31,) bounds of the coordinates; the rotation has none.
-    out : (31,) out.
+    """The pose `q` (31,) after a `step` (31,) rad and m, within the bounds `low` and `high` (31,)
+    of the coordinates, into `out` (31,). The pelvis is rotated by the rotation vector step[:3] in
+    world axes, which has no bounds; the rest is added.
     """
     turned(q[:3], step[:3], out[:3])
     for i in range(3, len(q)):
@@ -219,20 +209,12 @@ def solve_from_all_sides(
     high: Array,
     work: MarkerWorkspace,
 ) -> int:
-    """As `solve_frame`, but at headings all around; the best resulting pose goes into q.
+    """As `solve_frame`, but at headings all around, with the joint angles `start` (31,); the best
+    resulting pose goes into `q` (31,), from which coordinates that are not `free` are read. Returns
+    the number of its iterations, negative if they were not enough.
 
-    The rigid body is fitted to the markers first, then the joints are freed.
-
-    Parameters
-    ----------
-    problem, frame, work : as for `evaluate`.
-    start : (31,) joint angles to start from.
-    q : (31,) out; coordinates that are not free are read from it.
-    free, low, high : (31,) as for `solve_frame`.
-
-    Returns
-    -------
-    Number of iterations of the best pose, negative if they were not enough.
+    The rigid body is fitted to the markers first, then the joints are freed. `problem`, `frame` and
+    `work` are as for `evaluate`; `free`, `low` and `high` (31,) as for `solve_frame`.
     """
     weight, measured = problem.weight[frame], problem.measured[frame]
     total = weight.sum()

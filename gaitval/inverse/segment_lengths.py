@@ -52,12 +52,8 @@ LENGTHS: Final = tuple(LENGTH_SD)
 
 
 def lengths_of(model: BodyModel) -> dict[str, float]:
-    """The lengths of `LENGTH_SD` in a model, m, of arms and legs the mean of both sides; the
+    """The lengths of `LENGTH_SD` in a `model`, m, of arms and legs the mean of both sides; the
     displacement of the hips is 0.
-
-    Parameters
-    ----------
-    model : whose joint positions are read.
     """
     position = {segment.name: segment.joint_position for segment in model.segments}
 
@@ -81,20 +77,12 @@ def lengths_of(model: BodyModel) -> dict[str, float]:
 
 
 def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
-    """The model with other lengths.
+    """The `model` with other `lengths`, m, by the keys of `LENGTH_SD`; those not given are
+    unchanged. Raises ScalingError if one is not finite and positive.
 
     A longer thigh, shank or upper arm keeps its mass; its centre of mass and inertia stretch with
     it (as in `model.parameters`). `hip_forward` and `hip_up` move the hips in the pelvis; because
     the pelvis' origin is between the hips, its centre of mass moves the other way.
-
-    Parameters
-    ----------
-    model : the body before.
-    lengths : m, keys as in `LENGTH_SD`; those not given are unchanged.
-
-    Raises
-    ------
-    ScalingError : a length is not finite and positive.
     """
     before = lengths_of(model)
     after = before | dict(lengths)
@@ -135,13 +123,7 @@ def with_lengths(model: BodyModel, lengths: Mapping[str, float]) -> BodyModel:
 
 
 def joint_shifts() -> Array:
-    """How far the joints move in their parents' frames per metre of each length.
-
-    Returns
-    -------
-    array
-        (14, 3, K) m/m.
-    """
+    """How far the joints move in their parents' frames per metre of each length, (14, 3, K) m/m."""
     shifts = np.zeros((len(SEGMENTS), 3, len(LENGTHS)))
 
     def put(segment: str, axis: int, length: str, factor: float) -> None:
@@ -163,20 +145,11 @@ def joint_shifts() -> Array:
 
 
 def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
-    """How the markers' places in their segments would differ with other lengths.
+    """How the M `markers`' places in their segments would differ with other lengths than those of
+    the standing trial, which `model` has: (M, 3, K) m per metre of each length.
 
     The skin stays where the standing trial showed it, and a segment's frame runs from its upper
     joint to its lower one.
-
-    Parameters
-    ----------
-    model : with the lengths of the standing trial.
-    markers : M markers in their places from the standing trial.
-
-    Returns
-    -------
-    array
-        (M, 3, K) m per metre of each length, in the frames of the segments.
     """
     lengths = lengths_of(model)
     coupling = np.zeros((len(markers), 3, len(LENGTHS)))
@@ -210,17 +183,9 @@ def skin_shifts(model: BodyModel, markers: Sequence[ModelMarker]) -> Array:
 
 
 def length_precision(deviation: Array) -> Array:
-    """PᵀDP, the inverse covariance of the lengths' prior.
-
-    Parameters
-    ----------
-    deviation : (K,) m, standard deviation of each length; 0 for one that is fixed, which gets that
-        of `LENGTH_SD`, so that the matrix can be inverted.
-
-    Returns
-    -------
-    array
-        (K, K) 1/m².
+    """PᵀDP, (K, K) 1/m², the inverse covariance of the lengths' prior with the standard `deviation`
+    (K,) m of each; one that is fixed, with 0, gets that of `LENGTH_SD`, so that the matrix can be
+    inverted.
     """
     deviation = np.where(deviation > 0, deviation, list(LENGTH_SD.values()))
     relation = np.eye(len(LENGTHS))

@@ -143,13 +143,9 @@ def beside_reference(
 
 
 def target(task: WalkingTask, to_record: float) -> dict[Kind, dict[str, Array]]:
-    """Curves that a walk is to have, by kind and name, in the units of `CURVE_UNITS`.
-
-    Parameters
-    ----------
-    task : whose reference has them; those that are fitted are moved towards those of its record.
-        The others, which show whether a correction does harm, stay the reference's.
-    to_record : part of the way.
+    """Curves that a walk is to have, by kind and name, in the units of `CURVE_UNITS`: those of the
+    reference of `task`, of which those that are fitted are moved `to_record`, that part of the way,
+    towards those of its record. The others show whether a correction does harm.
     """
     curves = by_kind(reference_curves(task.reference, task.model.mass, task.record.left_phase))
     if to_record:

@@ -46,15 +46,10 @@ def search(
     allowed: Callable[[Array], bool],
     on_step: Callable[[int, float], None] | None = None,
 ) -> Optimum:
-    """Minimise the deviations' sum of squares plus the prior's, starting from zero.
-
-    Parameters
-    ----------
-    walk : walks at several points at once.
-    slopes : what is known of them beforehand; all walks add to it.
-    steps : at most.
-    allowed : whether a point may be tried.
-    on_step : called with the number of the step and the error.
+    """Minimise the deviations' sum of squares plus the prior's, from zero on in at most so many
+    `steps`. `walk` walks at several points at once; `slopes` are what is known of them beforehand,
+    to which all walks add; `allowed` says whether a point may be tried; `on_step` gets the number
+    of the step and the error.
     """
     point = np.zeros(len(slopes.covariance))
     (found,) = walk([point])
