@@ -65,12 +65,9 @@ def own_folder(where: Path, prefix: str) -> Iterator[Path]:
 
 
 def remove_partial(folder: Path) -> None:
-    """Remove whatever a killed process has left half written.
-
-    Parameters
-    ----------
-    folder : of a run, with up to three levels of folders below it that are searched. Call it with
-        the folder locked, because another process may be writing.
+    """Remove whatever a killed process has left half written in the run `folder` and up to three
+    levels of folders below it. Call it with the folder locked, because another process may be
+    writing.
     """
     for depth in ("", "*/", "*/*/", "*/*/*/"):
         for left in folder.glob(f"{depth}{PARTIAL}*"):

@@ -78,18 +78,12 @@ def one_sample_test(
     where: NDArray[np.bool_] | None = None,
     permutations: int = PERMUTATIONS,
 ) -> CurveTest:
-    """Where the mean of curves differs from one known curve: the signs of differences are flipped.
+    """Where the mean of at least 2 repetitions, `curves` (N, n), differs from one known curve,
+    `expected` (n,) or a constant without uncertainty: the signs of differences are flipped.
 
-    Parameters
-    ----------
-    curves : (N, n) repetitions, at least 2.
-    expected : (n,) curve without uncertainty, or a constant.
-    where : (n,) points that are tested; all by default.
-    permutations : see `PERMUTATIONS`; random ones are the same in every call.
-
-    Raises
-    ------
-    ValueError : fewer than 2 curves, values that are not finite, or shapes that do not fit.
+    Only the points `where` (n,) it is True are tested, all by default; `permutations`: see
+    `PERMUTATIONS`; random ones are the same in every call. Raises ValueError for fewer than 2
+    curves, values that are not finite, or shapes that do not fit.
     """
     values, known = _checked(curves, "curves"), np.asarray(expected, dtype=float)
     if known.shape not in ((), values.shape[1:]):
@@ -268,14 +262,9 @@ def random_field_threshold(
     where the residuals are zero, or no height is so rare: with one degree of freedom the density of
     regions does not fall with it.
 
-    By the expected Euler characteristic of a field of Student's t over the tested points, whose
-    smoothness is estimated from the gradients of the normalised residuals.
-
-    Parameters
-    ----------
-    residuals : (N, n) of curves from the means that are compared.
-    freedom : degrees of freedom of t.
-    where : (n,) points that are tested; all by default.
+    By the expected Euler characteristic of a field of Student's t of so many degrees of `freedom`
+    over the points `where` (n,) it is True, all by default; its smoothness is estimated from the
+    gradients of the normalised `residuals` (N, n) of curves from the means that are compared.
     """
     tested = np.ones(residuals.shape[1], dtype=bool) if where is None else where
     squares = np.sum(residuals**2, axis=0)

@@ -58,18 +58,9 @@ class Result(BaseModel):
 
     @classmethod
     def read(cls, values: Any, origin: str, *, file: str, fix: str) -> Self:
-        """The model from values that were read from a file.
-
-        Parameters
-        ----------
-        values : JSON.
-        origin : where they come from, for the message.
-        file : the kind of file, such as `metrics.json`.
-        fix : what the user can do if they cannot be used.
-
-        Raises
-        ------
-        ArtefactError : they do not match the schema; the message says where, and what was seen.
+        """The model from JSON `values` of the file `origin`. Raises ArtefactError if they do not
+        match the schema, which says where, what was seen, which kind of `file` it is, such as
+        `metrics.json`, and what can be done (`fix`).
         """
         try:
             return cls.model_validate(values)

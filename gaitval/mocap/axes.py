@@ -100,20 +100,12 @@ def axis_name(vector: Array) -> str:
 
 
 def detect_axes(recording: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
-    """Axes of the laboratory from a standing trial.
+    """Axes of the laboratory from `recording`, a standing trial in them. `landmarks` names the
+    marker of each, such as {"R.ASIS": "RASI"}; those present are used.
 
-    Parameters
-    ----------
-    recording : standing trial in the laboratory's axes.
-    landmarks : marker in the recording of each landmark, such as {"R.ASIS": "RASI"}; those present
-        are used.
-
-    Raises
-    ------
-    RecordError
-        The markers needed are missing; the person's size is wrong by a power of ten (unit); the
-        person does not stand, or stands across the axes; left and right, or front and rear, of
-        pelvis and feet do not agree (markers exchanged).
+    Raises RecordError if the markers needed are missing; the person's size is wrong by a power of
+    ten (unit); the person does not stand, or stands across the axes; left and right, or front and
+    rear, of pelvis and feet do not agree (markers exchanged).
     """
     _check_straight(recording, landmarks)
     points = standing_points(recording, landmarks)
@@ -254,29 +246,18 @@ def check_pelvis(where: str, points: Mapping[str, Array], axes: LaboratoryAxes) 
 def turn_to_walking_direction(
     recording: Recording, landmarks: Mapping[str, str]
 ) -> tuple[Recording, str]:
-    """A walking trial turned about the vertical so that the person walks along +x.
+    """A walking trial turned about the vertical so that the person walks along +x, and what was
+    decided, for the user. `recording` is in the project's axes (`Recording.turned` with the axes of
+    the standing trial); `landmarks` are as in `detect_axes`.
 
     Overground this is the direction of the pelvis' path. On a treadmill, where the feet on the
     ground move faster than the pelvis, it is the direction of the pelvis relative to them. A
     direction within 5° of an axis is taken to lie along it: the trial is then turned by a multiple
     of 90°.
 
-    Parameters
-    ----------
-    recording : in the project's axes (`Recording.turned` with the axes of the standing trial).
-    landmarks : as in `detect_axes`.
-
-    Returns
-    -------
-    tuple
-        The trial and what was decided, for the user.
-
-    Raises
-    ------
-    RecordError
-        The trial is not yet in the project's axes, or its axes or unit differ from the standing
-        trial's; the person stands, runs, turns or walks backwards (or front and rear markers are
-        exchanged).
+    Raises RecordError if the trial is not yet in the project's axes, or its axes or unit differ
+    from the standing trial's; the person stands, runs, turns or walks backwards (or front and rear
+    markers are exchanged).
     """
     where = recording.source
     if recording.axes != "project":

@@ -19,31 +19,20 @@ _AXES: Final = "OALP"
 
 
 def read_c3d(path: Path, *, plates: bool = True) -> Recording:
-    """Read a C3D file.
+    """Read the C3D file `path`, in the laboratory's axes, SI units, with its force plates if
+    `plates`.
 
-    Parameters
-    ----------
-    path : the file.
-    plates : whether to read the force plates.
+    A marker is NaN where its residual is negative or it lies exactly at the origin. Points that the
+    file declares to be results are left out, and so are axes of segments (PELO, PELA, PELL, PELP)
+    and unlabelled points (`*12`). A subject's prefix that all names share (`Anna:LASI`) is removed.
+    Forces are those of the plate on the person: if a file has the opposite sign it is reversed,
+    because a plate can only push. Plates without channels are left out. Baselines are subtracted as
+    FORCE_PLATFORM:ZERO says, unless the plate is loaded in those frames. The polynomial with which
+    Kistler refines the centre of pressure of type 3 (FPCOPPOLY) is not applied: a few millimetres
+    near the plate's edge.
 
-    Returns
-    -------
-    Recording
-        In the laboratory's axes, SI units. A marker is NaN where its residual is negative or it
-        lies exactly at the origin. Points that the file declares to be results are left out, and so
-        are axes of segments (PELO, PELA, PELL, PELP) and unlabelled points (`*12`). A subject's
-        prefix that all names share (`Anna:LASI`) is removed. Forces are those of the plate on the
-        person: if a file has the opposite sign it is reversed, because a plate can only push.
-        Plates without channels are left out. Baselines are subtracted as FORCE_PLATFORM:ZERO says,
-        unless the plate is loaded in those frames. The polynomial with which Kistler refines the
-        centre of pressure of type 3 (FPCOPPOLY) is not applied: a few millimetres near the plate's
-        edge.
-
-    Raises
-    ------
-    RecordError
-        The file is not C3D, truncated or damaged; a unit is missing or unknown; a plate is of
-        another type, or lacks what its type needs.
+    Raises RecordError if the file is not C3D, truncated or damaged; a unit is missing or unknown; a
+    plate is of another type, or lacks what its type needs.
     """
     path = Path(path)
     promised = check_size(path)

@@ -97,18 +97,10 @@ class Contents:
 
 
 def check_size(path: Path) -> tuple[int, int]:
-    """Refuse a file that is not C3D, or that is shorter than its header says. Returns the analog
-    values of a frame and of each channel in it, by a header that its size shows to be right, else
-    zeros.
-
-    Parameters
-    ----------
-    path : the file; only its first bytes are read.
-
-    Raises
-    ------
-    RecordError : the file cannot be opened, is empty, truncated, of another format, or in the byte
-        order of MIPS processors.
+    """Refuse a file `path` that is not C3D, or that is shorter than its header says, by its first
+    bytes. Returns the analog values of a frame and of each channel in it, by a header that its size
+    shows to be right, else zeros. Raises RecordError if it cannot be opened, is empty, truncated,
+    of another format, or in the byte order of MIPS processors.
     """
     fix = "Check the name and the folder"
     with file_gate.opened(path, RecordError, largest=file_gate.BINARY, fix=fix) as file:
@@ -167,16 +159,9 @@ def _damaged(path: Path, why: str) -> RecordError:
 
 
 def read_contents(path: Path) -> Contents:
-    """Contents of a file, read in another process (see the module's docstring).
-
-    Parameters
-    ----------
-    path : the file, which `check_size` has passed.
-
-    Raises
-    ------
-    RecordError : the file is damaged (`_damaged` gives the message), or has fewer frames than its
-        header says.
+    """Contents of a file `path` that `check_size` has passed, read in another process (see the
+    module's docstring). Raises RecordError if it is damaged (`_damaged` gives the message), or has
+    fewer frames than its header says.
     """
     # -P: a json.py in the data folder must not replace Python's own.
     limit = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
@@ -233,18 +218,9 @@ def check_rates(path: Path, contents: Contents, analogs: int, samples: int) -> N
 
 
 def labels_of(contents: Contents, group: str, name: str) -> list[str]:
-    """Values of a text parameter that continues in NAME2, NAME3 after 255 entries.
-
-    Parameters
-    ----------
-    contents : of the file.
-    group, name : of the parameter, for example POINT and LABELS.
-
-    Returns
-    -------
-    list
-        Texts without blanks at their ends, in the file's order; empty where the parameter is
-        missing.
+    """Values of a text parameter by its `group` and `name`, for example POINT and LABELS, in the
+    order of `contents`, without blanks at their ends; it continues in NAME2, NAME3 after 255
+    entries. Empty where it is missing.
     """
     found = [str(text).strip() for text in contents.get(group, name)]
     for number in range(2, 100):

@@ -68,15 +68,8 @@ class PersonFacts:
 
 
 def read_person(path: Path) -> PersonFacts:
-    """What a file contains about the person; nothing if it is not C3D.
-
-    Parameters
-    ----------
-    path : of any recording.
-
-    Raises
-    ------
-    RecordError : the file is damaged.
+    """What a recording `path` contains about the person; nothing if it is not C3D. Raises
+    RecordError if it is damaged.
     """
     if path.suffix.lower() != ".c3d":
         return PersonFacts(str(path))
@@ -101,17 +94,8 @@ def _stored(contents: Contents) -> dict[str, list[str]]:
 
 
 def person_of(source: str, contents: Contents) -> PersonFacts:
-    """What the parameters of a C3D file contain about the person.
-
-    Parameters
-    ----------
-    source : the file, kept in the result.
-    contents : of `read_contents`.
-
-    Returns
-    -------
-    PersonFacts
-        SI units; values outside the range of a person's are left out.
+    """What the parameters of a C3D file, the `contents` of `source`, contain about the person, in
+    SI units; values outside the range of a person's are left out.
     """
     stored = _stored(contents)
 

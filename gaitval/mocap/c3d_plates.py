@@ -34,23 +34,10 @@ person: many programs write the default frames 1 to 10 even if someone is standi
 def read_plates(
     path: Path, contents: Contents, markers: Array, marker_rate: float
 ) -> tuple[tuple[Plate, ...], float]:
-    """The plates of a file that have channels, and their sample rate.
-
-    Parameters
-    ----------
-    path : for messages.
-    contents : of `read_contents`.
-    markers : (T, M, 3) m, of the same file, laboratory axes; they show which side of a plate is up.
-    marker_rate : Hz.
-
-    Returns
-    -------
-    tuple
-        Plates in the laboratory's axes, and Hz; 0 Hz without plates.
-
-    Raises
-    ------
-    RecordError : as `read_c3d`, for plates.
+    """The plates in the `contents` of a file `path` that have channels, in the laboratory's axes,
+    and their sample rate, Hz; 0 Hz without plates. `markers` (T, M, 3) m of the same file at
+    `marker_rate` Hz, laboratory axes, show which side of a plate is up. Raises RecordError as
+    `read_c3d`, for plates.
     """
     used = int(contents.number("FORCE_PLATFORM", "USED"))
     rate = contents.number("ANALOG", "RATE")

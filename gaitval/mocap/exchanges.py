@@ -26,23 +26,12 @@ are by 8 mm (Hamner et al. 2010). Exchanged labels are by the width of a step or
 def exchange_back(
     recording: Recording, markers: Array, segments: Mapping[str, str]
 ) -> list[Finding]:
-    """Undo exchanges of two trajectories within the trial.
+    """Undo exchanges of two trajectories within the trial: a finding for each part that was
+    exchanged back.
 
-    Parameters
-    ----------
-    recording : for names, rate and messages.
-    markers : (T, M, 3) m, changed in place; NaN where not seen.
-    segments : marker -> segment of the body model.
-
-    Returns
-    -------
-    list
-        One finding for each part of the trial that was exchanged back.
-
-    Raises
-    ------
-    RecordError : two markers change places once, near the middle of the trial, so it is unclear
-        which part is right.
+    `recording` has names and rate; `markers` (T, M, 3) m, NaN where not seen, are changed in place;
+    `segments` has the segment of the body model of each marker. Raises RecordError if two markers
+    change places once, near the middle of the trial, so it is unclear which part is right.
     """
     next_change = partial(_next_change, recording, markers, segments)
     if next_change(set()) is None:
@@ -153,16 +142,9 @@ def mirrored_arms(
     """Left and right markers of `ARMS` that have each other's names throughout; which of them is
     which is plain, and no leg needs them.
 
-    Parameters
-    ----------
-    recording : z up, m.
-    segments : of the body model by marker.
-    landmarks : see `foot_markers`; they show where the person faces.
-
-    Raises
-    ------
-    RecordError : those of a leg or the pelvis are exchanged, so the file may be mirrored, or the
-        direction the person faces is unknown.
+    `recording` has z up, m; `segments` of the body model are by marker; `landmarks`, see
+    `foot_markers`, show where the person faces. Raises RecordError if those of a leg or the pelvis
+    are exchanged, so the file may be mirrored, or the direction the person faces is unknown.
     """
     forward = facing(recording, landmarks)
     leftward = np.array([-forward[1], forward[0], 0.0])

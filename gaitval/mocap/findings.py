@@ -50,15 +50,9 @@ class Finding:
 def finding(
     recording: Recording, kind: FindingKind, names: Iterable[str], begin: int, end: int, action: str
 ) -> Finding:
-    """A finding in frames of the markers, or in samples of the forces (`OF_FORCES`).
-
-    Parameters
-    ----------
-    recording : whose clock and rate give the times.
-    kind : what was found.
-    names : the markers, plates or feet concerned.
-    begin, end : first frame or sample, counted from 0, and the first one after it.
-    action : what was done about it, in words.
+    """A finding of a `kind` in frames of the markers, or in samples of the forces (`OF_FORCES`),
+    from `begin`, counted from 0, to the one before `end`, at the times of `recording`. `names` are
+    the markers, plates or feet concerned, `action` says in words what was done about it.
     """
     rate = recording.force_rate if kind in OF_FORCES else recording.marker_rate
     first, last = int(begin), int(end) - 1

@@ -42,17 +42,9 @@ class FootMarkers:
 
 
 def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Side, FootMarkers]:
-    """Heel and forefoot of both feet.
-
-    Parameters
-    ----------
-    recording : z up, m.
-    landmarks : canonical landmark -> marker of the recording. Used here, with `R.` or `L.` before
-        them: `Heel`, any of `MT1`, `MT2`, `MT5`, and `Ankle` if there is one.
-
-    Raises
-    ------
-    RecordError : a foot has no heel marker or no forefoot marker.
+    """Heel and forefoot of both feet in `recording`, z up, m. Of `landmarks`, by their markers, it
+    uses, with `R.` or `L.` before them, `Heel`, any of `MT1`, `MT2`, `MT5`, and `Ankle` if there is
+    one. Raises RecordError if a foot has no heel marker or no forefoot marker.
     """
     feet: dict[Side, FootMarkers] = {}
     for side in SIDES:
@@ -80,24 +72,12 @@ def foot_markers(recording: Recording, landmarks: Mapping[str, str]) -> dict[Sid
 
 
 def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Horizontal direction that the person faces, the median over the trial.
+    """Horizontal direction that the person faces, a unit vector (3,) with z = 0, the median over
+    the trial `recording`, z up, m.
 
-    It points from the posterior to the anterior iliac spines or, without them, from heels to
-    forefeet.
-
-    Parameters
-    ----------
-    recording : z up, m.
-    landmarks : see `foot_markers`; `R.ASIS`, `L.ASIS`, and `R.PSIS`, `L.PSIS` or `Sacrum`.
-
-    Returns
-    -------
-    array
-        (3,) unit vector with z = 0.
-
-    Raises
-    ------
-    RecordError : neither is seen.
+    It points from the posterior to the anterior iliac spines (of `landmarks`, see `foot_markers`:
+    `R.ASIS`, `L.ASIS`, and `R.PSIS`, `L.PSIS` or `Sacrum`) or, without them, from heels to
+    forefeet. Raises RecordError if neither is seen.
     """
     front = _trajectories(recording, landmarks, ["R.ASIS", "L.ASIS"])
     back = _back_of_pelvis(recording, landmarks)
@@ -118,21 +98,10 @@ def facing(recording: Recording, landmarks: Mapping[str, str]) -> Array:
 
 
 def pelvis_markers(recording: Recording, landmarks: Mapping[str, str]) -> Array:
-    """Middle of the back of the pelvis or, if that is not marked, of its front.
-
-    Parameters
-    ----------
-    recording : m.
-    landmarks : see `foot_markers`; `R.PSIS` and `L.PSIS`, or `Sacrum`; else `R.ASIS` and `L.ASIS`.
-
-    Returns
-    -------
-    array
-        (T, 3) m; NaN in frames that do not show all markers used.
-
-    Raises
-    ------
-    RecordError : neither is seen.
+    """Middle (T, 3) m of the back of the pelvis in `recording` (`R.PSIS` and `L.PSIS` of
+    `landmarks`, see `foot_markers`, or `Sacrum`) or, if that is not marked, of its front (`R.ASIS`
+    and `L.ASIS`); NaN in frames that do not show all markers used. Raises RecordError if neither is
+    seen.
     """
     back = _back_of_pelvis(recording, landmarks)
     front = _trajectories(recording, landmarks, ["R.ASIS", "L.ASIS"])

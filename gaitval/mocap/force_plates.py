@@ -64,13 +64,10 @@ def plate_or_fault(name: str, samples: int, make: Callable[[], _Made]) -> _Made 
 
 
 def plate_axes(corners: Array) -> Array:
-    """Axes of a plate as the columns of a rotation (plate to laboratory), shape (3, 3).
-
-    Parameters
-    ----------
-    corners : (4, 3), in the order of the quadrants (see the module's docstring). Measured ones are
-        not exactly in a plane and at right angles: x is along the mean of both edges, z
-        perpendicular to both diagonals, and no corner counts more than another.
+    """Axes of a plate as the columns of a rotation (plate to laboratory), shape (3, 3), from its
+    `corners` (4, 3) in the order of the quadrants (see the module's docstring). Measured ones are
+    not exactly in a plane and at right angles: x is along the mean of both edges, z perpendicular
+    to both diagonals, and no corner counts more than another.
     """
     x = corners[0] - corners[1] + corners[3] - corners[2]
     z = np.cross(corners[3] - corners[1], corners[0] - corners[2])
@@ -114,18 +111,11 @@ def plate_wrench(
 
 
 def make_plate(name: str, corners: Array, force: Array, moment: Array) -> Plate:
-    """A plate in the laboratory's axes from its wrench in its own; see `plate_under` for one in the
+    """A plate of this `name` in the laboratory's axes, with `corners` (4, 3) m in them in the order
+    of the quadrants, from `force` and `moment` (T, 3) N and Nm of the plate on the person in the
+    plate's axes, the moment about the middle of the surface; see `plate_under` for one in the
     laboratory's.
 
-    Parameters
-    ----------
-    name : of the plate.
-    corners : (4, 3) m, laboratory axes, in the order of the quadrants.
-    force, moment : (T, 3) N and Nm, in the plate's axes, of the plate on the person, the moment
-        about the middle of the surface.
-
-    Notes
-    -----
     In the plate's axes the centre of pressure p lies on the surface (z = 0) where the moment is
     vertical: M - p x F = (0, 0, Tz), hence px = -My / Fz, py = Mx / Fz (Winter 2009, chapter 5).
     """

@@ -24,19 +24,11 @@ class Lost(NamedTuple):
 
 
 def lost_frames(markers: Array) -> tuple[Lost, ...]:
-    """Frames that all markers show to be missing, or to be there twice.
+    """Frames that all of `markers` (T, M, 3) m, NaN where not seen, show to be missing, or to be
+    there twice, in order of time.
 
     The motion goes on while frames are lost, so every marker steps by its usual step times one more
     than their number. One marker that jumps has a wrong label; all of them show a gap in time.
-
-    Parameters
-    ----------
-    markers : (T, M, 3) m; NaN where not seen.
-
-    Returns
-    -------
-    tuple
-        In order of time.
     """
     # A frame that repeats the one before has no step of its own: what is missing or too many is
     # what the next step has beside the number of frames that are stored.

@@ -35,16 +35,9 @@ class StorageTable:
 
 
 def write_storage(path: Path, table: StorageTable) -> None:
-    """Write a MOT or STO file that OpenSim reads, whole or not at all.
-
-    Parameters
-    ----------
-    path : of the file.
-    table : with values in the units that the reader expects; numbers get 12 digits.
-
-    Raises
-    ------
-    ArtefactError : the file cannot be written.
+    """Write `table`, with values in the units that the reader expects and 12 digits, as the MOT or
+    STO file `path` that OpenSim reads, whole or not at all. Raises ArtefactError if it cannot be
+    written.
     """
     lines = [
         table.name,

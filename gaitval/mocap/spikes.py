@@ -18,18 +18,8 @@ differences, which is 6 standard deviations of noise in three directions and so 
 
 
 def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
-    """Largest distance that a marker may be from where its velocity would take it.
-
-    Parameters
-    ----------
-    path : (T, 3) m, of one marker; NaN where not seen.
-    rate : Hz.
-    frames : number of frames over which the velocity is extrapolated.
-
-    Returns
-    -------
-    float
-        m.
+    """Largest distance, m, that a marker with the `path` (T, 3) m, NaN where not seen, at `rate` Hz
+    may be from where its velocity, extrapolated over so many `frames`, would take it.
     """
     usual = surprise_of(path)
     # 0 stands for unknown.
@@ -40,16 +30,8 @@ def jump_tolerance(path: Array, rate: float, frames: int = 1) -> float:
 
 
 def surprise_of(path: Array) -> Array:
-    """Distance of a marker from where its last velocity points.
-
-    Parameters
-    ----------
-    path : (T, 3) m, of one marker; NaN where not seen.
-
-    Returns
-    -------
-    array
-        (T,) m; 0 where this frame or one of the two before it is not seen.
+    """Distance (T,) m of a marker with the `path` (T, 3) m, NaN where not seen, from where its last
+    velocity points; 0 where this frame or one of the two before it is not seen.
     """
     distance = np.zeros(len(path))
     if len(path) > 2:

@@ -9,19 +9,12 @@ from gaitval.mocap.recording import Recording
 
 
 def write_trc(path: Path, recording: Recording) -> None:
-    """Write markers as TRC in mm, in the axes they are in; gaps are NaN.
+    """Write the markers of `recording`, not its plates and events, as the TRC file `path` in mm, in
+    the axes they are in, whole or not at all; gaps are NaN. Raises ArtefactError if it cannot be
+    written.
 
     OpenSim expects y up: turn the recording first. OpenSim refuses a row that ends in empty cells,
     so gaps are not left empty.
-
-    Parameters
-    ----------
-    path : of the file, which is written whole or not at all.
-    recording : whose markers are written; plates and events are not.
-
-    Raises
-    ------
-    ArtefactError : the file cannot be written.
     """
     frames, count = recording.markers.shape[:2]
     rate = f"{recording.marker_rate:.12g}"

@@ -26,11 +26,8 @@ _SPELLINGS: Final = (
 
 
 def unit_name(text: str) -> str:
-    """A unit as `METRES`, `NEWTONS` and `NEWTON_METRES` spell it.
-
-    Parameters
-    ----------
-    text : the unit as a file writes it, for example `Millimeters` or `N.mm`.
+    """A unit `text` of a file, for example `Millimeters` or `N.mm`, as `METRES`, `NEWTONS` and
+    `NEWTON_METRES` spell it.
     """
     # `N.mm`, `N*mm` and `N-mm` are all `nmm`.
     plain = re.sub(r"[\s.*·-]", "", text).lower()
@@ -41,18 +38,9 @@ def unit_name(text: str) -> str:
 
 
 def unit_factor(path: Path, text: str, units: Mapping[str, float], what: str) -> float:
-    """Factor to SI of a unit as a file writes it.
-
-    Parameters
-    ----------
-    path : the file, for the message.
-    text : the unit, in any of the known spellings.
-    units : factor of each unit that may be meant, for example `METRES`.
-    what : where in the file the unit is, for the message.
-
-    Raises
-    ------
-    RecordError : the unit is missing or unknown.
+    """Factor to SI of a unit as the file `path` writes it, the `text`, in any spelling of those
+    that may be meant, `units`, for example `METRES`. Raises RecordError, which says `what` it is in
+    the file, if it is missing or unknown.
     """
     plain = unit_name(text)
     if plain not in units:

@@ -37,13 +37,8 @@ def save_markers(
     marker_set: str,
     standing: Mapping[str, Sequence[float]] | None = None,
 ) -> None:
-    """Write the markers of a body to `path` as JSON.
-
-    Parameters
-    ----------
-    markers : on its segments; none where they are still to be placed by `standing`.
-    marker_set : name or file of the set that they are of.
-    standing : (3,) m, where each marker was in standing.
+    """Write the `markers` of a body to `path` as JSON, with the name or file of their `marker_set`;
+    none where they are still to be placed by where each was in `standing`, (3,) m.
     """
     rows = [{**vars(marker), "position": numbers_of(marker.position)} for marker in markers]
     places = {name: numbers_of(place) for name, place in (standing or {}).items()}

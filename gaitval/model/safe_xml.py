@@ -24,21 +24,12 @@ def parse_xml(
     kind: str,
     on_start: Callable[[str], None] = lambda _: None,
 ) -> ElementTree.Element:
-    """The tree of the document `content`; what is not XML of this kind, or not safe, is refused.
+    """The tree of the document `content` of the file `path`; what is not XML of this `kind` ("a
+    URDF") with this outermost element, `root`, or not safe (a document type, too deep), is refused:
+    raises ModelError. `on_start` is called with the name of every element, and may refuse it.
 
     Names are taken as they are, without namespaces: OpenSim writes elements such as
     `HuntCrossleyForce::ContactParameters`, at which ElementTree's own parser stops.
-
-    Parameters
-    ----------
-    path : of the file, for messages.
-    root : name of the outermost element.
-    kind : what such a file is called, with its article: "a URDF".
-    on_start : is called with the name of every element, and may refuse it.
-
-    Raises
-    ------
-    ModelError : not XML, another outermost element, a document type, or too deep.
     """
     builder = ElementTree.TreeBuilder()
     depth = 0

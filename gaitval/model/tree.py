@@ -149,16 +149,11 @@ def _half_turn(x: Any, y: Any, z: Any, share: float) -> Any:
 
 @njit_borrowing
 def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
-    """Rotate with an angular velocity for a time step: R ← exp(step ω) R.
+    """Rotate the rotation vector `vector` (3, …), in and out, with an `angular_velocity` (3, …)
+    rad/s, world axes, for a time `step`, s: R ← exp(step ω) R.
 
     It uses quaternions, so it is exact for angles up to 180 degrees, where the vector is unique;
     the result is no longer than π.
-
-    Parameters
-    ----------
-    vector : (3, …) in and out, rotation vector.
-    angular_velocity : (3, …) rad/s, world axes.
-    step : s.
     """
     w, x, y, z = _half_turn(vector[0], vector[1], vector[2], 0.5)
     t, a, b, c = _half_turn(
@@ -180,14 +175,9 @@ def turned_vector(vector: Array, angular_velocity: Array, step: float) -> None:
 
 @njit_borrowing
 def forward(joint_position: Array, q: Array, frames: Frames, segments: int) -> None:
-    """Forward kinematics of the first `segments` segments.
-
-    Parameters
-    ----------
-    joint_position : (14, 3) m, as in `Tree`.
-    q : (31,) positions.
-    frames : its rotations, origins and axes out; the root's axes are left.
-    segments : number of segments, counted from the pelvis (9 are pelvis and legs).
+    """Forward kinematics of the first `segments` segments, counted from the pelvis (9 are pelvis
+    and legs), in the position `q` (31,); `joint_position` (14, 3) m is as in `Tree`. Rotations,
+    origins and axes of `frames` are out; the root's axes are left.
     """
     rotation, origin, axes = frames.rotation, frames.origin, frames.axes
     enter_rotation(q, rotation[0])
@@ -219,13 +209,8 @@ def forward(joint_position: Array, q: Array, frames: Frames, segments: int) -> N
 
 @njit_borrowing
 def velocities(qd: Array, frames: Frames, segments: int) -> None:
-    """Velocities of the first `segments` segments.
-
-    Parameters
-    ----------
-    qd : (31,) velocities.
-    frames : as `forward` left them; angular and linear velocities out.
-    segments : as for `forward`.
+    """Angular and linear velocities of the first `segments` segments at `qd` (31,), into `frames`
+    as `forward` left them.
     """
     _, origin, axes, angular, linear = frames
     for i in range(3):

@@ -25,15 +25,10 @@ from gaitval.policy.reward import weighted_reward
 def take_action(
     asked: Any, limit: float, shares: Array, mirrored: bool, action: Array, before: Array
 ) -> None:
-    """Enter the policy's action: clip, mirror and scale it.
-
-    Parameters
-    ----------
-    asked : (25,) joints, or (26,) with the pace; clipped to -limit ... limit.
-    limit : largest absolute value of an element of `asked`.
-    shares : (26,) fraction of each number that reaches the body.
-    mirrored : the policy acts on the mirror image.
-    action, before : (26,) in and out; `before` receives the action so far, `action` the new one.
+    """Enter the policy's action `asked`, (25,) joints, or (26,) with the pace: clip it to -`limit`
+    ... `limit`, mirror it if the policy acts on the mirror image (`mirrored`), and scale it by the
+    `shares` (26,) that reach the body. `action` and `before` (26,) are in and out: `before`
+    receives the action so far, `action` the new one.
     """
     for i in range(26):
         before[i] = action[i]

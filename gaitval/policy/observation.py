@@ -134,13 +134,9 @@ ACTION_SIGNS = MIRROR_SIGNS[-ACTION_COUNT:]
 
 @njit_borrowing
 def normalise(seen: Array, mean: Array, deviation: Array, out: NDArray[np.float32]) -> None:
-    """Observations as a network takes them: to single precision after all else, as the learner
+    """Observations `seen` (B, size) as a network takes them, into `out`, by the `mean` and
+    `deviation` (size,) of what training saw: to single precision after all else, as the learner
     does, or the actor would see other numbers than it was trained on.
-
-    Parameters
-    ----------
-    seen, out : (B, size).
-    mean, deviation : (size,) of what training saw.
     """
     for e in range(len(seen)):
         for i in range(len(mean)):
@@ -155,11 +151,8 @@ def normalise(seen: Array, mean: Array, deviation: Array, out: NDArray[np.float3
 
 @njit_borrowing
 def is_mirrored(phase: float) -> bool:
-    """Whether it is the left leg's half of the cycle, from a quarter before its heel strike.
-
-    Parameters
-    ----------
-    phase : of the right gait cycle; any real number.
+    """Whether it is the left leg's half of the cycle, from a quarter before its heel strike, at any
+    `phase` of the right gait cycle.
     """
     return bool((phase + MIRROR_FROM) % 1.0 >= 0.5)
 
@@ -181,13 +174,9 @@ class Targets(NamedTuple):
 
 
 def targets_of(reference: ReferenceMotion, model: BodyModel) -> Targets:
-    """The targets that `measure` compares a body with.
-
-    Parameters
-    ----------
-    reference : the motion to imitate, over one right gait cycle.
-    model : the body as scaled, whose mass and leg length make moments and speed dimensionless or
-        per kg.
+    """The targets that `measure` compares a body with: of `reference`, over one right gait cycle,
+    with moments and speed per kg or without dimension by mass and leg length of `model`, the body
+    as scaled.
     """
     stride = reference.speed * reference.stride_time
     travel = stride * reference.phase
@@ -324,14 +313,10 @@ def _cross(a: Array, b: Array, out: Array) -> None:
 
 @njit_borrowing
 def whole_body_motion(tree: Tree, frames: Frames, out: Array, work: MeasureWorkspace) -> None:
-    """Motion of the whole body as if it were rigid.
-
-    Parameters
-    ----------
-    tree, frames : the body, and poses and velocities of all its segments.
-    out : (3, 3) out, rows: centre of mass m, its velocity m/s, and the angular velocity rad/s with
-        which a rigid body of the same inertia about it has the same angular momentum; world.
-    work : its place to adjugate are overwritten.
+    """Motion of the whole body, `tree` with the poses and velocities of all segments in `frames`,
+    as if it were rigid: `out` (3, 3), rows: centre of mass m, its velocity m/s, and the angular
+    velocity rad/s with which a rigid body of the same inertia about it has the same angular
+    momentum; world. The place to adjugate of `work` is overwritten.
     """
     mass, place, velocity, arm = tree.mass, work.place, work.velocity, work.arm
     momentum, inertia, turned, adjugate = work.momentum, work.inertia, work.turned, work.adjugate

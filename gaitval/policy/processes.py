@@ -21,12 +21,9 @@ class _Kept:
 
 @contextmanager
 def keeping_workers(count: int) -> Iterator[None]:
-    """Within the block, whatever needs several workers uses the same processes, one piece of work
-    after the other: to start them takes seconds. They start when they are first needed.
-
-    Parameters
-    ----------
-    count : number of processes; with 1 none is started.
+    """Within the block, whatever needs several workers uses the same `count` processes (with 1
+    none), one piece of work after the other: to start them takes seconds. They start when they are
+    first needed.
     """
     here = _Kept(count)
     _kept.append(here)

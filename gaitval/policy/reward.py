@@ -61,11 +61,9 @@ def weighted_reward(
 
 
 def reward_numbers(reward: RewardSettings) -> tuple[Array, Array]:
-    """Weights (10,) in the order of `REWARD_TERMS`, and sharpness (9,) of all but the last.
-
-    Parameters
-    ----------
-    reward : settings, with a field for each term and `…_sharpness` for each of the first nine.
+    """Weights (10,) in the order of `REWARD_TERMS`, and sharpness (9,) of all but the last, by the
+    settings of `reward`, which have a field for each term and `…_sharpness` for each of the first
+    nine.
     """
     weights = [getattr(reward, name) for name in REWARD_TERMS]
     sharpness = [getattr(reward, f"{name}_sharpness") for name in REWARD_TERMS[:-1]]

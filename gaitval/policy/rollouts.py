@@ -75,16 +75,9 @@ def _longest(environment: WalkingEnvironment, cycles: float) -> int:
 def walks_together(
     group: WalkingGroup, policy: Policy, mu: Array, starts: Sequence[dict[str, Any]], cycles: float
 ) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
-    """Walks side by side, until each has its cycles or fell: after each action, who still walked in
-    it, and who fell (walks,).
-
-    Parameters
-    ----------
-    group : of eight environments.
-    policy : used without noise.
-    mu : (14,) body parameters of all.
-    starts : options of `WalkingEnvironment.reset` of each.
-    cycles : planned length of each in gait cycles.
+    """Walks side by side, in a `group` of eight environments with a `policy` without noise and a
+    body `mu` (14,), each from its own of `starts`, options of `WalkingEnvironment.reset`, until it
+    has its gait `cycles` or fell: after each action, who still walked in it, and who fell (walks,).
     """
     ends = np.array([start["phase"] for start in starts]) + cycles
     left = np.array([_longest(each, cycles) for each in group.environments[: len(ends)]])
@@ -107,18 +100,14 @@ def record_together(
     noise: float = 0.0,
     seeds: Sequence[int] | None = None,
 ) -> Iterator[Rollout]:
-    """`record_rollout` of at most eight walks, side by side, without pushes. They are simulated
-    when the first one is asked for.
+    """`record_rollout` of at most eight walks, side by side, without pushes, in a `group` of eight
+    environments, which may have different references. They are simulated when the first one is
+    asked for.
 
-    Parameters
-    ----------
-    group : of eight environments, which may have different references.
-    policy : used without noise.
-    mu : (14,) body parameters of all.
-    start_phases : of each walk; the first one is that of the first environment.
-    cycles : planned length of each in gait cycles.
-    noise : standard deviation of the joint angles at the start, rad.
-    seeds : of the noise of each; all 0 if not given.
+    `policy`, without noise, `mu` (14,) and the planned number of gait `cycles` are of all.
+    `start_phases` are of each walk; the first one is that of the first environment. `noise` is the
+    standard deviation of the joint angles at the start, rad, with `seeds` of each; all 0 if not
+    given.
     """
     walks = len(start_phases)
     starts = [
@@ -165,16 +154,9 @@ def record_rollout(
     cycles: float,
     push: tuple[float, float, float] | None = None,
 ) -> Rollout:
-    """Simulate a rollout of the deterministic policy and keep everything.
-
-    Parameters
-    ----------
-    environment : to walk in; its engine simulates.
-    policy : used without noise.
-    mu : (14,) body parameters.
-    start_phase : phase of the right gait cycle at the start.
-    cycles : planned length in gait cycles.
-    push : see `WalkingEnvironment`; none by default.
+    """Simulate a rollout of the deterministic `policy`, a body `mu` (14,), in the engine of
+    `environment`, from `start_phase` of the right gait cycle over the planned gait `cycles`, and
+    keep everything. `push`: see `WalkingEnvironment`; none by default.
     """
     walker = environment.walker
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
@@ -303,26 +285,17 @@ class RolloutPool:
         *,
         engine: Engine | None = None,
     ) -> Iterator[Result]:
-        """`function(environment, item)` of all `items`, each result as soon as it and those before
-        it are there. Worker processes start at once, and finish what earlier calls gave them first.
-
-        Parameters
-        ----------
-        function : a module's function, of an environment and an item.
-        items : in the order of the results.
-        engine : another one than the pool's.
+        """`function(environment, item)`, a module's function, of all `items`, in their order, each
+        result as soon as it and those before it are there; `engine` is another one than the pool's.
+        Worker processes start at once, and finish what earlier calls gave them first.
         """
         return self._results(function, engine or self._engine, items)
 
     def each_together(
         self, function: Callable[[WalkingGroup, Item], Result], items: Sequence[Item]
     ) -> Iterator[Result]:
-        """As `each`, with eight environments that act at the same time.
-
-        Parameters
-        ----------
-        function : a module's function, of a `WalkingGroup` and an item.
-        items : in the order of the results.
+        """As `each`, with eight environments that act at the same time: `function` is of a
+        `WalkingGroup` and one of `items`.
         """
         return self._results(function, None, items)
 

@@ -123,11 +123,8 @@ def description(
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
-    """Write `policy.safetensors` and `policy.json` of `policy` into `folder`.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
+    """Write `policy.safetensors` and `policy.json` of `policy` into `folder`. Raises ArtefactError
+    if the disk is full, or the folder may not be written to.
     """
     folder = Path(folder)
     with replacing(folder / "policy.safetensors") as temporary:
@@ -138,17 +135,9 @@ def save_policy(policy: Policy, folder: Path) -> None:
 def load_policy(
     folder: Path, *, model_hash: str | None = None, environment: EnvironmentSettings | None = None
 ) -> Policy:
-    """Read what `save_policy` wrote, to walk with.
-
-    Parameters
-    ----------
-    folder : that holds `policy.safetensors` and `policy.json`.
-    model_hash : refuse a policy that was trained for another body model.
-    environment : refuse a policy that was trained to observe or act otherwise.
-
-    Raises
-    ------
-    PolicyError : the policy is missing, damaged, for another subject's model, or general.
+    """Read what `save_policy` wrote into `folder`, to walk with. Raises PolicyError if the policy
+    is missing, damaged or general, was trained for another body model than `model_hash`, or to
+    observe or act otherwise than in `environment`, if these are given.
     """
     policy = _read(Path(folder))
     about = policy.about
@@ -175,19 +164,10 @@ def load_start(
     model_hash: str | None = None,
     hidden_units: int | None = None,
 ) -> Policy:
-    """Read a policy that a training may start from: a general one, or one of the same body.
-
-    Parameters
-    ----------
-    folder : that holds `policy.safetensors` and `policy.json`.
-    environment : refuse a policy that was trained to observe or act otherwise.
-    model_hash : of the body to train for; if not given, only a general policy is accepted.
-    hidden_units : refuse a policy with another network.
-
-    Raises
-    ------
-    PolicyError : the policy is missing, damaged, has another network, or is neither general nor for
-        this body.
+    """Read a policy in `folder` that a training may start from: a general one, or one of the same
+    body, by `model_hash`. Raises PolicyError if the policy is missing, damaged, has another network
+    than `hidden_units`, if given, was trained to observe or act otherwise than in `environment`, or
+    is neither general nor for this body.
     """
     policy = _read(Path(folder))
     about = policy.about

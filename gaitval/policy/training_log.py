@@ -25,16 +25,9 @@ LOG_COLUMNS = (*LEARNING_CURVES, "difficulty", *REWARD_TERMS)
 
 
 def write_log(path: Path, rows: Sequence[dict[str, Any]]) -> None:
-    """Write the log anew, with the columns `LOG_COLUMNS`.
-
-    Parameters
-    ----------
-    path : of the CSV file.
-    rows : one per update, by column.
-
-    Raises
-    ------
-    ArtefactError : the disk is full, or the folder may not be written to.
+    """Write the log, `rows` by column, one per update, anew to the CSV file `path`, with the
+    columns `LOG_COLUMNS`. Raises ArtefactError if the disk is full, or the folder may not be
+    written to.
     """
     text = io.StringIO()
     writer = csv.DictWriter(text, LOG_COLUMNS, lineterminator="\n")

@@ -22,10 +22,7 @@ def travel_together(
     group: WalkingGroup, policy: Policy, *, mu: Array, start_phases: Sequence[float], cycles: float
 ) -> list[Travel]:
     """`record_together` of long walks, of which little is kept: 128 bytes per step instead of 880.
-
-    Parameters
-    ----------
-    group, policy, mu, start_phases, cycles : as `record_together` takes them.
+    `group`, `policy`, `mu`, `start_phases` and `cycles` are as there.
     """
     walks = len(start_phases)
     walkers = [environment.walker for environment in group.environments[:walks]]

@@ -335,16 +335,9 @@ class WalkingGroup:
     def step(
         self, asked: NDArray[np.float32], seen: NDArray[np.float32]
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """An action of every environment.
-
-        Parameters
-        ----------
-        asked : (environments, A) of the policy; what `centre` found is subtracted.
-        seen : (environments, size) out.
-
-        Returns
-        -------
-        Reward, and whether it fell: (environments,) each.
+        """An action of every environment, as `asked` (environments, A) by the policy; what `centre`
+        found is subtracted, and `seen` (environments, size) is out. Returns reward, and whether it
+        fell: (environments,) each.
         """
         group, count = self._arrays, len(self.environments)
         for environment in self._pushed:

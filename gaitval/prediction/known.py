@@ -70,12 +70,8 @@ def quantities_recorded(subject: Subject) -> tuple[Quantity, ...]:
 
 
 def quantities_told(subject: Subject, settings: RecordSettings) -> tuple[Quantity, ...]:
-    """The quantities of the compared record that are known to the model in a run.
-
-    Parameters
-    ----------
-    subject : with the record that the walk is compared with.
-    settings : which of it the run may use; none of it if the walk is predicted.
+    """The quantities of the compared record of `subject` that are known to the model in a run with
+    `settings`, which say what it may use; none of it if the walk is predicted.
     """
     if is_predicted(settings):
         return ()
@@ -83,16 +79,8 @@ def quantities_told(subject: Subject, settings: RecordSettings) -> tuple[Quantit
 
 
 def with_expected_kinetics(subject: Subject, others: Sequence[Subject]) -> GaitRecord:
-    """The person's record; if it has no moments and forces, with those to expect.
-
-    Parameters
-    ----------
-    subject : the person.
-    others : people to expect from; the person of `subject` is left out.
-
-    Raises
-    ------
-    SubjectError : there are no kinetics, and too few others to expect them from.
+    """The record of `subject`; if it has no moments and forces, with those to expect from `others`,
+    without that person. Raises SubjectError if there are too few of them.
     """
     return _of_a_trial(subject, RecordSettings(), others).record
 
@@ -115,20 +103,10 @@ def told(
     speed: float | None = None,
     forced: bool = False,
 ) -> Told:
-    """The record that is known to the model in a run.
-
-    Parameters
-    ----------
-    subject : the person.
-    settings : what of their record the run may use.
-    others : people whose gait is known; the person of `subject` is left out.
-    speed : m/s, instead of that of the settings.
-    forced : also at a speed far from every trial.
-
-    Raises
-    ------
-    SubjectError : no trial is left, the speed is too far away, or there are too few others to
-        expect kinetics from.
+    """The record of `subject` that is known to the model in a run with `settings`, at `speed` m/s
+    instead of theirs if it is given; `forced` also at one far from every trial. `others` are people
+    whose gait is known, without that person. Raises SubjectError if no trial is left, the speed is
+    too far away, or there are too few others to expect kinetics from.
     """
     if not is_predicted(settings) and speed is None:
         return _of_a_trial(subject, settings, others)

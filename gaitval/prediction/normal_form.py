@@ -63,13 +63,7 @@ def moment_units(leg_length: float) -> Array:
 
 
 def normal_form(record: GaitRecord, leg_length: float) -> NormalForm:
-    """A record without dimension.
-
-    Parameters
-    ----------
-    record : angles, moments, forces and timing of one gait cycle.
-    leg_length : m.
-    """
+    """A `record` with moments and forces without dimension, on legs of `leg_length`, m."""
     return NormalForm(
         speed=record.speed / speed_unit(leg_length),
         stride_time=record.stride_time / time_unit(leg_length),

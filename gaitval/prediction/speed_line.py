@@ -16,16 +16,8 @@ def dimensionless_speed(subject: Subject) -> float:
 
 
 def line_weights(speeds: Array, speed: float) -> Array:
-    """Weights that give the straight line through gaits, by least squares, at a speed.
-
-    Parameters
-    ----------
-    speeds : (n,) dimensionless speeds of the gaits.
-    speed : dimensionless speed at which the line is wanted.
-
-    Returns
-    -------
-    (n,) weights of the gaits, which add up to one.
+    """Weights (n,), which add up to one, that give the straight line through gaits of dimensionless
+    `speeds` (n,), by least squares, at a dimensionless `speed`.
     """
     design = np.column_stack([np.ones(len(speeds)), speeds])
     # The line at a speed is [1, speed] · (X⁺ y), linear in the gaits y: these are the factors of y.

@@ -71,13 +71,8 @@ class Adjustment:
 def adjusted(
     reference: ReferenceMotion, model: BodyModel, correction: Adjustment
 ) -> ReferenceMotion:
-    """The reference with its angles and height changed; forces and moments are unchanged.
-
-    Parameters
-    ----------
-    reference : the motion to change.
-    model : the body that the reference was made for; its centre of mass and end effectors follow.
-    correction : the change.
+    """The `reference` with its angles and height changed by a `correction`; forces and moments are
+    unchanged. Centre of mass and end effectors follow on `model`, the body that it was made for.
     """
     change, slope = correction.angles(reference.phase)
     positions, velocities = reference.positions.copy(), reference.velocities.copy()

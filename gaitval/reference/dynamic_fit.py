@@ -253,13 +253,9 @@ def _coordinate_accuracy(accuracy: Accuracy) -> Array:
 
 def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Array, Array]:
     """Rows (31, R, n) and constants (31, R) of the residuals that are linear in the unknowns:
-    departures of the coordinates, and roughness of their change.
-
-    The trunk is held instead of the lumbar coordinates, of which only the change is kept small.
-
-    Parameters
-    ----------
-    departure : (T, 31) deviation of the initial motion from the record.
+    departures of the coordinates, of which the initial motion has `departure` (T, 31) from the
+    record, and roughness of their change. The trunk is held instead of the lumbar coordinates, of
+    which only the change is kept small.
     """
     instants, terms = series.shape
     # Mean, cosines, sines: the order of a series' columns.
@@ -383,19 +379,10 @@ def _path(reference: ReferenceMotion, record: GaitRecord) -> tuple[Array, Array,
 def weighted_laws(
     problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
-    """Weighted residuals of the numbers of `walking_laws`.
-
-    Parameters
-    ----------
-    problem : the fit.
-    change : (31, n) series of the changes of the coordinates.
-    common : (C,) as in `Solution`.
-    ease : weight of Newton's laws on the pelvis, 0 to 1.
-    slope : (T, 48, 93) out, derivatives before weighting; not computed if left out.
-
-    Returns
-    -------
-    Residuals and weights, (T, 48) each.
+    """Weighted residuals of the numbers of `walking_laws` of a `problem`, and the weights, (T, 48)
+    each, with the series `change` (31, n) of the coordinates and `common` (C,) as in `Solution`;
+    `ease`, 0 to 1, is the weight of Newton's laws on the pelvis. `slope` (T, 48, 93) out:
+    derivatives before weighting; not computed if left out.
     """
     out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
     weight = problem.weight.copy()
@@ -420,13 +407,9 @@ def _motion(problem: Problem, change: Array) -> Array:
 
 
 def levers(problem: Problem, change: Array, common: Array) -> Array:
-    """Derivatives (T, 48, C) of the residuals by `common`, before weighting.
-
-    Parameters
-    ----------
-    problem : the fit; only the numbers in its `varied` need differences.
-    change : (31, n) series of the changes of the coordinates.
-    common : (C,) as in `Solution`.
+    """Derivatives (T, 48, C) of the residuals by `common` (C,), as in `Solution`, before weighting,
+    at the series `change` (31, n) of the coordinates; only the numbers in `varied` of the `problem`
+    need differences.
     """
     lever = problem.lever
     if problem.varied:
@@ -444,12 +427,8 @@ def levers(problem: Problem, change: Array, common: Array) -> Array:
 
 
 def linear_terms(problem: Problem, change: Array) -> Array:
-    """The residuals (31, R) that are linear in the change.
-
-    Parameters
-    ----------
-    problem : the fit.
-    change : (31, n) series of the changes of the coordinates.
+    """The residuals (31, R) of a `problem` that are linear in the series `change` (31, n) of the
+    coordinates.
     """
     return np.asarray(np.einsum("krn,kn->kr", problem.penalty, change) + problem.miss)
 
@@ -477,11 +456,8 @@ class Linearised(NamedTuple):
 
 
 def linearised(problem: Problem, change: Array, common: Array, ease: float) -> Linearised:
-    """The residuals of `weighted_laws` with their derivatives; parameters as there.
-
-    Parameters
-    ----------
-    problem, change, common, ease : as `weighted_laws` takes them.
+    """The residuals of `weighted_laws` with their derivatives; `problem`, `change`, `common` and
+    `ease` are as there.
     """
     slope = np.zeros((INSTANTS, OUTPUTS, INPUTS))
     residual, weight = weighted_laws(problem, change, common, ease, slope)
@@ -493,16 +469,11 @@ def linearised(problem: Problem, change: Array, common: Array, ease: float) -> L
 def normal_equations(
     problem: Problem, change: Array, common: Array, laws: Linearised
 ) -> tuple[Array, Array]:
-    """Matrix (U, U) and gradient (U,) of half the sum of squares; U = 31 n + C.
+    """Matrix (U, U) and gradient (U,) of half the sum of squares of a `problem`; U = 31 n + C.
+    `laws` are linearised at the series `change` (31, n) of the coordinates and `common` (C,), as in
+    `Solution`.
 
     The Jacobian is the derivative by coordinates and rates at an instant times the series.
-
-    Parameters
-    ----------
-    problem : the fit.
-    change : (31, n) series of the changes of the coordinates.
-    common : (C,) as in `Solution`.
-    laws : linearised at these.
     """
     residual, slope, lever = laws
     dofs, terms = change.shape
@@ -644,14 +615,11 @@ def fitted(
     accuracy: Accuracy | None = None,
     near: ReferenceMotion | None = None,
 ) -> ReferenceMotion:
-    """The motion near `reference` that obeys the laws of motion and of contact.
+    """The motion near `reference` that obeys the laws of motion and of contact; `record`, `model`,
+    `contact`, `accuracy` and `near` are as `solve` takes them.
 
     Its `moments` are the net joint moments that it needs, for all joints. Its `ground_reaction` is
     that of the contact law, with a mean of one body weight.
-
-    Parameters
-    ----------
-    reference, record, model, contact, accuracy, near : as `solve` takes them.
     """
     solution = solve(reference, record, model, contact, accuracy, near=near, with_covariance=False)
     change = solution.change.T

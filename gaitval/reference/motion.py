@@ -186,17 +186,9 @@ def about_record(moment: Array, name: str, hip_centre: Array, vertical: Array) -
 
 
 def side_phase(record: GaitRecord, side: str, phase: Array) -> Array:
-    """Phase of a side's own cycle at phases of the right cycle, not wrapped.
-
-    Parameters
-    ----------
-    record : its `left_phase` is the phase of left heel strike.
-    side : `right` or `left`.
-    phase : (N,) of the right gait cycle.
-
-    Returns
-    -------
-    (N,); the left side's is negative before its heel strike.
+    """Phase (N,) of the own cycle of a `side`, "right" or "left", at `phase` (N,) of the right one,
+    not wrapped: the left side's, by the `left_phase` of `record`, is negative before its heel
+    strike.
     """
     return phase if side == "right" else phase - record.left_phase
 
@@ -377,15 +369,9 @@ def _ground_offsets(record: GaitRecord, model: BodyModel) -> dict[str, float]:
 
 
 def trunk_upright(rotation: Array) -> Array:
-    """Lumbar coordinates that keep the trunk upright and facing forward (+x).
-
-    Parameters
-    ----------
-    rotation : (N, 3, 3) orientation of the pelvis, pelvis to world.
-
-    Returns
-    -------
-    (N, 3) rad: extension (trunk backward), bending (to the right), rotation (to the left).
+    """Lumbar coordinates (N, 3) rad that keep the trunk upright and facing forward (+x): extension
+    (trunk backward), bending (to the right), rotation (to the left). `rotation` (N, 3, 3) is that
+    of the pelvis, pelvis to world.
     """
     # The lumbar joint turns about -y, x, z of the pelvis in this order.
     # The joint must undo the pelvis's rotation: its matrix is the transpose.
@@ -394,16 +380,9 @@ def trunk_upright(rotation: Array) -> Array:
 
 
 def spectral_rate(values: Array) -> Array:
-    """Derivative by phase (d/dφ, φ = 1 for a cycle), exact for the harmonics that the samples
-    resolve.
-
-    Parameters
-    ----------
-    values : (N, …) equally spaced samples of one cycle, without its end.
-
-    Returns
-    -------
-    (N, …) in units of `values` per cycle.
+    """Derivative by phase (d/dφ, φ = 1 for a cycle) of `values` (N, …), equally spaced samples of
+    one cycle, without its end: (N, …) in their unit per cycle, exact for the harmonics that the
+    samples resolve.
     """
     n = len(values)
     k = np.fft.rfftfreq(n, 1.0 / n).reshape(-1, *[1] * (values.ndim - 1))
@@ -478,14 +457,9 @@ def _standing_height(tree: Tree, contact: ContactSettings, frames: Array) -> flo
 def build_reference(
     record: GaitRecord, model: BodyModel, contact: ContactSettings | None = None
 ) -> ReferenceMotion:
-    """Reference motion of a record on a scaled model.
-
-    Parameters
-    ----------
-    record : angles, moments, forces and timing of one gait cycle.
-    model : the scaled body.
-    contact : law that sets how deep the feet press into the ground, so that the mean contact force
-        of the reference is one body weight; the default configuration's if not given.
+    """Reference motion of a `record` on the scaled `model`. The law of `contact`, by default the
+    configuration's, sets how deep the feet press into the ground, so that the mean contact force of
+    the reference is one body weight.
     """
     contact = contact or ContactSettings()
     tree = tree_arrays(model)
@@ -551,14 +525,9 @@ def build_reference(
 def moved(
     reference: ReferenceMotion, model: BodyModel, positions: Array, velocities: Array
 ) -> ReferenceMotion:
-    """The reference with another motion, and everything that follows from it; forces and moments
-    are unchanged.
-
-    Parameters
-    ----------
-    reference : whose phases, forces and moments are kept.
-    model : the body, for the centre of mass and the end effectors.
-    positions, velocities : (N, 31) rad, m and per second, as in `ReferenceMotion`.
+    """The `reference` with another motion, `positions` and `velocities` (N, 31) rad, m and per
+    second, and everything that follows from it on the body `model`; phases, forces and moments are
+    unchanged.
     """
     frames = segment_frames(model, positions)
     return replace(
@@ -577,12 +546,8 @@ def _end_effectors(frames: Array) -> Array:
 
 
 def whole_body_path(tree: Tree, frames: Array) -> Array:
-    """Whole-body centre of mass (N, 3) m, in the axes of the frames.
-
-    Parameters
-    ----------
-    tree : masses (kg) and centres of mass of the segments.
-    frames : (N, 14, 4, 4) of the segments.
+    """Whole-body centre of mass (N, 3) m, in the axes of the segments' `frames` (N, 14, 4, 4), by
+    the masses (kg) and centres of mass of `tree`.
     """
     local = np.einsum("tsij,sj->tsi", frames[..., :3, :3], tree.centre_of_mass)
     world = local + frames[..., :3, 3]

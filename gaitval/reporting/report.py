@@ -202,13 +202,9 @@ class ParameterRow(NamedTuple):
 def _parameters(
     found: FoundParameters | None, bars: Sequence[tuple[str, float, float]] = ()
 ) -> list[ParameterRow] | None:
-    """Rows of mu and of combinations.
-
-    Parameters
-    ----------
-    found : with the posterior's means.
-    bars : name, mean and SD about what was expected, in prior SDs, where a parameter was not
-        expected to be as scaled.
+    """Rows of mu and of combinations, by the posterior's means in `found`. `bars` are name, mean
+    and SD about what was expected, in prior SDs, where a parameter was not expected to be as
+    scaled.
     """
     if found is None:
         return None

@@ -108,18 +108,13 @@ def measure(
 ) -> Measurements:
     """Joint centres, segment lengths and pelvic tilt of a standing person.
 
-    Parameters
-    ----------
-    markers : position of each landmark, (3,) m, x forward, y left, z up, floor at z = 0. The person
-        may stand anywhere and face anywhere. Other names than `LANDMARK_NAMES` are ignored.
-    hip_centres : as for `locate`.
-    widths : `knee_width`, `ankle_width` and `elbow_width` across the epicondyles and malleoli, m;
-        for a side without a medial marker.
+    The position of each landmark in `markers` is (3,) m, x forward, y left, z up, floor at z = 0;
+    the person may stand anywhere and face anywhere, and other names than `LANDMARK_NAMES` are
+    ignored. `hip_centres` are as for `locate`; `widths` across the epicondyles and malleoli,
+    `knee_width`, `ankle_width` and `elbow_width`, m, are for a side without a medial marker.
 
-    Raises
-    ------
-    ScalingError : markers are missing, not finite, in millimetres, upside down or swapped, or a
-        width is missing or implausible; all problems of a kind are listed.
+    Raises ScalingError if markers are missing, not finite, in millimetres, upside down or swapped,
+    or a width is missing or implausible; all problems of a kind are listed.
     """
     _, points = _standing(markers, hip_centres, **widths)
     asis = points["R.ASIS"], points["L.ASIS"]

@@ -114,18 +114,10 @@ class MarkerSet:
         self, names: Iterable[str], alike: Callable[[str, str], bool] = lambda _, __: False
     ) -> dict[str, str]:
         """For each of `names` in a file, its name in this set; names of other markers are left out,
-        and copies, of which the first is kept. Of two names of one marker, that is it which the set
-        spells so: OpenCap's files have a "RKnee" of the video beside "r_knee_study".
-
-        Parameters
-        ----------
-        names : of the file.
-        alike : whether two of them have the same trajectory.
-
-        Raises
-        ------
-        RecordError : two that are not alike are the same marker, for example because two people
-            were recorded.
+        and copies (`alike` says of two whether they have the same trajectory), of which the first
+        is kept. Of two names of one marker, that is it which the set spells so: OpenCap's files
+        have a "RKnee" of the video beside "r_knee_study". Raises RecordError if two that are not
+        alike are the same marker, for example because two people were recorded.
         """
         known = self._known()
         found: dict[str, str] = {}

@@ -103,21 +103,11 @@ def check_same_person(
     *,
     names: tuple[str, str] = ("the standing trial", "the walking trial"),
 ) -> tuple[MarkerDistance, ...]:
-    """Refuse a standing trial whose person or markers are not those of the walking trial.
-
-    Parameters
-    ----------
-    standing, walking : (T, 3) m, each marker of `marker_set`; NaN where not seen.
-    names : of the trials, for the message.
-
-    Returns
-    -------
-    tuple : the distances that were compared, for a report.
-
-    Raises
-    ------
-    RecordError : the distances change by more than `LARGEST_MEDIAN` and `LARGEST_MEAN`; the largest
-        are listed.
+    """Refuse a standing trial whose person or markers are not those of the walking trial; returns
+    the distances that were compared, for a report. `standing` and `walking` have (T, 3) m of each
+    marker of `marker_set`, NaN where not seen; `names` of the trials are for the message. Raises
+    RecordError, which lists the largest, if distances change by more than `LARGEST_MEDIAN` and
+    `LARGEST_MEAN`.
     """
     distances = marker_distances(standing, walking, marker_set)
     firm = [d for d in distances if marker_set.markers[d.markers[0]].segment != "torso"]

@@ -41,19 +41,10 @@ _SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
 def scale_factor(
     model: Mapping[str, Array], measured: Mapping[str, Array], pairs: Sequence[Pair]
 ) -> float:
-    """Mean over `pairs` of points of their mean measured distance over that in the model.
-
-    Parameters
-    ----------
-    model : (3,) m, where each point is in the unscaled model, in one pose.
-    measured : (T, 3) m, each point in T frames; frames in which one of the two was not seen do not
-        count for their pair.
-    pairs : names of the points of each pair.
-
-    Raises
-    ------
-    ScalingError : points are missing, never seen together, or at the same place in the model; all
-        are listed.
+    """Mean over `pairs` of points, by their names, of their mean `measured` distance over that in
+    the unscaled `model` in one pose. Points are (3,) m there, and (T, 3) m measured; frames in
+    which one of the two was not seen do not count for their pair. Raises ScalingError, which lists
+    all, for points that are missing, never seen together, or at the same place in the model.
     """
     needed = {name for pair in pairs for name in pair}
     problems = [
@@ -90,20 +81,13 @@ def scale_by_pairs(
     sex: Sex,
     **widths: Unpack[Widths],
 ) -> tuple[Measurements, dict[str, float]]:
-    """The mean body of a stature, scaled by `BODY_PAIRS` to a standing trial, and their factors.
+    """The mean body of a stature `height_m` (m) and `sex`, scaled by `BODY_PAIRS` to a standing
+    trial, and their factors. `standing` has each landmark in T frames, (T, 3) m, project axes, NaN
+    where not seen; `widths` (m) are as for `measure`, as which, and as `scale_factor`, it raises
+    ScalingError.
 
     Both legs are alike. This is the published method that a joint fit is compared with; `measure`
     gives each leg its own lengths and foot.
-
-    Parameters
-    ----------
-    standing : (T, 3) m, each landmark in T frames, project axes; NaN where not seen.
-    height_m, sex : choose the mean body.
-    widths : m, as for `measure`.
-
-    Raises
-    ------
-    ScalingError : as `measure` for the mean positions; as `scale_factor`.
     """
     mean = {name: np.nanmean(points, axis=0) for name, points in standing.items() if _seen(points)}
     whole = measure(mean, **widths)

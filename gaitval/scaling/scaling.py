@@ -153,16 +153,9 @@ def measurements_of(subject: "Person") -> Measurements:
 
 
 def build_body(subject: "Individual", measured: Measurements) -> ScaledBody:
-    """The body model of a person with these lengths.
-
-    Parameters
-    ----------
-    subject : name, sex, mass and stature.
-    measured : lengths from a standing trial, a fit or a tape measure.
-
-    Raises
-    ------
-    ScalingError : the lengths give an implausible body; all implausible ones are listed.
+    """The body model of a person with name, sex, mass and stature of `subject` and the lengths
+    `measured` in a standing trial, a fit or with a tape measure. Raises ScalingError, which lists
+    all implausible lengths, if they give an implausible body.
     """
     table = _table(measured, subject)
     _check(measured, table, subject)

@@ -159,13 +159,9 @@ def steps(walks: Sequence[WalkingTrial]) -> MeanSteps | None:
 
 
 def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None:
-    """The force on both feet together that the motion of the centre of mass needs (Newton's law),
-    in the mean over the right side's cycles; None without any.
-
-    Parameters
-    ----------
-    model : the body of the motions.
-    walks : its trials; no force of theirs is read.
+    """The force on both feet together that the motion of the centre of mass of `model` needs
+    (Newton's law) in its trials `walks`, of which no force is read, in the mean over the right
+    side's cycles; None without any.
     """
     tree, cycles = tree_arrays(model), []
     for walk in walks:

@@ -300,12 +300,9 @@ def trial_loads(
 ) -> TrialLoads:
     """The ground reaction on each foot, for gait cycles and for inverse dynamics.
 
-    Parameters
-    ----------
-    recording : cleaned, in the project's axes, with force plates; `landmarks` names its markers.
-    processing : its two cut-offs of forces.
-    shown : (T,) whether the markers show each leg, see `leg_shown`.
-    divide : the force of a plate under both feet, see `assign_forces`.
+    `recording` is cleaned, in the project's axes, with force plates; `landmarks` names its markers;
+    `processing` has two cut-offs of forces; `shown` (T,) is whether the markers show each leg, see
+    `leg_shown`; `divide` the force of a plate under both feet, see `assign_forces`.
     """
     recording, zeroing = zero_plates(recording, landmarks=landmarks)
     forces, assigning = assign_forces(recording, processing, landmarks=landmarks, divide=divide)

@@ -305,13 +305,8 @@ def accelerations(
 
 @njit_borrowing
 def integrate(state: Array, acceleration: Array, step: float) -> None:
-    """Semi-implicit Euler: velocities first, then positions with the new velocities.
-
-    Parameters
-    ----------
-    state : (2, 31) in and out.
-    acceleration : (31,) as from `accelerations`.
-    step : s.
+    """Semi-implicit Euler over a `step` (s) with an `acceleration` (31,) as from `accelerations`:
+    velocities first, then positions with the new velocities; `state` (2, 31) in and out.
     """
     q, qd = state[0], state[1]
     for d in range(COORDINATE_COUNT):

@@ -283,16 +283,13 @@ def outside_steps(
     work: Workspace,
 ) -> Iterator[int]:
     """`steps` of one walker with another engine's dynamics and integrator: it stops before each of
-    the engine's steps, for the caller to make it under `work.forces` and to change `state`. Yields
-    the row of the account that the engine's step belongs to.
+    the engine's steps, so many `substeps` in a physics step, for the caller to make it under
+    `work.forces` and to change `state`. Yields the row of the account that the engine's step
+    belongs to. `slope` is the change of the targets in one of them; `body`, `state`, `phase`,
+    `pace`, `target`, `root_force`, `memory`, `account` and `work` are as in `steps`.
 
     A generator is handed its arguments once. To hand a body to two compiled functions in every
     physics step took longer than DART needs for it.
-
-    Parameters
-    ----------
-    substeps : the engine's steps in a physics step; `slope` is the change of the targets in one.
-    body, state, phase, pace, target, root_force, memory, account, work : as in `steps`.
     """
     for row in range(account.phase.shape[0]):
         for _ in range(substeps):

@@ -286,16 +286,12 @@ class Walker:
         *,
         pace: float = 1.0,
     ) -> None:
-        """Advance by one action.
+        """Advance by one action: `offset` (25,) rad of the joint targets, and an external moment
+        and force on the pelvis, `root_force` (6,) Nm and N, world, at a `pace` through the gait
+        cycle, 1 as fast as the reference; `recording` keeps its steps.
 
-        The offset of the joint targets moves linearly from the last action's to this one's, so
-        that joint moments have no steps.
-
-        Parameters
-        ----------
-        offset : (25,) rad.
-        root_force : (6,) external moment Nm and force N on the pelvis, world.
-        pace : how fast to go through the gait cycle, 1 as fast as the reference.
+        The offset moves linearly from the last action's to this one's, so that joint moments have
+        no steps.
         """
         account = self._account
         action = Action(pace, self.offset, offset, root_force)

@@ -54,19 +54,12 @@ class _Place(NamedTuple):
 
 
 def code_of(function: Callable[..., object] | str, *packages: Path) -> dict[str, str]:
-    """Hash of every source and data file that a stage's function uses.
+    """SHA-256 of every source and data file that a stage's function uses, by file relative to the
+    folder that contains its package, such as `gaitval/scaling/scaling.py`.
 
-    Parameters
-    ----------
-    function : of a module of the package, or its name, "module:function", for which nothing is
-        loaded; a function inside another counts as the outer one. A function from elsewhere has no
-        sources here.
-    packages : folders of the packages whose sources count; this one if none is given.
-
-    Returns
-    -------
-    SHA-256 by file, relative to the folder that contains its package, such as
-    `gaitval/scaling/scaling.py`.
+    `function` is of a module of one of the `packages`, by their folders (this one if none is
+    given), or its name, "module:function", for which nothing is loaded; one inside another counts
+    as the outer one, and one from elsewhere has no sources here.
     """
     among = packages or (PACKAGE,)
     if isinstance(function, str):
