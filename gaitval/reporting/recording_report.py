@@ -147,16 +147,14 @@ class FunctionalRow(NamedTuple):
 
 
 class SpatiotemporalRow(NamedTuple):
-    """A parameter of gait as mean and SD over its cycles or steps, in `unit`.
-
-    It has values for right and left, or `both` for what has no side; None if not measured.
+    """A parameter of gait as mean and SD over its cycles or steps of each side, in `unit`; None if
+    not measured.
     """
 
     name: str
     unit: str
     right: tuple[float, float] | None = None
     left: tuple[float, float] | None = None
-    both: tuple[float, float] | None = None
     digits: int = 2
 
 

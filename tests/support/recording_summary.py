@@ -113,7 +113,7 @@ def sample(**changes: object) -> page.RecordingSummary:
             time, 9 * strides + 5 * noise[:, :3], 12 * strides + 5 * noise[:, 3:], 25.0, 75.0
         ),
         spatiotemporal=[
-            page.SpatiotemporalRow("Cadence", "steps/min", both=(92.1, 1.4), digits=1),
+            page.SpatiotemporalRow("Cadence", "steps/min", (92.1, 1.4), (92.3, 1.2), digits=1),
             page.SpatiotemporalRow("Stride time", "s", (1.301, 0.02), (1.303, 0.021), digits=3),
             page.SpatiotemporalRow("Step length", "m", (0.32, 0.012), (0.318, 0.013), digits=3),
             page.SpatiotemporalRow("Stance", "1", (0.67, 0.01), None, digits=3),
