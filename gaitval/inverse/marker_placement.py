@@ -11,7 +11,7 @@ shows stays neutral: toes in line with the foot, trunk upright, arms hanging.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Unpack
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from gaitval.scaling.joint_centres import (
     locate,
     pelvis_frame,
 )
-from gaitval.scaling.landmarks import Place, Width
+from gaitval.scaling.landmarks import Place, Widths
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Limbs, Measurements
 
@@ -102,10 +102,8 @@ def place_markers(
     standing: Mapping[str, Place],
     marker_set: MarkerSet,
     *,
-    knee_width: Width = None,
-    ankle_width: Width = None,
-    elbow_width: Width = None,
     hip_centres: Mapping[str, Array] | None = None,
+    **widths: Unpack[Widths],
 ) -> MarkerPlacement:
     """Find the standing pose of a model and place all markers on it.
 
@@ -116,7 +114,7 @@ def place_markers(
     standing : (3,) m, position of each marker of the set in standing (a mean over frames),
         project axes, floor at z = 0; a marker that was not seen is left out or NaN.
     marker_set : which segment each marker is on, and which landmark.
-    knee_width, ankle_width, elbow_width, hip_centres : m, as for `joint_centres.measure`.
+    hip_centres, widths : m, as for `joint_centres.measure`.
 
     Raises
     ------
@@ -128,13 +126,7 @@ def place_markers(
         for name, place in standing.items()
         if np.isfinite(place).all()
     }
-    points = locate(
-        marker_set.on_landmarks(seen),
-        knee_width=knee_width,
-        ankle_width=ankle_width,
-        elbow_width=elbow_width,
-        hip_centres=hip_centres,
-    )
+    points = locate(marker_set.on_landmarks(seen), hip_centres=hip_centres, **widths)
     _check_sides(marker_set, seen, points)
     raised = not arms_hang(points)
     if raised:

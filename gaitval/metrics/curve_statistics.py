@@ -256,9 +256,9 @@ def _tested(data: _Labelled, where: NDArray[np.bool_] | None, permutations: int)
 
 
 def random_field_threshold(
-    residuals: Array, freedom: int, *, where: NDArray[np.bool_] | None = None, alpha: float = ALPHA
+    residuals: Array, freedom: int, *, where: NDArray[np.bool_] | None = None
 ) -> float | None:
-    """|t| that smooth normal curves exceed anywhere with probability `alpha`, on both sides; None
+    """|t| that smooth normal curves exceed anywhere with probability `ALPHA`, on both sides; None
     where the residuals are zero, or no height is so rare: with one degree of freedom the density of
     regions does not fall with it.
 
@@ -288,8 +288,8 @@ def random_field_threshold(
         density *= (1.0 + height**2 / freedom) ** (-0.5 * (freedom - 1))
         expected = len(firsts) * student.sf(height, freedom) + resels * density
         # 1 - exp(-expected) is the probability of any region if their number is Poisson; half of
-        # alpha falls on each side
-        return float(-math.expm1(-expected) - 0.5 * alpha)
+        # ALPHA falls on each side
+        return float(-math.expm1(-expected) - 0.5 * ALPHA)
 
     lowest = float(student.isf(0.5, freedom))
     highest = float(student.isf(1e-15, freedom))

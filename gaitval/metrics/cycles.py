@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitval.arrays import Array, Index, runs
 from gaitval.configuration import Configuration
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.gait.cycles import length_and_width
 from gaitval.gait.events import on_ground
 from gaitval.gait.filters import low_pass_simulated
@@ -19,8 +19,6 @@ from gaitval.simulation.rollout import Rollout, Travel
 SCUFF_SECONDS = 0.15
 """A foot on the ground for less than this has scuffed or dragged; no stance phase of walking is
 this short (stance lasts 0.5 s or more at the speeds of the record)."""
-
-_OTHER: Mapping[Side, Side] = {"right": "left", "left": "right"}
 
 
 @dataclass(frozen=True)
@@ -186,7 +184,8 @@ def spatiotemporal(
         ]
     )
     widths = []
-    for side, other in _OTHER.items():
+    for side in SIDES:
+        other = opposite(side)
         # the other foot's last stance that began before this one
         before = np.searchsorted(cycles.starts[other], cycles.starts[side]) - 1
         known = before >= 0

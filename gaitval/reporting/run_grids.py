@@ -55,10 +55,8 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
             if len(values := getattr(rollout, each.name)) == length
         },
     )
-    hertz, low_pass = method.filter_frequency_hz, method.record_low_pass
-    filters = LowPass(hertz, hertz)
-    if low_pass is not None:
-        filters = LowPass(low_pass.moments_hz, low_pass.forces_hz)
+    hertz = method.filter_frequency_hz
+    filters = method.record_low_pass or LowPass(hertz, hertz)
     curves = simulated_curves(rollout, few, mass=method.model_mass_kg, filters=filters)
     body = apply_parameters(read_urdf(folder / "model.urdf"), rollout.mu)
     factors = {"angles": float(np.degrees(1.0)), "moments": 1.0, "forces": 100.0}
