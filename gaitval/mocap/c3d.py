@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.c3d_contents import Contents, check_rates, check_size, labels_of, read_contents
+from gaitval.mocap.c3d_contents import Contents, check_frames, check_size, labels_of, read_contents
 from gaitval.mocap.c3d_plates import read_plates
 from gaitval.mocap.recording import Event, Recording
 from gaitval.mocap.units import METRES, unit_factor
@@ -37,7 +37,7 @@ def read_c3d(path: Path, *, plates: bool = True) -> Recording:
     path = Path(path)
     promised = check_size(path)
     contents = read_contents(path)
-    check_rates(path, contents, *promised)
+    check_frames(path, contents, *promised)
     names, markers = _markers(path, contents)
     rate = contents.number("POINT", "RATE")
     if not 0 < rate < np.inf:

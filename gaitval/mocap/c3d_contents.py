@@ -38,6 +38,8 @@ OUT_OF_TIME: Final = getattr(signal, "SIGXCPU", 24)
 """With which a system ends a process that has computed for too long."""
 
 _BLOCK: Final = 512
+_MOST_COUNTED: Final = 65535
+"""Frames that the 16 bits of a header can count."""
 
 
 @dataclass(frozen=True)
@@ -96,11 +98,12 @@ class Contents:
         return part[tuple(slice(wanted) for wanted in shape)]
 
 
-def check_size(path: Path) -> tuple[int, int]:
+def check_size(path: Path) -> tuple[int, int, int]:
     """Refuse a file `path` that is not C3D, or that is shorter than its header says, by its first
     bytes. Returns the analog values of a frame and of each channel in it, by a header that its size
-    shows to be right, else zeros. Raises RecordError if it cannot be opened, is empty, truncated,
-    of another format, or in the byte order of MIPS processors.
+    shows to be right, else zeros; and how many values its data have room for, less the blocks that
+    may be filled up. Raises RecordError if it cannot be opened, is empty, truncated, of another
+    format, or in the byte order of MIPS processors.
     """
     fix = "Check the name and the folder"
     with file_gate.opened(path, RecordError, largest=file_gate.BINARY, fix=fix) as file:
@@ -134,10 +137,11 @@ def check_size(path: Path) -> tuple[int, int]:
     (scale,) = struct.unpack("<f", head[12:16])
     if parameters[3] == 85:  # a DEC float has its sign in byte 1, the others in byte 3
         scale = -1.0 if head[13] & 0x80 else 1.0
-    if last < first:
-        return 0, 0  # over 65535 frames: the count is in the parameters, see `read_contents`
     # A negative scale marks floating-point data; otherwise they are integers of 16 bits.
     word = 4 if scale < 0 else 2
+    room = (size - (data_block + 1) * _BLOCK) // word
+    if last < first:
+        return 0, 0, room  # over 65535 frames, see `check_frames`
     frames = last - first + 1
     # A point takes four words in each frame: x, y, z, and the residual with the cameras.
     needed = (data_block - 1) * _BLOCK + frames * (4 * points + analogs) * word
@@ -148,7 +152,7 @@ def check_size(path: Path) -> tuple[int, int]:
             f"has {size}. Copy or export it again."
         )
     # Only the rest of a block may follow the data.
-    return (analogs, samples) if size - needed < _BLOCK else (0, 0)
+    return (analogs, samples, room) if size - needed < _BLOCK else (0, 0, room)
 
 
 def _damaged(path: Path, why: str) -> RecordError:
@@ -203,11 +207,21 @@ def read_contents(path: Path) -> Contents:
     return contents
 
 
-def check_rates(path: Path, contents: Contents, analogs: int, samples: int) -> None:
+def check_frames(path: Path, contents: Contents, analogs: int, samples: int, room: int) -> None:
     """Refuse a file at `path` whose parameters gave each frame of its `contents` another number of
-    values than `check_size` (`analogs`, `samples`): its frames were read askew. Raises RecordError.
+    values than `check_size` (`analogs`, `samples`): its frames were read askew; or of which a count
+    that does not fit into 16 bits left frames unread (`room`). Raises RecordError.
     """
-    found = contents.analogs.size // max(len(contents.points), 1)
+    frames = len(contents.points)
+    found = contents.analogs.size // max(frames, 1)
+    held = room // max(4 * contents.points.shape[1] + found, 1)
+    # Rotations of segments follow the points and would be taken for more frames.
+    if held > max(frames, _MOST_COUNTED) and not contents.number("ROTATION", "USED"):
+        raise RecordError(
+            f"{path}: has about {held} frames, but its header counts {frames}: it cannot count "
+            f"more than {_MOST_COUNTED}. Export the trial in parts of at most {_MOST_COUNTED} "
+            "frames."
+        )
     if not analogs or found == analogs:
         return
     raise RecordError(

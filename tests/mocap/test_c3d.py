@@ -913,3 +913,14 @@ def test_a_rate_that_contradicts_the_header_is_named(tmp_path, before, after):
     path.write_bytes(content[:place] + struct.pack("<f", after) + content[place + 4 :])
     with pytest.raises(RecordError, match=r"POINT:RATE .* ANALOG:RATE .* header, which says 5 sam"):
         read_c3d(path)
+
+
+@pytest.mark.parametrize("last", [70000 - 65536, 0])
+def test_more_frames_than_a_header_counts_are_not_left_out(tmp_path, last):
+    """Its 16 bits wrap: of 70,000 frames 4,464 were read, or one, without a word."""
+    write_integer_c3d(tmp_path / "a.c3d", np.ones((70000, 1), int), 0, 1.0, "SIGNED")
+    content = bytearray((tmp_path / "a.c3d").read_bytes())
+    content[8:10] = struct.pack("<H", last)
+    (tmp_path / "a.c3d").write_bytes(content)
+    with pytest.raises(RecordError, match=r"about 69939 frames, .* in parts of at most 65535 fr"):
+        read_c3d(tmp_path / "a.c3d")

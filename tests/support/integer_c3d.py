@@ -47,7 +47,7 @@ def write_integer_c3d(path: Path, counts: np.ndarray, offset: int, gain: float, 
             *(text(2, "FORMAT", [form]), whole(3, "USED", 0), b"\0\0"),
         )
     )
-    header = bytes([2, 80]) + struct.pack("<5H", 1, channels, 1, frames, 0)
+    header = bytes([2, 80]) + struct.pack("<5H", 1, channels, 1, frames & 0xFFFF, 0)
     header += struct.pack("<f2Hf", 0.1, 4, 1, 100.0)
     marker = np.zeros(4, "<i2").tobytes()
     data = b"".join(marker + row.astype("<u2").tobytes() for row in counts)
