@@ -1,5 +1,6 @@
 """Models read from `.osim` files and posed, against OpenSim's own wheel."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from gaitval_judge.opensim.placing import centre_of_mass, marker_places, motion_
 opensim.Logger.setLevelString("Off")
 opensim.Logger.removeFileSink()
 
+SIX = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
+"""Where a matrix has xx, yy, zz, xy, xz and yz."""
 TENTH_OF_A_MM = 1e-4
 KINDS = {1: "rotational", 2: "translational", 3: "coupled"}
 
@@ -89,6 +92,18 @@ def test_a_file_of_opensim_3_is_read_as_opensim_reads_it(tmp_path, reverse):
     # OpenSim rounds when it turns the file into one of version 4.
     path = written(tmp_path, samples.version_3(reverse=reverse))
     assert largest_difference(path) < 1e-9
+
+
+@pytest.mark.parametrize("text", [samples.version_3(), samples.version_4()])
+def test_what_a_file_leaves_out_is_as_opensim_has_it(tmp_path, text):
+    """Of OpenSim 3, 1 kg m² about each axis, where we had none; coordinates from -10 to 10."""
+    path = written(tmp_path, re.sub("<(inertia_zz|inertia|range)>[^<]*</[^>]*>", "", text))
+    ours, peer = read_model(path), opensim.Model(str(path))
+    for body in peer.getBodySet():
+        six = [body.get_inertia().get(i) for i in range(6)]
+        np.testing.assert_array_equal(ours.bodies[body.getName()].inertia[SIX], six)
+    for one in peer.getCoordinateSet():
+        assert ours.coordinates[one.getName()].range == (one.getRangeMin(), one.getRangeMax())
 
 
 @pytest.mark.parametrize(
@@ -174,6 +189,7 @@ SAMPLE = samples.version_4()
         ("<OpenSimDocument Version='40000'>" + "<a>" * 5000 + "</a>" * 5000, "in each other"),
         ('<OpenSimDocument Version="40000"><Model/></OpenSimDocument>', "no body"),
         ('<OpenSimDocument Version="40000"><Tool/></OpenSimDocument>', "no <Model>, but <Tool>"),
+        (re.sub("<mass>[^<]*</mass>", "", SAMPLE), "<mass> is missing"),
         (SAMPLE.replace("40000", "10905"), "another version"),
         (SAMPLE.replace("40000", "9" * 400), "another version"),
         (SAMPLE.replace("0.04 -0.2", "nan -0.2"), "not finite"),

@@ -50,6 +50,9 @@ from gaitval_judge.opensim.model import (
 OLDEST, BETWEEN, NEWEST = 20000, 30500, 40000
 """Versions of the file: before the first, and between the others, files had other forms."""
 
+UNSAID_RANGE: Final = (-10.0, 10.0)
+"""rad or m, OpenSim's own of a coordinate without a range."""
+
 X, Y, Z = np.eye(3)
 NOWHERE: Final = (0.0, 0.0, 0.0)
 Axes = tuple[tuple[int, Array], ...]
@@ -96,7 +99,7 @@ def read_model(path: Path) -> OsimModel:
     version = _version(path, document)
     model = child(document, "Model", path)
     parts = _Parts(path)
-    bodies = _bodies(parts, model)
+    bodies = _bodies(parts, model, version)
     joined = objects(model, "JointSet")
     if joined:
         _offset_frames(parts, model)
@@ -134,7 +137,7 @@ def _version(path: Path, document: Element) -> int:
 # ---- Bodies and frames. ----
 
 
-def _bodies(parts: _Parts, model: Element) -> dict[str, Body]:
+def _bodies(parts: _Parts, model: Element, version: int) -> dict[str, Body]:
     bodies: dict[str, Body] = {}
     parts.frames[GROUND] = Frame(GROUND, np.eye(3), np.zeros(3))
     for element in objects(model, "BodySet"):
@@ -145,14 +148,14 @@ def _bodies(parts: _Parts, model: Element) -> dict[str, Body]:
             raise ModelError(f"{where}: a body needs a name of its own.")
         if element.tag != "Body":
             raise ModelError(f"{where}: not a <Body>; other kinds are not understood.")
-        mass = number(element, "mass", where, default=0.0)
+        mass = number(element, "mass", where)
         if mass < 0.0:
             raise ModelError(f"{where}: a mass of {mass:g} kg. OpenSim refuses it too: correct it.")
         bodies[name] = Body(
             name,
             mass,
             numbers(element, "mass_center", where, count=3, default=NOWHERE),
-            _inertia(element, where),
+            _inertia(element, where, version),
         )
         parts.frames[name] = Frame(name, np.eye(3), np.zeros(3))
     if not bodies:
@@ -160,12 +163,15 @@ def _bodies(parts: _Parts, model: Element) -> dict[str, Body]:
     return bodies
 
 
-def _inertia(element: Element, where: str) -> Array:
-    if element.find("inertia") is not None:
-        six = numbers(element, "inertia", where, count=6)
+def _inertia(element: Element, where: str, version: int) -> Array:
+    """What is missing is as OpenSim has it: 1 kg m² about an axis in version 3, nothing in 4."""
+    if element.find("inertia") is not None or version >= NEWEST:
+        six = numbers(element, "inertia", where, count=6, default=(0.0,) * 6)
     else:
-        names = ("xx", "yy", "zz", "xy", "xz", "yz")
-        six = np.array([number(element, f"inertia_{n}", where, default=0.0) for n in names])
+        names = {"xx": 1.0, "yy": 1.0, "zz": 1.0, "xy": 0.0, "xz": 0.0, "yz": 0.0}
+        six = np.array(
+            [number(element, f"inertia_{n}", where, default=usual) for n, usual in names.items()]
+        )
     xx, yy, zz, xy, xz, yz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -278,7 +284,7 @@ def _coordinate(
     axes: Sequence[tuple[TransformAxis, bool]],
 ) -> Coordinate:
     name, where = element.get("name", ""), parts.where(element)
-    low, high = numbers(element, "range", where, count=2, default=(-np.inf, np.inf))
+    low, high = numbers(element, "range", where, count=2, default=UNSAID_RANGE)
     return Coordinate(
         name=name,
         joint=joint,
