@@ -99,8 +99,10 @@ def trial_doubts(
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_doubts(plate.name, outside, used)
     of_motion = motion_doubts(needed, loads, stances, forces.rate, request.mass_kg)
-    if not lost_frames(recording.markers):  # what was lost, not a plate, makes events differ
-        found += contact_doubts(forces, marker_events(recording, landmarks=landmarks))
+    contacts = [*contact_doubts(forces, marker_events(recording, landmarks=landmarks))]
+    # What was lost, not a plate, makes events differ; looking for it takes a while.
+    if contacts and not lost_frames(recording.markers):
+        found += contacts
     named = {doubt.plate for doubt in of_plates}
     # a plate with a warning already explains why its force and the motion disagree
     return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))
