@@ -19,6 +19,10 @@ from gaitval.model.tree import DOF_COUNT, FIRST_DOF, PARENT, SEGMENT_COUNT, empt
 
 _MOST_ITERATIONS = 100
 _STEP_TOLERANCE = 1e-6  # m and rad
+_COST_TOLERANCE = 1e-4
+"""By which the last iteration lowers the cost, minus the logarithm of a density, if they were
+enough: an arm that is straight creeps round its axis for long, and a standard error changes the
+cost by 0.5."""
 
 
 class FitProblem(NamedTuple):
@@ -238,10 +242,11 @@ def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
 
 def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState, int, bool]:
     """The state of the problem `fit`, from `state` on, with the least sum of squares; the number of
-    iterations; and whether they were enough. `precision` (F, M) 1/m² is the inverse variance of a
-    coordinate of each measured marker; 0 if not seen.
+    iterations; and whether they were enough: the last step was small, or hardly lowered the cost.
+    `precision` (F, M) 1/m² is the inverse variance of a coordinate of each measured marker; 0 if not
+    seen.
     """
-    damping = 0.0
+    damping = fall = 0.0
     cost = _cost(fit, state, precision)
     for iteration in range(1, _MOST_ITERATIONS + 1):
         normal = _equations(fit, state, precision)
@@ -260,11 +265,11 @@ def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState,
             if longest < _STEP_TOLERANCE or damping > 1e9:
                 return state, iteration, longest < _STEP_TOLERANCE
             damping = max(1e-4, 10.0 * damping)
-        state, cost = trial, trial_cost
+        state, cost, fall = trial, trial_cost, cost - trial_cost
         if longest < _STEP_TOLERANCE:
             return state, iteration, True
         damping = 0.0 if damping < 1e-6 else 0.1 * damping
-    return state, _MOST_ITERATIONS, False
+    return state, _MOST_ITERATIONS, fall < _COST_TOLERANCE
 
 
 def shared_covariance(fit: FitProblem, state: FitState, precision: Array) -> Array:

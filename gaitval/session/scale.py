@@ -131,6 +131,15 @@ def scale_body(
         f"joint fit: marker RMS from {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
         f"largest from {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
     )
+    if not fit.converged:
+        odd.append(
+            QualityFlag(
+                "joint fit", "joint fit", 0.0, 1.0, "1", "it ended before it had found what fits "
+                "best: lengths and places of markers may be off. Look at the labels of the markers "
+                "in standing and walking",
+            )
+        )  # fmt: skip
+        tell("warnings", str(odd[-1]))
     for remark in knee_axis_remarks(fit, marker_set.landmarks):
         tell("scaling", remark)
     # Arms without markers keep de Leva's lengths; trunk and shoulders depend on the hips, which the

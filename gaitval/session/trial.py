@@ -1,8 +1,8 @@
 """One walking trial: its motion, events, forces, moments and cycles."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -39,6 +39,9 @@ if TYPE_CHECKING:  # a wing makes the one, and few files store events
     from gaitval.gait.stored_events import StoredEvents
     from gaitval.inverse.consistent_motion import ConsistentMotion
     from gaitval.session.whole_stride import WholeStride
+
+NAMED: Final = 5
+"""Of the places in which poses were not found, in a warning."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +164,7 @@ def work_out_trial(
     belt = feet if request.belt is None else request.belt
     checks = wings.load(wings.PARTS, "checks")
     found = checks.trial_doubts(request, recording, landmarks, events, findings, measured)
-    doubts = (*of_file, *checks.belt_doubts(belt, feet), *found)
+    doubts = (*of_file, *unsolved(kinematics, recording), *checks.belt_doubts(belt, feet), *found)
     for doubt in doubts:
         tell("warnings", f"{name}: {doubt}")
     return WalkingTrial(
@@ -260,6 +263,28 @@ def _tell_motion(tell: Tell, name: str, anchoring: AnchoredFeet) -> None:
             f"{1000 * anchoring.marker_rms_before:.1f} to "
             f"{1000 * anchoring.marker_rms_after:.1f} mm",
         )
+
+
+def unsolved(kinematics: InverseKinematics, recording: Recording) -> Iterator[QualityFlag]:
+    """A warning about frames of `recording` whose markers show the pelvis, but in which
+    `kinematics` ended before it had found the pose that fits best.
+    """
+    shown = kinematics.determined[:, : len(ROOT)].all(axis=1)
+    begins, ends = runs(shown & ~kinematics.converged)
+    if not len(begins):
+        return
+    time, count = recording.time, int((ends - begins).sum())
+    named = [
+        f"{begin}-{end - 1} ({time[begin]:.3f}-{time[end - 1]:.3f} s)"
+        for begin, end in zip(begins[:NAMED], ends[:NAMED], strict=True)
+    ]
+    more = "" if len(begins) <= NAMED else f" and in {len(begins) - NAMED} more places"
+    yield QualityFlag(
+        "poses", "all markers", count, 0.0, "1",
+        f"in {count} of {len(time)} frames the pose that fits best was not found, so its angles "
+        f"may be off: frames {', '.join(named)}{more}. Look at the markers in them; where an arm "
+        "is straight and they do not show how it is turned, only its own angles are",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import RecordError, ScalingError
 from gaitval.gait.filters import low_pass
+from gaitval.inverse import model_fit_solver
 from gaitval.inverse.inverse_kinematics import inverse_kinematics, marker_errors
 from gaitval.inverse.marked_body import bounds, marker_positions
 from gaitval.inverse.marker_placement import place_markers
@@ -362,3 +363,9 @@ def test_the_markers_of_the_rajagopal_walk_fit_better(gait_data):
     legs = ("thigh", "shank", "hip_half_width", "hip_forward", "hip_up")
     for name in legs:
         assert abs(fit[name].fitted - fit[name].prior) < 2 * fit[name].prior_sd, name
+
+
+def test_a_fit_that_is_not_done_says_so(monkeypatch):
+    model, placed, _, _, stand, walk = made_up(0.003)
+    monkeypatch.setattr(model_fit_solver, "_MOST_ITERATIONS", 1)
+    assert not fit_model(model, placed, stand, walk, ranges=FREE).converged
