@@ -384,21 +384,23 @@ def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> No
         return
     values = at_times(motion, time).values
     force, moment = residual_wrench(found.model, values, forces)
-    shown = np.ones(len(time), dtype=bool)
+    # No acceleration is known at an end of the motion, from which it is seen from one side only.
+    shown = (time > time[0] + EDGE_SECONDS) & (time < time[-1] - EDGE_SECONDS)
     if gait is not None and gait.forces is not None:
         # Inverse dynamics is at the motion's times, the plates at their own rate.
         nearest = np.rint((time - gait.forces.start) * gait.forces.rate).astype(int)
         inside = (nearest >= 0) & (nearest < len(gait.forces.force))
         clipped = np.clip(nearest, 0, len(gait.forces.force) - 1)
         known = _away_from_unknown(np.asarray(gait.forces.valid.all(axis=1)), gait.forces.rate)
-        shown = inside & known[clipped]
-        if not shown.all():
-            found.findings.append(
-                f"Residuals: {int((~shown).sum())} of {len(time)} frames are left out, in which "
-                "the plates do not show both feet."
-            )
+        shown &= inside & known[clipped]
+    found.findings.append(
+        f"Residuals: {int((~shown).sum())} of {len(time)} frames are left out, in which the plates "
+        f"do not show both feet, or within {EDGE_SECONDS:g} s of an end of the motion."
+    )
     if not shown.any():
-        found.not_judged.append("Residuals: in no frame do the plates show both feet.")
+        found.not_judged.append(
+            "Residuals: in no frame but at the ends of the motion do the plates show both feet."
+        )
         return
     peak = float("nan") if gait is None else gait.peak_force
     height = float("nan") if gait is None else gait.height

@@ -3,12 +3,16 @@
 import numpy as np
 
 from gaitval.inverse.consistent_motion import ConsistentMotion
+from gaitval.inverse.inverse_dynamics import Residuals
 from gaitval.reporting import recording_report as page
 
 
-def changes_by(consistent: ConsistentMotion) -> list[page.ConsistencyChange]:
-    """What `consistent` changed: residuals, markers, coordinates and masses, a row each."""
-    before, after = consistent.before, consistent.after
+def changes_by(
+    consistent: ConsistentMotion, before: Residuals, after: Residuals
+) -> list[page.ConsistencyChange]:
+    """What `consistent` changed: residuals (`before`, `after`), markers, coordinates and masses, a
+    row each.
+    """
     rows = [
         page.ConsistencyChange("residual force, RMS", before.force_rms, after.force_rms, "N"),
         page.ConsistencyChange("residual force, peak", before.force_peak, after.force_peak, "N"),

@@ -9,7 +9,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import file_hash, versions
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
-from gaitval.gait.agreement import both_known
+from gaitval.gait.agreement import residuals_known
 from gaitval.gait.cycles import mean_and_deviation
 from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
 from gaitval.inverse.inverse_kinematics import marker_errors
@@ -56,18 +56,19 @@ def verdicts(found: Import) -> list[Verdict]:
 
 
 def trial_residuals(walk: WalkingTrial) -> list[tuple[str, Residuals]]:
-    """Residuals of `walk` where both feet's forces are known, as recorded and made consistent. The
-    edges are left out: a low-passed motion feels a foot that no plate shows before it lands.
+    """Residuals of `walk` where both feet's forces are known, as recorded and made consistent,
+    without the edges (`residuals_known`).
     """
     if walk.dynamics is None or walk.loads is None:
         return []
-    known = both_known(walk.loads)
+    known = residuals_known(walk.loads)
     if not known.any():
         return []
     level = ground_level(walk.loads.centre_of_pressure)
     found = [("", residuals(walk.dynamics, known, ground_height=level))]
     if walk.consistent is not None:
-        found.append((CONSISTENT, walk.consistent.after))
+        after = residuals(walk.consistent.dynamics, known, ground_height=level)
+        found.append((CONSISTENT, after))
     return found
 
 
@@ -105,7 +106,9 @@ def summary_of(found: Import) -> page.RecordingSummary:
     if first.consistent is not None:
         from gaitval.session.consistency_rows import changes_by
 
-        changes = changes_by(first.consistent)
+        whole = (first.consistent.before, first.consistent.after)
+        before, after = [left for _, left in trial_residuals(first)] or whole
+        changes = changes_by(first.consistent, before, after)
     return page.RecordingSummary(
         identifier=request.identifier,
         sex=request.sex,
@@ -198,11 +201,11 @@ _SAID: Final = (*_DECIDED, "warnings")
 
 
 def _where_known(walk: WalkingTrial, residual: Array) -> Array:
-    """NaN where the plates do not show both feet, as in `trial_residuals`: what is missing there
-    is no residual.
+    """NaN where the plates do not show both feet, and at the ends, as in `trial_residuals`: what is
+    missing there is no residual.
     """
     assert walk.loads is not None
-    return np.where(both_known(walk.loads)[:, None], residual, np.nan)
+    return np.where(residuals_known(walk.loads)[:, None], residual, np.nan)
 
 
 def limit_rows(found: Import) -> list[page.GateRow]:

@@ -18,7 +18,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +35,7 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.gait.agreement import EDGE_SECONDS
 from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
 from gaitval.inverse.motion_rates import cardan_coordinates
@@ -46,6 +47,7 @@ from gaitval.session.results import ImportResult
 from gaitval.session.session import Import, work_out
 from gaitval.session.stored import Session
 from gaitval.session.subject import subject_of
+from gaitval.session.summary import trial_residuals
 from gaitval.session.trial import WalkingTrial, valid_cycles
 from gaitval.session.write import FOLDER
 
@@ -411,3 +413,17 @@ _PROMISED = (
     "trial1_markers.trc",
     "trial1_external_loads.xml",
 )
+
+
+def test_the_ends_of_a_trial_are_no_residual(imported):
+    """What is added to the force there is not judged; a frame further in, it is."""
+    walk = imported(0.003, ProcessingSettings()).walk
+    (_, here), *_ = trial_residuals(walk)
+    edge, force = round(EDGE_SECONDS * MARKER_RATE), walk.dynamics.residual_force.copy()
+    force[:edge] += 1e3
+    force[-edge:] += 1e3
+    ends = replace(walk, dynamics=replace(walk.dynamics, residual_force=force.copy()))
+    assert trial_residuals(ends)[0][1] == here
+    force[edge] += 1e3
+    inside = replace(walk, dynamics=replace(walk.dynamics, residual_force=force))
+    assert trial_residuals(inside)[0][1].force_peak > 900.0
