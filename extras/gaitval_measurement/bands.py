@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
+from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side, split_side
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import GaitCycle, normalise
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -170,11 +170,19 @@ def _summed(parts: dict[str, Curves], lengths: dict[str, dict[str, float]]) -> B
         each = {s: of[name] * (NINETY / half) ** 2 for s, of in lengths.items() if half > 0.0}
         shares[f"length_{name}"] = tuple(sorted(each.items(), key=lambda item: -item[1])[:5])
     return Bands(
-        half={name: NINETY * np.sqrt(total[name]) for name in names},
+        # An angle that the markers hardly show goes from one end of its range to the other with a
+        # landmark; it cannot be further off than that.
+        half={name: np.minimum(NINETY * np.sqrt(total[name]), _widest(name)) for name in names},
         lengths=sizes,
         shares=shares,
         remedy=(REMEDIES[widest], groups[widest]),
     )
+
+
+def _widest(name: str) -> float:
+    """The whole range of a coordinate, rad, of an angle by the `name` of its curve."""
+    low, high = RANGES.get(name.removeprefix("angle_"), (-np.inf, np.inf))
+    return float(high - low)
 
 
 def _group(source: str) -> str:

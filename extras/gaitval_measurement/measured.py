@@ -34,7 +34,8 @@ from gaitval_measurement.said import FaultRow, rows, unused, warnings
 from gaitval_measurement.standing import standing_of
 
 UNSHOWN: Final = 15.0
-"""Degrees; half of a band of 90 % of a sagittal angle is 3 to 8 in recordings that show it."""
+"""Degrees; half of a band of 90 % of a sagittal angle is 3 to 8 in recordings that show it. Two
+markers on a foot do not show its subtalar angle (16)."""
 
 
 @dataclass(frozen=True)
@@ -121,17 +122,18 @@ class Measurement:
 
 
 def unshown(found: Bands) -> Iterator[QualityFlag]:
-    """That the markers do not show a sagittal angle, with how well it is known."""
+    """That the markers do not show a sagittal or subtalar angle, with how well it is known."""
+    titles = {**TITLES, "subtalar_angle": "Subtalar"}
     half = {
         name.removeprefix("angle_"): float(np.degrees(np.median(each)))
         for name, each in found.half.items()
-        if name.startswith("angle_") and name[6:-2] in SHOWN
+        if name.startswith("angle_") and name[6:-2] in titles
     }
     wide = {name: size for name, size in half.items() if size > UNSHOWN}
     if wide:
         sides = {name: split_side(name) for name in wide}
         said = ", ".join(
-            f"{side} {TITLES[joint].lower()} ± {wide[name]:.0f}°"
+            f"{side} {titles[joint].lower()} ± {wide[name]:.0f}°"
             for name, (side, joint) in sides.items()
         )
         yield QualityFlag(

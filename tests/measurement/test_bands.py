@@ -7,12 +7,13 @@ import pandas as pd
 import pytest
 
 from gaitval.configuration import ProcessingSettings
+from gaitval.coordinates import RANGES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.mocap.recording import FootForces
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.write import _curve_table
-from gaitval_measurement.bands import _with_fault, bands
+from gaitval_measurement.bands import _summed, _with_fault, bands
 from gaitval_measurement.estimate import DELAY, Found
 from gaitval_measurement.measured import said_bands, unshown
 
@@ -44,6 +45,15 @@ def test_bands_are_said_in_the_words_of_the_page(found):
     wide = replace(found.measurement.bands, half={"angle_knee_angle_r": np.full(101, 0.5)})
     (flag,) = unshown(wide)
     assert "hardly show right knee ± 29°:" in flag.message
+
+
+def test_an_angle_that_is_not_shown_is_no_further_off_than_its_range_is_wide():
+    """Of the bands of Plug-in Gait's two markers on a foot, ± 118° was one; the joint has 69°."""
+    made = _summed({"landmark MT2": {"angle_subtalar_angle_l": np.full(101, 4.0)}}, {})
+    low, high = RANGES["subtalar_angle_l"]
+    np.testing.assert_allclose(made.half["angle_subtalar_angle_l"], high - low)
+    (flag,) = unshown(made)
+    assert "hardly show left subtalar ± 69°:" in flag.message
 
 
 def test_bands_are_in_the_table_of_curves(found):
