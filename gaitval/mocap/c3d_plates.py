@@ -147,7 +147,9 @@ def _plate(
     if normal[certain_load(np.abs(normal))].sum() < 0:
         force, moment = -force, -moment
     plate = make_plate(str(index + 1), corners, force, moment)
-    _check_moments(where, kind, plate, centre)
+    # Without the way to the origin, with which a moment that is too small puts the force elsewhere.
+    sensed = plate_wrench(kind, channels, np.zeros(3), calibration)
+    _check_moments(where, kind, plate, centre, sensed[1] * unit)
     return plate
 
 
@@ -251,18 +253,23 @@ def _zero_samples(contents: Contents, per_frame: int, count: int) -> tuple[int, 
     return (first, last) if last <= count else (0, 0)
 
 
-def _check_moments(where: str, kind: int, plate: Plate, centre: Array) -> None:
-    """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it. A
-    plate of `kind` 1 has the centre of pressure itself.
+def _check_moments(where: str, kind: int, plate: Plate, centre: Array, sensed: Array) -> None:
+    """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it
+    (`sensed` (T, 3) Nm, about the sensors' origin). A plate of `kind` 1 has the centre of pressure
+    itself.
     """
     strong = certain_load(np.linalg.norm(plate.force, axis=1))
     if np.count_nonzero(strong) < 10:
         return
     away = np.linalg.norm(plate.centre_of_pressure[strong] - centre, axis=1)
     reach = float(np.linalg.norm(plate.corners - centre, axis=1).max())
-    # Nmm read as Nm put the point a thousand times too far away; Nm read as Nmm keep it at the
-    # middle.
-    if np.median(away) > 5 * reach or away.max() < reach / 500:
+    lever = away
+    if kind in (2, 4, 5):
+        size = np.linalg.norm(plate.force[strong], axis=1)
+        lever = np.linalg.norm(sensed[strong, :2], axis=1) / size
+    # Nmm read as Nm put the point a thousand times too far away; Nm read as Nmm keep it under the
+    # sensors' origin.
+    if np.median(away) > 5 * reach or lever.max() < reach / 500:
         why = (
             "channels 4 and 5 are in the wrong unit, or no centres of pressure. Check ANALOG:UNITS "
             "(mm or m), or export the plate with its moments (type 2)."

@@ -453,6 +453,15 @@ class TestPlates:
         plate.units = ("N", "N", "N", unit, unit, unit)
         assert_carries(read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates[0])
 
+    @pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (0.01, -0.02, -0.04)])
+    def test_moments_in_nm_that_are_called_nmm(self, tmp_path, origin):
+        """An origin that is not zero gave them a centre of pressure that moved, by the force."""
+        plate = plate_of(2, scale=np.linspace(0.5, 1.0, 32))
+        plate.origin = np.array(origin)
+        plate.channels[:, 3:] *= 1e-3
+        with pytest.raises(RecordError, match=r"force plate 1: .* moments are in the wrong unit"):
+            read_recording(write(tmp_path / "a.c3d", plates=[plate]))
+
     @pytest.mark.parametrize("declared", ["6 by 8", "8 by 6"])
     def test_an_oblong_calibration_either_way_round(self, tmp_path, declared):
         plate = plate_of(5)
