@@ -270,7 +270,12 @@ def _check_signs(where: str, curves: MeanCurves) -> None:
     degrees = {name: np.degrees(values) for name, values in curves.angles.items()}
     problems = wings.load(wings.PARTS, "curve_problems")(degrees, curves.moments, forces)
     if problems:
-        raise RecordError(f"{where}: cannot be used\n" + "\n".join(f"  - {p}" for p in problems))
+        listed = "\n".join(f"  - {problem}" for problem in problems)
+        raise RecordError(
+            f"{where}: no gait has such curves:\n{listed}\nIn LocoHub's files angles are in rad "
+            "and moments in Nm/kg; flexion, adduction and dorsiflexion are positive, and forces "
+            "forward, up and to the right. Correct the columns in the file."
+        )
 
 
 def _stance(curves: Mapping[str, Array]) -> float | None:

@@ -174,6 +174,7 @@ def test_a_sign_that_no_gait_has_is_refused(tmp_path) -> None:
     frame.to_parquet(path)
     _, refused = write_subjects(path, tmp_path / "out")
     assert "Knee flexion is positive" in refused["MD23_AB01"]
+    assert "Correct the columns in the file." in refused["MD23_AB01"]
 
 
 def test_the_command(tmp_path) -> None:
