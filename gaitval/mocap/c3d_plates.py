@@ -259,6 +259,7 @@ def _check_moments(where: str, kind: int, plate: Plate, centre: Array, sensed: A
     itself.
     """
     strong = certain_load(np.linalg.norm(plate.force, axis=1))
+    strong &= np.isfinite(plate.centre_of_pressure).all(axis=1)
     if np.count_nonzero(strong) < 10:
         return
     away = np.linalg.norm(plate.centre_of_pressure[strong] - centre, axis=1)
