@@ -243,8 +243,8 @@ def _reduced(normal: NormalEquations, damping: float) -> tuple[Array, Array]:
 def solve(fit: FitProblem, state: FitState, precision: Array) -> tuple[FitState, int, bool]:
     """The state of the problem `fit`, from `state` on, with the least sum of squares; the number of
     iterations; and whether they were enough: the last step was small, or hardly lowered the cost.
-    `precision` (F, M) 1/m² is the inverse variance of a coordinate of each measured marker; 0 if not
-    seen.
+    `precision` (F, M) 1/m² is the inverse variance of a coordinate of each measured marker; 0 if
+    not seen.
     """
     damping = fall = 0.0
     cost = _cost(fit, state, precision)
