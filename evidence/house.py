@@ -219,6 +219,7 @@ def is_documented(node: ast.FunctionDef) -> bool:
         if isinstance(each, ast.Raise)
         and isinstance(each.exc, ast.Call)
         and isinstance(each.exc.func, ast.Name)
+        and each.exc.func.id[0].isupper()  # else it is the function that makes the error
     }
     return all(re.search(rf"\b{re.escape(name)}\b", text) for name in (*names, *raised))
 

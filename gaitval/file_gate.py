@@ -43,7 +43,9 @@ def passed(path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the 
 
 
 def read_bytes(path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path") -> bytes:
-    """The content of a file; parameters and errors are those of `passed`."""
+    """The content of a file; `path`, `refusal`, `largest` (bytes) and `fix` are those of `passed`,
+    as which it raises.
+    """
     with opened(path, refusal, largest=largest, fix=fix) as file:
         try:
             content = file.read(largest + 1)
@@ -123,7 +125,8 @@ def csv_frame(path: Path, refusal: Refusal, **options: Any) -> "pd.DataFrame":
 def opened(
     path: Path, refusal: Refusal, *, largest: int, fix: str = "Check the path"
 ) -> io.BufferedReader:
-    """The open file; parameters and errors are those of `passed`.
+    """The open file; `path`, `refusal`, `largest` (bytes) and `fix` are those of `passed`, as which
+    it raises.
 
     That it is a file is asked before it is opened, for that alone moves a tape, and after, for it
     may have been exchanged.

@@ -370,7 +370,9 @@ def in_lanes(typingctx: Any, arrays: Any) -> Any:
 
 @_instructions
 def numbers_in_lanes(typingctx: Any, arrays: Any) -> Any:
-    """A named tuple of arrays (8,) of doubles as the same tuple of lanes."""
+    """A named tuple of `arrays` (8,) of doubles as the same tuple of lanes; `typingctx` is numba's
+    own.
+    """
     result = types.NamedUniTuple(LANES, len(arrays), arrays.instance_class)
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:

@@ -13,14 +13,14 @@ ABOUT: Final = "about"
 
 
 def write_record(path: Path, kind: str, arrays: dict[str, Any], others: dict[str, Any]) -> None:
-    """Write `arrays` and JSON-able `others` as one npz file of a `kind` of result."""
+    """Write `arrays` and JSON-able `others` as one npz file at `path`, of a `kind` of result."""
     about = {"kind": kind, "arrays": sorted(arrays), "values": others}
     write_arrays(path, {**arrays, ABOUT: np.array(json.dumps(about))})
 
 
 def read_record(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The arrays and other values of a file of `write_record`; lists come back as tuples. Raises
-    ArtefactError where the file is of another `kind`.
+    """The arrays and other values of the file `path` of `write_record`; lists come back as
+    tuples. Raises ArtefactError where the file is of another `kind`.
     """
     try:
         about = json.loads(str(read_arrays(path, (ABOUT,))[ABOUT]))

@@ -39,8 +39,8 @@ def trial_name(text: str) -> str:
 
 
 def same_name(one: str, other: str) -> bool:
-    """Whether two names are of one person or laboratory, however they are written: capitals and
-    blanks do not count.
+    """Whether `one` and the `other` name are of one person or laboratory, however they are
+    written: capitals and blanks do not count.
     """
     first, second = ("".join(name.split()).casefold() for name in (one, other))
     return first == second

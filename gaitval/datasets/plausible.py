@@ -62,7 +62,9 @@ def mass_and_height_problems(mass: float, height: float) -> list[str]:
 
 
 def unusual_build(mass: float, height: float, age: float | None) -> Iterator[QualityFlag]:
-    """What of a body (kg, m, years) may be a mistake, though people are so."""
+    """What may be a mistake, though people are so, of a body of this `mass` (kg), `height` (m) and
+    `age` (years).
+    """
     index = mass / height**2
     if index > OBESE:
         yield QualityFlag(

@@ -31,8 +31,9 @@ def both_known(loads: FootForces) -> Flags:
 
 
 def residuals_known(loads: FootForces) -> Flags:
-    """As `both_known`, less `EDGE_SECONDS` at both ends of the trial, too: the acceleration there
-    is seen from one side only, and what low-pass and derivative make of it is no residual.
+    """As `both_known` of these `loads`, less `EDGE_SECONDS` at both ends of the trial, too: the
+    acceleration there is seen from one side only, and what low-pass and derivative make of it is no
+    residual.
     """
     known, edge = both_known(loads), round(EDGE_SECONDS * loads.rate)
     known[:edge] = False

@@ -4,7 +4,9 @@ from gaitval.errors import ConfigurationError
 
 
 def expect(name: str, value: object, kind: type | tuple[type, ...], give: str) -> None:
-    """Raise ConfigurationError if argument `name` is of no `kind`; `give` says how to make one."""
+    """Raise ConfigurationError if the `value` of argument `name` is of no `kind`; `give` says how
+    to make one.
+    """
     if not isinstance(value, kind):
         raise ConfigurationError(
             f"{name} is {value!r:.60}, of type {type(value).__name__}. Give {give}."
@@ -12,7 +14,9 @@ def expect(name: str, value: object, kind: type | tuple[type, ...], give: str) -
 
 
 def number(name: str, value: object, least: float, most: float, give: str) -> None:
-    """Raise ConfigurationError if the argument `name` is no number from `least` to `most`."""
+    """Raise ConfigurationError if the `value` of argument `name` is no number from `least` to
+    `most`; `give` says what to give.
+    """
     is_number = hasattr(value, "__float__") and not isinstance(value, bool)
     if not (is_number and least <= float(value) <= most):  # type: ignore[arg-type]
         raise ConfigurationError(f"{name} is {value!r:.60}. Give {give}.")

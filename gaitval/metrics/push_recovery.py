@@ -296,8 +296,9 @@ def _shown(settings: PushSettings) -> list[Push]:
 
 
 def pushed_walks(task: WalkingTask, policy: Policy, mu: Array) -> list[Rollout]:
-    """The first pushes of `_shown` ahead and to the left as they are replayed: from the start to
-    `REPLAYED` cycles after the push, in the compiled engine.
+    """The first pushes of `_shown` ahead and to the left as they are replayed, by `policy` in
+    the `task` with body `mu` (14,): from the start to `REPLAYED` cycles after the push, in the
+    compiled engine.
     """
     settings = task.configuration.pushes.of_mass(task.model.mass)
     environment = WalkingEnvironment(without_drift(task))

@@ -128,7 +128,7 @@ def walked_far(
     pool: RolloutPool, policy: Policy, mu: Array, phases: Sequence[float]
 ) -> tuple[Endurance, ...]:
     """How far the deterministic `policy` with the body `mu` (14,) gets from each of the `phases` of
-    the right gait cycle, in the compiled engine.
+    the right gait cycle, in the compiled engine by the workers of `pool`.
     """
     groups = in_groups([_Start(policy, mu, phase) for phase in phases])
     return tuple(chain.from_iterable(pool.each_together(_walk_together, groups)))
@@ -150,7 +150,7 @@ def roll_out_from(
     pool: RolloutPool, policy: Policy, mu: Array, starts: Sequence[Endurance]
 ) -> Rollouts:
     """The rollout of `policy` with the body `mu` (14,) that is compared: from the first of the
-    `starts` (`walked_far`), in DART. A fall there counts, too.
+    `starts` (`walked_far`), in DART, by a worker of `pool`. A fall there counts, too.
     """
     went, compared = begun_walk(pool, policy, mu, starts[0].start_phase, engine="dart")()
     return Rollouts(compared, (went if went.fell else starts[0], *starts[1:]))

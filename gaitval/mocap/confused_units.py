@@ -41,7 +41,9 @@ def from_middle(points: Array) -> Array:
 
 
 def unit_of(away: Array) -> str:
-    """`looks_like` of distances `from_middle`, half of which may be of markers that went astray."""
+    """`looks_like` of distances `away` (`from_middle`), half of which may be of markers that went
+    astray.
+    """
     return looks_like(2.0 * float(np.median(away)))
 
 

@@ -70,8 +70,9 @@ def pressed_plate(path: Path, name: str, force: Array, point: Array, torque: Arr
 
 
 def measured_points(path: Path, name: str, force: Array, point: Array) -> Array:
-    """Centres of pressure (T, 3) m; the nearest in time where a program wrote none: NaN, or what it
-    writes without a load, 0 or another constant. From `FAINT_N` on they stay as they are.
+    """Centres of pressure (T, 3) m from `point` of plate `name` in the file `path`: the nearest in
+    time where a program wrote none: NaN, or what it writes without a load, 0 or another constant.
+    Under a `force` (T, 3) N from `FAINT_N` on they stay as they are.
     """
     size, there = np.linalg.norm(force, axis=1), np.isfinite(point).all(axis=1)
     loaded = size >= UNLOADED_N

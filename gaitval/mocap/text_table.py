@@ -129,7 +129,9 @@ def counted(path: Path, what: str, promised: object, seen: int, of: str) -> None
 
 
 def cut_off(path: Path, what: str, promised: object, seen: int) -> RecordError:
-    """The error of a file at `path` that ends in the middle of a row, before the promised one."""
+    """The error of a file at `path` that ends in the middle of a row, of which `what` of its header
+    `promised` more rows than were `seen`.
+    """
     return RecordError(
         f"{path}: {what} is {promised}, but there are {seen} rows, the last of them incomplete: "
         "the file is truncated. Export it again."
@@ -137,7 +139,7 @@ def cut_off(path: Path, what: str, promised: object, seen: int) -> RecordError:
 
 
 def sound_rows(path: Path, time: Array) -> int:
-    """How many of the times (T,) are evenly spaced: all, or all but the last one.
+    """How many of the times (T,) of the file `path` are evenly spaced: all, or all but the last.
 
     Some programs write one row more at the end, off the others' clock. Any other uneven time is
     left to `sample_rate`.

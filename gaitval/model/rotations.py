@@ -28,9 +28,9 @@ def pelvis_angles(rotation: Array) -> Array:
 
 def foot_angles(rotation: Array, side: Side) -> Array:
     """Pitch (toes up +), list (sole towards the midline +) and progression (toes towards the
-    midline +) (N, 3) in rad of orientations `rotation` of a foot, foot to world, in the pelvis's
-    order, as the record has them. Seen from above, a foot almost upright in early swing points up
-    to 37 degrees elsewhere.
+    midline +) (N, 3) in rad of orientations `rotation` of the foot of a `side`, foot to world,
+    in the pelvis's order, as the record has them. Seen from above, a foot almost upright
+    in early swing points up to 37 degrees elsewhere.
     """
     own = 1.0 if side == "right" else -1.0
     return np.asarray(pelvis_angles(rotation) * np.array([-1.0, -own, own]))

@@ -243,7 +243,9 @@ def run_training(
     start: Policy | None,
     on_progress: Progress | None,
 ) -> Learner:
-    """What has learned to walk `samples` of `tasks`; the other arguments and errors as `train`."""
+    """What has learned to walk `samples` of `tasks`; `folder`, `start`, `on_progress` and errors as
+    for `train`.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     steps = tasks[0].configuration.training.steps_per_action
     tasks = [task.with_environment(steps_per_action=steps) for task in tasks]

@@ -143,8 +143,9 @@ def pressure_path(metrics: Metrics) -> str:
 
 
 def band(axes: Axes, mean: Array, sd: Array, **look: Any) -> None:
-    """A `mean` curve ± `sd` (101,) over `PERCENT`, by every second sample: curves have nothing
-    above 10 Hz, and half of the points of a page's figures were those of bands.
+    """Draw a `mean` curve ± `sd` (101,) over `PERCENT` into `axes`, as they `look`, by every
+    second sample: curves have nothing above 10 Hz, and half of the points of a page's figures were
+    those of bands.
     """
     low, high = (mean - sd)[::2], (mean + sd)[::2]
     axes.fill_between(PERCENT[::2], low, high, linewidth=0, **look)

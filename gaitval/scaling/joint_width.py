@@ -74,7 +74,8 @@ def elbow_centre(
     shoulder: Array, lateral: Array, wrist: Array, half_width: float, side: str
 ) -> Array:
     """Elbow joint centre, (3,) m: at `half_width` (m) from the lateral marker, on an axis
-    perpendicular to upper arm and forearm, such that the elbow is flexed, not extended.
+    perpendicular to upper arm and forearm, such that the elbow of this `side` is flexed, not
+    extended.
 
     With u from the marker to the centre, u·u = h², u·(shoulder - marker) = h² and
     u·(wrist - marker) = h².

@@ -97,7 +97,9 @@ def _import(
 
 
 def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
-    """What is to be worked out: what is not given of the person comes from the files."""
+    """What is to be worked out, into `out`: what the `options` do not give of the person comes from
+    the files, and `tell` says so.
+    """
     known = person_of_session(options, tell)
     static = options.trials[0] if options.static is None else options.static
     given = {name: getattr(options, name) for name in ImportOptions.model_fields}

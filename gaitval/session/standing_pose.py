@@ -59,7 +59,7 @@ def off_toes(
 ) -> tuple[Recording, list[QualityFlag]]:
     """The pose `recording` of a person of `height_m` with the feet put flat (`with_level_feet`) and
     the ankles as high above the `floor` (m) as is expected for the stature, and a warning, where
-    they are higher than in shoes; else as it was.
+    they are higher than in shoes; else as it was. `landmarks` names the marker of each.
     """
     names = [landmarks[f"{side}.Ankle"] for side in "RL"]
     height = np.mean([np.nanmedian(recording.marker(name)[:, 2]) for name in names]) - floor

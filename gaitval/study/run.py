@@ -77,7 +77,7 @@ IN_WORKERS = (
 
 def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0) -> Path | None:
     """The stored policy of several people, from which any training may start: for the strides of a
-    `record` of legs of this length if it is given, else for usual ones.
+    `record` of legs of `leg_length_m` if it is given, else for usual ones.
     """
     from gaitval.gait.dimensionless import time_unit
 

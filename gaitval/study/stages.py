@@ -167,7 +167,7 @@ def learned(
     run: Run, tasks: "Sequence[WalkingTask]", start: str | None, folder: Path, samples: int
 ) -> "Policy":
     """The policy of `run` for `tasks`: what is in its folder `start`, if that needs no training, or
-    what is trained from it, or from nothing, in `folder`.
+    what is trained from it, or from nothing, over so many `samples` in `folder`.
     """
     subject, scaled = run.subject.identifier, read_urdf(run.folder / "model.urdf")
     policy = None if start is None else start_policy(run, run.folder / start)

@@ -163,7 +163,8 @@ def stored_baseline(folder: Path, identifier: str) -> Path | None:
 def general_walker(
     environment: EnvironmentSettings, record: GaitRecord | None = None, leg_length_m: float = 1.0
 ) -> Policy:
-    """The general policy for an `environment`, and a record as `general_policy` takes it. Raises
+    """The general policy for an `environment`, and a `record` of legs of
+    `leg_length_m` as `general_policy` takes them. Raises
     ConfigurationError if there is none.
     """
     folder = general_policy(record, leg_length_m)
