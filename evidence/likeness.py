@@ -3,12 +3,11 @@
 `evidence held_out walks` writes it; `experiments.held_out_runs.likeness` has the figures.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from statistics import fmean
 from typing import Any
 
-import numpy as np
-
+from evidence.marked_table import spread
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.datasets.subject_file import load_subject
 
@@ -34,18 +33,18 @@ def printed(found: Mapping[str, Stored]) -> str:
             fmean([one["errors"][kind][f"{name}_{side}"] for side in "rl"])
             for one in found.values()
         ]
-        size = f"{_spread(rmse, 1)} % BW"
+        size = f"{spread(rmse, 1)} % BW"
         if kind == "moments":
             shares = [
                 100.0 * each / (STANDARD_GRAVITY * height)
                 for each, height in zip(rmse, heights, strict=True)
             ]
-            size = f"{_spread(rmse, 3)} Nm/kg; {_spread(shares, 2)} % BW·h"
+            size = f"{spread(rmse, 3)} Nm/kg; {spread(shares, 2)} % BW·h"
         alike = [
             [one["likeness"][kind][f"{name}_{side}"] for side in "rl"] for one in found.values()
         ]
         relative, correlation = (
-            _spread([fmean([side[key] for side in each]) for each in alike], digits)
+            spread([fmean([side[key] for side in each]) for each in alike], digits)
             for key, digits in (("relative_rmse", 1), ("correlation", 3))
         )
         lines.append(f"| {noun} | {size} | {relative} | {correlation} |")
@@ -53,9 +52,5 @@ def printed(found: Mapping[str, Stored]) -> str:
         fmean([row["value"] for row in one["measures"] if row["measure"] == "pressure_arm_rmse"])
         for one in found.values()
     ]
-    lines.append(f"| arm of the force at the ankle | {_spread(arms, 1)} mm | | |")
+    lines.append(f"| arm of the force at the ankle | {spread(arms, 1)} mm | | |")
     return "\n".join(lines)
-
-
-def _spread(values: Sequence[float], digits: int) -> str:
-    return f"{np.mean(values):.{digits}f} ± {np.std(values, ddof=1):.{digits}f}"

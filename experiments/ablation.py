@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from evidence.marked_table import with_table
+from evidence.marked_table import spread, with_table
 from evidence.seconds import CHILDREN, FASTEST, SLOWEST, adults, drawn_stranger
 from evidence.seconds import task_of as stranger_task_of
 from experiments.general_policy import (
@@ -227,14 +227,6 @@ def run(names: Sequence[str], samples: int, trainings: int) -> None:
             print(name, seed, _cells(list(rows[name].values())), flush=True)
 
 
-def _spread(values: Sequence[float], digits: int) -> str:
-    """Mean ± standard deviation over seeds; — if there is none."""
-    if not values:
-        return "—"
-    deviation = f" ± {statistics.stdev(values):.{digits}f}" if len(values) > 1 else ""
-    return f"{statistics.mean(values):.{digits}f}{deviation}"
-
-
 def _cells(runs: Sequence[dict[str, Any]]) -> list[str]:
     """Strangers who fall from no start, starts without a fall, pushes survived and epsilon."""
     found = [run["strangers"] for run in runs]
@@ -251,7 +243,7 @@ def _cells(runs: Sequence[dict[str, Any]]) -> list[str]:
         if not all(some["falls"])
     ]
     spreads = ((walk, 0), (starts, 0), (pushes, 0), (errors, 3))
-    return [str(len(runs)), *(_spread(values, digits) for values, digits in spreads)]
+    return [str(len(runs)), *(spread(values, digits) for values, digits in spreads)]
 
 
 def table() -> str:

@@ -29,7 +29,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 import evidence
-from evidence.marked_table import with_table
+from evidence.marked_table import spread, with_table
 from gaitval.artefacts import copy_file, copy_files, read_json, versions, write_json, write_text
 from gaitval.study.inputs import GAIN
 
@@ -453,12 +453,6 @@ def table(studies: Sequence[Json], people: Sequence[str] = PEOPLE) -> str:
     return "\n".join(lines)
 
 
-def _spread_in_words(values: Sequence[float], digits: int) -> str:
-    """Mean, and standard deviation if there are several."""
-    apart = f" ± {np.std(values):.{digits}f}" if len(values) > 1 else ""
-    return f"{np.mean(values):.{digits}f}{apart}"
-
-
 def _ratio_in_words(found: Ratio, count: int) -> str:
     """A ratio, and its interval if there was anything to draw from."""
     between = f" ({found.low:.3f} to {found.high:.3f})" if count > 1 else ""
@@ -466,11 +460,9 @@ def _ratio_in_words(found: Ratio, count: int) -> str:
 
 
 def _line(name: str, samples: int, some: Sequence[Json]) -> str:
-    def spread(quantity: str, digits: int) -> str:
+    def of(quantity: str, digits: int) -> str:
         values = [each[quantity] for each in some if each[quantity] is not None]
-        if not values:
-            return "no whole cycle"
-        return _spread_in_words(values, digits)
+        return spread(values, digits) if values else "no whole cycle"
 
     missed = np.mean([sum(not each for each in study["goals"].values()) for study in some])
     pushes = [100.0 * each["pushes"] / each["of pushes"] for each in some]
@@ -479,12 +471,12 @@ def _line(name: str, samples: int, some: Sequence[Json]) -> str:
         name,
         f"{samples:,}",
         str(len(some)),
-        spread("angles", 2),
-        spread("moments", 3),
-        spread("vertical", 2),
+        of("angles", 2),
+        of("moments", 3),
+        of("vertical", 2),
         f"{sum(each['falls'] for each in some)} of {sum(each['of starts'] for each in some)}",
         f"{missed:.1f} of {len(some[0]['goals'])}",
-        _spread_in_words(pushes, 0),
+        spread(pushes, 0),
         f"{handed} of {len(some)}" if samples else "",
     ]
     return f"| {' | '.join(cells)} |"
