@@ -27,7 +27,7 @@ from gaitval.artefacts import write_json
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
@@ -538,7 +538,7 @@ def import_of(recorded: Recorded) -> SimpleNamespace:
         kinematics=inverse_kinematics(person.model, worn(), recorded.markers),
         loads=SimpleNamespace(valid=known, rate=RATE, centre_of_pressure=point),
         dynamics=dynamics,
-        consistent=SimpleNamespace(after=residuals(dynamics, known.all(axis=1))),
+        consistent=SimpleNamespace(dynamics=dynamics),
     )
     placement = place_markers(
         person.model, person.measured, recorded.places, load_marker_set("wbds")
