@@ -11,6 +11,7 @@ from scipy.ndimage import binary_dilation
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES, SIDES, Side
 from gaitval.errors import RecordError
+from gaitval.gait import agreement
 from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
 from gaitval.metrics.recording_limits import State, state_of
 from gaitval.metrics.tolerances import Measure, Verdict, evaluate, measured
@@ -384,8 +385,9 @@ def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> No
         return
     values = at_times(motion, time).values
     force, moment = residual_wrench(found.model, values, forces)
-    # No acceleration is known at an end of the motion, from which it is seen from one side only.
-    shown = (time > time[0] + EDGE_SECONDS) & (time < time[-1] - EDGE_SECONDS)
+    # As in an import: the acceleration at an end of the motion is seen from one side only.
+    end = agreement.EDGE_SECONDS - 0.5 * float(np.ptp(time)) / max(len(time) - 1, 1)
+    shown = (time > motion.time[0] + end) & (time < motion.time[-1] - end)
     if gait is not None and gait.forces is not None:
         # Inverse dynamics is at the motion's times, the plates at their own rate.
         nearest = np.rint((time - gait.forces.start) * gait.forces.rate).astype(int)
@@ -395,7 +397,7 @@ def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> No
         shown &= inside & known[clipped]
     found.findings.append(
         f"Residuals: {int((~shown).sum())} of {len(time)} frames are left out, in which the plates "
-        f"do not show both feet, or within {EDGE_SECONDS:g} s of an end of the motion."
+        f"do not show both feet, or within {agreement.EDGE_SECONDS:g} s of an end of the motion."
     )
     if not shown.any():
         found.not_judged.append(
