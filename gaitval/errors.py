@@ -65,3 +65,13 @@ class ToleranceError(GaitvalError):
     # 1 for a result that is not good enough; the other errors, with 2, end commands that cannot
     # run.
     exit_code = 1
+
+
+def count_of(number: int, one: str, many: str = "") -> str:
+    """`number` with the word for `one` thing or for `many` (if not given, `one` with an s), in the
+    words of a message; pages, which are translated, have the plural forms of gettext.
+
+    >>> count_of(1, "study", "studies"), count_of(0, "walk")
+    ('1 study', '0 walks')
+    """
+    return f"{number} {one if number == 1 else many or one + 's'}"

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from gaitval.cli import display
 from gaitval.cli.app import INTERNAL, ConfigOption, SetOption, added_command
-from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.errors import ConfigurationError, GaitvalError, count_of
 
 if TYPE_CHECKING:
     from gaitval_cohort.engine import State
@@ -142,7 +142,7 @@ def cohort(
     require()
     studies = _studies(table, all_data, trials, virtual, config, settings, out)
     if table_only:
-        display.plain(f"{out / TABLE}: {len(studies)} studies")
+        display.plain(f"{out / TABLE}: {count_of(len(studies), 'study', 'studies')}")
         return
     from gaitval_cohort.engine import run_cohort
     from gaitval_cohort.store import Store
@@ -234,7 +234,7 @@ def progress_line(state: "State") -> str:
     """How many studies are done in `state`, and when the others will be."""
     failed = f", {state.failed} failed" if state.failed else ""
     left = "" if state.left is None else f", about {display.duration(state.left)} left"
-    return f"{state.done} of {state.total}{failed}, {state.workers} workers{left}"
+    return f"{state.done} of {state.total}{failed}, {count_of(state.workers, 'worker')}{left}"
 
 
 def outcome_line(state: "State") -> str:

@@ -13,7 +13,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject, make_subject
-from gaitval.errors import ConfigurationError, GaitvalError, RecordError
+from gaitval.errors import ConfigurationError, GaitvalError, RecordError, count_of
 from gaitval.gait.mean_curves import MeanCurves, stance_fraction
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.gait.sampling import SAMPLES
@@ -183,7 +183,7 @@ def _trial_values(
     if not curves.forces and stance is None:
         stance = _stance(trial.curves(mass))
     values = wings.load(wings.PARTS, "gait_values")(curves, where, stance)
-    tell(f"{where}: {trial.count} cycles, {curves.in_words()}")
+    tell(f"{where}: {count_of(trial.count, 'cycle')}, {curves.in_words()}")
     for note in left_out:
         tell(f"{where}: {note}")
     return {

@@ -97,7 +97,7 @@ def _compare_results(
     from gaitval_gate.regression import lost
 
     found = device_results.compare(out, worn, earlier)
-    display.plain(f"{len(worn)} results of devices. Report: {out / 'devices.html'}, .pdf, .csv")
+    display.plain(f"Devices: {len(worn)}. Report: {out / 'devices.html'}, .pdf, .csv")
     print_moved(found.rows)
     for names, why in ((found.gone, "no result now"), (found.added, "no result before")):
         if names:
@@ -107,8 +107,8 @@ def _compare_results(
         return []
     missing = f"; no result now of {', '.join(found.gone)}" if found.gone else ""
     return [
-        f"{worse} figures of devices moved by more than their margin{missing}. If the change is "
-        "intended, compare with results of the new version."
+        f"{worse} of {len(found.rows)} figures of devices moved by more than their "
+        f"margin{missing}. If the change is intended, compare with results of the new version."
     ]
 
 
@@ -124,7 +124,7 @@ def _compare_walks(
     walks = collect(runs)
     versions = matched(*collect_versions(before, walks)) if before else None
     write_comparison(out, "comparison", walks, versions)
-    display.plain(f"{len(walks)} walks. Report: {out / 'comparison.html'}, .pdf and .csv")
+    display.plain(f"Walks: {len(walks)}. Report: {out / 'comparison.html'}, .pdf and .csv")
     if versions is None:
         return []
     for subject, flip in versions.flipped():
@@ -132,7 +132,9 @@ def _compare_walks(
     worse, improved = versions.lost(), versions.improved()
     print_moved([row for _, row in (*worse, *improved)])
     missing = versions.only_before
-    told = f"{len(worse)} measures got worse by more than their margin, {len(improved)} better"
+    count = sum(len(pair.rows) for pair in versions.pairs)
+    told = f"{len(worse)} of {count} measures got worse "
+    told += f"by more than their margin, {len(improved)} better"
     told += f"; no walk now of {', '.join(missing)}" if missing else ""
     other = [pair.now.subject for pair in versions.pairs if not pair.same_record]
     told += f"; compared with another record than before: {', '.join(other)}" if other else ""

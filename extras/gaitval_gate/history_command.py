@@ -8,6 +8,7 @@ import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+from gaitval.errors import count_of
 
 if TYPE_CHECKING:
     from gaitval_gate.history_page import Found
@@ -60,13 +61,14 @@ def history(
     for path, check in zip(benchmarks or (), checks, strict=True):
         added = histories.add(file, check)
         display.plain(
-            f"{path}: {len(check.figures)} times{'' if added else ', were there already'}"
+            f"{path}: {count_of(len(check.figures), 'time')}{'' if added else ', there already'}"
         )
     kept = histories.read(file)
     steps = write_history(folder, file.stem, kept)
     _print_steps(steps)
     display.plain(
-        f"{len(kept)} checks, {len(steps)} steps. Page: {folder / file.stem}.html, .pdf and .csv"
+        f"{count_of(len(kept), 'check')}, {count_of(len(steps), 'step')}. "
+        f"Page: {folder / file.stem}.html, .pdf and .csv"
     )
 
 

@@ -49,7 +49,9 @@ def judge_moved(
         )
     kept = sum(row.change == "kept" for row in rows)
     improved = "" if kept == len(rows) else f", {len(rows) - kept} improved (table above)"
-    display.output.print(f"Figures: {kept} measures within their margins of {baseline}{improved}")
+    display.output.print(
+        f"Figures: {kept} of {len(rows)} measures within their margins of {baseline}{improved}"
+    )
 
 
 def _number(value: float | None) -> str:

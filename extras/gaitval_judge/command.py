@@ -120,4 +120,4 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
     if any(one.verdict == "not judged" for one in result.limits):
         display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
-    display.plain(f"{kept} limits kept, {len(rows) - 1} failed. {page}")
+    display.plain(f"Limits: {kept} kept, {len(rows) - 1} failed. {page}")

@@ -234,8 +234,8 @@ def _coordinates(found: Judgement) -> None:
     lacking = [name for name in lacking if name not in coupled]
     if lacking:
         found.findings.append(
-            f"Motion: {len(lacking)} coordinates that are not locked are not in the file and stay "
-            f"at their defaults: {', '.join(lacking[:8])}{' …' if len(lacking) > 8 else ''}."
+            "Motion: coordinates that are neither locked nor in the file stay at their defaults "
+            f"({len(lacking)}): {', '.join(lacking[:8])}{' …' if len(lacking) > 8 else ''}."
         )
 
 

@@ -7,6 +7,7 @@ import typer
 
 from gaitval.cli import display
 from gaitval.cli.app import added_command
+from gaitval.errors import count_of
 
 
 @added_command(
@@ -85,7 +86,7 @@ def events(
     carried = found.carried()
     if carried:
         display.plain(
-            f"Over {len(carried)} strides that are on plates as a whole, these carry "
+            f"Over {count_of(len(carried), 'stride')} on plates as a whole, these carry "
             f"{np.median(carried):.1f} kg (median; {min(carried):.1f} to {max(carried):.1f})."
         )
     elif len(found.time):

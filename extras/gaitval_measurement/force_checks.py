@@ -17,6 +17,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags, runs
 from gaitval.coordinates import SIDES, Side
+from gaitval.errors import count_of
 from gaitval.gait.events import DRAGGED, foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, plate_axes
@@ -189,7 +190,7 @@ def force_doubts(
     ]
     for name, members in by_plate.items():
         sides = [side for side in SIDES if any(stance.side == side for stance, _ in members)]
-        where = f"plate {name} ({' and '.join(sides)} foot, {len(members)} stances)"
+        where = f"plate {name} ({' and '.join(sides)} foot, {count_of(len(members), 'stance')})"
         found += _horizontal(name, where, [figures for _, figures in members])
         found += _free_moment(name, where, [figures for _, figures in members])
     return tuple(found)

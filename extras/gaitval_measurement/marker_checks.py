@@ -106,7 +106,7 @@ def _lost(recording: Recording) -> Iterator[QualityFlag]:
         for at, frames in lost[:NAMED]
     ]
     if len(lost) > NAMED:
-        said.append(f"and so at {len(lost) - NAMED} more frames")
+        said.append(f"and so {len(lost) - NAMED} × more")
     if lost:
         late = sum(frames for _, frames in lost) / rate
         yield QualityFlag(

@@ -101,13 +101,13 @@ def patients(
         walks = walked(found, out, display.messages.print)
         fallen = [each["name"] for each in walks if each["falls"]]
         display.plain(
-            f"{len(walks) - len(fallen)} of {len(walks)} walk from every start without a fall"
-            + (f"; {', '.join(fallen)} not" if fallen else "")
+            f"Walks without a fall from any start: {len(walks) - len(fallen)} of {len(walks)}"
+            + (f"; not {', '.join(fallen)}" if fallen else "")
         )
     from gaitval_patients.page import write_pages
 
     pages = write_pages(found, walks, out)
-    display.plain(f"{len(found)} subjects: {table}; pages: {pages}")
+    display.plain(f"Subjects ({len(found)}): {table}; pages: {pages}")
 
 
 def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:

@@ -158,9 +158,8 @@ def walk_all(
             result = {"of": of, **walk(patient, policy, configuration)}
             write_json(path, result)
         found.append(result)
-        if result["angle"] is None:
-            said = f"falls from {result['falls']} of {result['starts']} starts"
-        else:
-            said = f"{result['angle']:.2f}°, {result['falls']} falls from {result['starts']} starts"
+        said = f"falls from {result['falls']} of {result['starts']} starts"
+        if result["angle"] is not None:
+            said = f"{said}, {result['angle']:.2f}°"
         tell(f"{name}: {said} ({number} of {len(patients)})")
     return found

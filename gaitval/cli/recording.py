@@ -114,7 +114,7 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
 
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"
-    display.plain(f"Page: {page} ({len(imported.files)} files beside it)")
+    display.plain(f"Page: {page} (files beside it: {len(imported.files)})")
     path = imported.subject_file
     # a prosthesis keeps them apart by itself
     asked = not imported.found.body.chosen.symmetric and imported.subject.prosthesis not in SIDES

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags
+from gaitval.errors import count_of
 from gaitval.mocap.findings import Finding, finding, seen_frames
 from gaitval.mocap.lost_frames import lost_frames, said_lost
 from gaitval.mocap.recording import Recording
@@ -56,8 +57,9 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
         jumps = np.flatnonzero(surprise > jump_tolerance(path, rate))
         if len(jumps):
             action = (
-                f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in {len(jumps)} "
-                "frame(s) and does not return; left as it is: check the label"
+                f"leaves its path by up to {1000 * surprise[jumps].max():.0f} mm in "
+                f"{count_of(len(jumps), 'frame')} and does not return; left as it is: "
+                "check the label"
             )
             first, last = int(jumps[0]), int(jumps[-1])
             findings.append(finding(recording, "jump", [name], first, last + 1, action))

@@ -5,6 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array, Flags
+from gaitval.errors import count_of
 from gaitval.mocap.findings import seen_frames
 
 BESIDE: Final = 3
@@ -63,7 +64,8 @@ def _repeats(markers: Array) -> Flags:
 def said_lost(frames: int) -> str:
     """How many `frames` are missing, or too many if negative, in words."""
     if frames < 0:
-        return f"{-frames} frame(s) are there twice"
+        return count_of(-frames, "repeated frame")
     return (
-        f"about {frames} frame(s) are missing (all markers step {frames + 1} times as far as usual)"
+        f"about {count_of(frames, 'frame')} missing (all markers step "
+        f"{frames + 1} times as far as usual)"
     )

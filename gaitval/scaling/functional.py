@@ -132,7 +132,7 @@ def segment_motion(standing: Array, markers: Array, name: str = "segment") -> Se
     ScalingError : fewer than three markers, or markers almost on a line.
     """
     if len(standing) < 3:
-        raise ScalingError(f"{name}: {len(standing)} marker(s) in both trials; three are needed")
+        raise ScalingError(f"{name}: markers in both trials: {len(standing)}; three are needed")
     spread = np.linalg.svd(standing - standing.mean(axis=0), compute_uv=False)[1]
     if spread / np.sqrt(len(standing)) < LEAST_SPREAD:
         raise ScalingError(

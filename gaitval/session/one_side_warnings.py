@@ -9,7 +9,7 @@ from typing import Final, NoReturn
 import numpy as np
 
 from gaitval.coordinates import SIDES, Side, opposite
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, count_of
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.session.one_side import ONE_SIDE, missing_sides
@@ -77,12 +77,12 @@ def _why(walks: Sequence[WalkingTrial], side: Side, *, kinetics: bool) -> str:
         return "no two heel strikes of it in one trial"
     reasons = Counter(_WHEN.sub("", "; ".join(cycle.reasons)) for cycle in cycles if cycle.reasons)
     if not reasons:
-        return f"{len(cycles)} cycles" + (" without its forces" if kinetics else "")
+        return count_of(len(cycles), "cycle") + (" without its forces" if kinetics else "")
     shown = reasons.most_common(REASONS_SHOWN)
     said = [f"{count} × {reason}" for reason, count in shown]
     if more := reasons.total() - sum(count for _, count in shown):
         said.append(f"{more} × other reasons")
-    counted = f"{len(cycles)} {'cycle' if len(cycles) == 1 else 'cycles'} that do not count"
+    counted = count_of(len(cycles), "cycle that does not count", "cycles that do not count")
     return f"{counted}: {', '.join(said)}"
 
 

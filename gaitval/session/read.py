@@ -13,7 +13,7 @@ import numpy as np
 from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
-from gaitval.errors import RecordError, RecordWarning, ScalingError
+from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.quality_flags import QualityFlag
@@ -307,13 +307,13 @@ def _check_files(request: Request) -> None:
     """
     if request.forces and len(request.forces) != len(request.trials):
         raise RecordError(
-            f"--forces is given {len(request.forces)} times and --trial {len(request.trials)} "
-            "times. Give one --forces for each --trial, in the same order."
+            f"--forces is given {len(request.forces)}× and --trial "
+            f"{len(request.trials)}×. Give one --forces for each --trial, in the same order."
         )
     if len(request.trial_time) not in (0, 1, len(request.trials)):
         raise RecordError(
-            f"--trial-time is given {len(request.trial_time)} times and --trial "
-            f"{len(request.trials)} times. Give it once for all trials, or once for each, in the "
+            f"--trial-time is given {len(request.trial_time)}× and --trial "
+            f"{len(request.trials)}×. Give it once for all trials, or once for each, in the "
             "same order."
         )
     parts = len(request.trial_time) > 1
@@ -351,10 +351,10 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
     where, rate = recording.source, recording.marker_rate
     length = len(recording.markers) / rate
     if length < PLAUSIBLE_STRIDE[0]:
+        frames = count_of(len(recording.markers), "frame")
         raise RecordError(
-            f"{where}: {len(recording.markers)} frame(s) at {rate:g} Hz, {length:.3g} s: shorter "
-            "than a gait cycle. Give a walking trial in which both feet strike the ground at "
-            "least twice."
+            f"{where}: {frames} at {rate:g} Hz, {length:.3g} s: shorter than a gait cycle. Give a "
+            "walking trial in which both feet strike the ground at least twice."
         )
     for what, found, cutoff in (
         ("markers", rate, max(processing.marker_cutoff_hz, FOOT_CUTOFF_HZ)),
@@ -370,10 +370,10 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
 
 def _described(recording: Recording) -> str:
     frames, count = recording.markers.shape[:2]
-    said = f"{recording.source}: {count} markers, {frames / recording.marker_rate:.1f} s at "
-    said += f"{recording.marker_rate:g} Hz"
+    said = f"{recording.source}: {count} markers, "
+    said += f"{frames / recording.marker_rate:.1f} s at {recording.marker_rate:g} Hz"
     if recording.plates:
-        said += f", {len(recording.plates)} force plates at {recording.force_rate:g} Hz"
+        said += f", {count_of(len(recording.plates), 'force plate')} at {recording.force_rate:g} Hz"
     return said
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, count_of
 from gaitval.gait.cycles import stances
 from gaitval.gait.events import marker_events
 from gaitval.gait.quality_flags import QualityFlag
@@ -43,9 +43,9 @@ def of_walk(poses: int) -> QualityFlag:
     """What a user should know who gives no standing trial: the pose is of so many `poses`."""
     return QualityFlag(
         *("standing pose", "standing", float(poses), 1.0, "poses"),
-        f"no standing trial: {poses} pair(s) of mid-stances of the walk are put together to one "
-        f"pose. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up to 5° "
-        "off what a standing trial gives; give one with --static if there is one",
+        f"no standing trial: the pose is put together of {count_of(poses, 'pair')} of mid-stances "
+        f"of the walk. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up "
+        "to 5° off what a standing trial gives; give one with --static if there is one",
     )
 
 

@@ -416,7 +416,7 @@ def test_check_passes_where_nothing_was_lost(
     given = stored.parent if folder else stored
     result = gaitval("check", "--baseline", str(given), *(["--quick"] if quick else []))
     assert result.exit_code == 0
-    assert "1 measures within their margins" in result.output.replace("\n", " ")
+    assert "1 of 1 measures within their margins" in result.output.replace("\n", " ")
 
 
 def asserted(options: dict[str, object], **expected: object) -> dict[str, object]:
@@ -437,7 +437,7 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
     assert result.exit_code == 0
     output = " ".join(result.output.split())
     assert "Inputs: changed: numpy 2.1.0, now 2.2.0; the code in gaitval/policy" in output
-    assert "Figures: 1 measures within their margins" in output
+    assert "Figures: 1 of 1 measures within their margins" in output
     assert "numpy 2.1.0, now 2.2.0" in junit.read_text()
 
 

@@ -75,17 +75,17 @@ def test_both_reports_are_there_where_a_device_fails(
     now, then = device("now", 1.2), device("before", 2.2)
     done = compare(tmp_path, [now, WALK], [then, WALK], "--strict")
     assert done.exit_code == 1
-    assert "1 figures of devices moved by more than their margin" in said.getvalue()
+    assert "1 of 1 figures of devices moved by more than their margin" in said.getvalue()
     assert (tmp_path / "out" / "devices.html").is_file()
     assert (tmp_path / "out" / "comparison.html").is_file()
-    assert "0 measures got worse" in done.output
+    assert "0 of 129 measures got worse" in done.output
 
 
 def test_all_that_got_worse_is_said(device: Device, said: io.StringIO, tmp_path: Path) -> None:
     now, then = device("now", 1.2), device("before", 2.2)
     walks = [WALK, REPORTS / "S02" / "baseline"]
     assert compare(tmp_path, [now, WALK], [then, *walks], "--strict").exit_code == 1
-    assert "1 figures of devices moved" in said.getvalue()
+    assert "1 of 1 figures of devices moved" in said.getvalue()
     assert "no walk now of S02" in said.getvalue()
 
 

@@ -25,14 +25,14 @@ def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
 def test_what_improved_is_not_counted_as_within_its_margin(said: io.StringIO) -> None:
     judge_moved([row("kept"), row("improved"), row("kept")], Path("S05"))
     assert "moved by more than their margin" in said.getvalue()
-    assert "Figures: 2 measures within their margins of S05, 1 improved (table above)" in (
+    assert "Figures: 2 of 3 measures within their margins of S05, 1 improved (table above)" in (
         said.getvalue()
     )
 
 
 def test_where_nothing_moved_there_is_no_table(said: io.StringIO) -> None:
     judge_moved([row("kept"), row("kept")], Path("S05"))
-    assert said.getvalue() == "Figures: 2 measures within their margins of S05\n"
+    assert said.getvalue() == "Figures: 2 of 2 measures within their margins of S05\n"
 
 
 def test_a_loss_is_counted_of_all(said: io.StringIO) -> None:

@@ -178,7 +178,7 @@ def test_markers_that_all_jump_at_one_frame_are_one_finding() -> None:
     result, findings = cleaned(recording.with_markers(recording.names, cut))
     np.testing.assert_array_equal(result.markers, cut)
     assert [(f.kind, f.names, f.first) for f in findings] == [("jump", ("all markers",), 400)]
-    assert "frame(s) are missing" in findings[0].action
+    assert "frames missing" in findings[0].action
 
 
 # -- exchanged markers ----------------------------------------------------------------------------

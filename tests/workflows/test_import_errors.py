@@ -364,9 +364,9 @@ def test_files_that_do_not_pair(laboratory: Laboratory, raw: Path) -> None:
     again = laboratory.trc("again.trc", laboratory.walking)
     trials = (*once.trials, again)
     more = laboratory.request(trials=trials)
-    refuse(more, "--forces is given 1 times and --trial 2", "same order")
+    refuse(more, "--forces is given 1× and --trial 2×", "same order")
     more = once.model_copy(update={"forces": (*once.forces, again)})
-    refuse(more, "--forces is given 2 times and --trial 1")
+    refuse(more, "--forces is given 2× and --trial 1×")
     twice = once.model_copy(update={"trials": once.trials * 2, "forces": ()})
     refuse(twice, "walk.trc", "given twice, with --trial and with --trial")
     both = once.model_copy(update={"trials": (raw / "WBDS01walkT01.c3d",)})
@@ -686,7 +686,7 @@ def test_a_person_who_moves_in_the_standing_trial(laboratory: Laboratory) -> Non
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(0.007, "1 frame(s)"), (0.05, "shorter than a gait cycle"), (1.5, "heel strike")],
+    [(0.007, "1 frame at"), (0.05, "shorter than a gait cycle"), (1.5, "heel strike")],
 )
 @pytest.mark.parametrize("forces", [True, False])
 def test_a_walk_that_is_too_short(
