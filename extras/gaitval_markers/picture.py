@@ -30,8 +30,8 @@ def draw(draft: Draft, path: Path, title: str) -> None:
     seen = [guess for guess in draft.guesses if np.isfinite(guess.at).all()]
     figure = Figure(figsize=(16.0, 12.0), layout="constrained")
     front, side = figure.subplots(1, 2)
-    _view(front, seen, across=lambda at: -at[1], words="from behind: left is left")
-    _view(side, seen, across=lambda at: at[0], words="from the right: forward is right")
+    _view(front, seen, across=lambda at: -at[1], words="from behind", axis="to the right, m")
+    _view(side, seen, across=lambda at: at[0], words="from the right", axis="forward, m")
     figure.suptitle(
         f"{title}\nblue: used; orange: less certain, left to you; red: its name says another place",
         fontsize=11,
@@ -41,7 +41,7 @@ def draw(draft: Draft, path: Path, title: str) -> None:
 
 
 def _view(
-    axes: Axes, guesses: list[Guess], *, across: Callable[[Array], float], words: str
+    axes: Axes, guesses: list[Guess], *, across: Callable[[Array], float], words: str, axis: str
 ) -> None:
     places = {guess.site.label: guess.at for guess in guesses if guess.site is not None}
     lines = [(f"R.{place}", f"L.{place}") for place in ACROSS]
@@ -82,12 +82,18 @@ def _view(
                 fontsize=7,
                 va="center",
                 ha="left" if right else "right",
-                arrowprops={"arrowstyle": "-", "color": colours[i], "linewidth": 0.4},
+                arrowprops={
+                    "arrowstyle": "-",
+                    "color": colours[i],
+                    "linewidth": 0.4,
+                    "relpos": (0.0 if right else 1.0, 0.5),  # not through the labels beside it
+                },
                 parse_math=False,
             )
     axes.set_xlim(x.min() - 0.45 * span, x.max() + 0.45 * span)
     axes.set_aspect("equal")
     axes.set_title(words, fontsize=9)
+    axes.set_xlabel(axis)
     axes.set_ylabel("height, m")
 
 

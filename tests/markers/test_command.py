@@ -34,6 +34,7 @@ def test_a_set_a_picture_and_the_command_that_goes_on(tmp_path: Path) -> None:
     assert "Not to be imported yet" not in words
     picture = out.with_suffix(".svg").read_text(encoding="utf-8")
     assert picture.count("<svg") == 1
+    assert all(f"<!-- {axis}, m -->" in picture for axis in ("to the right", "forward", "height"))
     # Never over a file that may have been corrected by hand.
     again = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(out)])
     assert isinstance(again.exception, GaitvalError)
