@@ -309,7 +309,7 @@ def _panel(
         ]  # fmt: skip
         axis.plot(
             places, values, color=_LINE if mine else RECORD_SHADE, zorder=3 if mine else 2,
-            linewidth=1.0, marker="o", markersize=2.2,
+            linestyle="-" if mine else (0, (1, 1.5)), linewidth=1.0, marker="o", markersize=2.2,
         )  # fmt: skip
         for step in mine:
             axis.axvline(

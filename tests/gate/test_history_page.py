@@ -115,6 +115,7 @@ def test_the_page_tells_the_steps_and_draws_what_changed(folder: Path) -> None:
     assert re.search(r"08080808 ?07070707 ?S05 ?angle rmse right knee flexion", text)
     assert "worse" in text
     assert "within the margin" in text
+    assert "stroke-dasharray: 1,1.5" in html  # without a step: told apart without colours
     assert page.tags.count("svg") == 3  # the subject, and the benchmark on two machines
     assert f"{5 - 4} of 5 figures never changed" in text
     assert len(re.findall(r"2026-11-\d\d 10:00", text)) == 3 * COUNT
