@@ -146,6 +146,7 @@ def test_a_small_p_is_no_zero(seeded):
     assert any(effect.p < 0.0005 for model in context["models"] for effect in model.effects)
     page = write_html(folder, "small", "gaitval_cohort:cohort.html.j2", context).read_text()
     assert '<td class="n">&lt; 0.001</td>' in page
+    assert all(f">{each}</th>" in page for each in ("Age, years", "Speed, m/s", "Memory, MB"))
     assert '<td class="n">0.000</td></tr>' not in page
 
 
