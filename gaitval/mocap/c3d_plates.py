@@ -254,9 +254,9 @@ def _zero_samples(contents: Contents, per_frame: int, count: int) -> tuple[int, 
 
 
 def _check_moments(where: str, kind: int, plate: Plate, centre: Array, sensed: Array) -> None:
-    """Refuse moments in the wrong unit: they put the centre of pressure off the plate or fix it
-    (`sensed` (T, 3) Nm, about the sensors' origin). A plate of `kind` 1 has the centre of pressure
-    itself.
+    """Refuse forces or moments in the wrong unit: they put the centre of pressure off the plate or
+    fix it (`sensed` (T, 3) Nm, about the sensors' origin). A plate of `kind` 1 has the centre of
+    pressure itself.
     """
     strong = certain_load(np.linalg.norm(plate.force, axis=1))
     strong &= np.isfinite(plate.centre_of_pressure).all(axis=1)
@@ -275,10 +275,12 @@ def _check_moments(where: str, kind: int, plate: Plate, centre: Array, sensed: A
             "channels 4 and 5 are in the wrong unit, or no centres of pressure. Check ANALOG:UNITS "
             "(mm or m), or export the plate with its moments (type 2)."
             if kind == 1
-            else "the moments are in the wrong unit, or the origin or calibration is wrong. Check "
-            "ANALOG:UNITS (Nmm or Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
+            else "forces or moments are in the wrong unit, or the origin or calibration is wrong. "
+            "Check ANALOG:UNITS (N or kN, Nmm or Nm), FORCE_PLATFORM:ORIGIN and CAL_MATRIX."
         )
+        load = np.linalg.norm(plate.force[strong], axis=1).max()
         raise RecordError(
-            f"{where}: under load its centre of pressure is {np.median(away):.3g} m from the "
-            f"middle of the plate (median), but its corners are {reach:.3g} m from it: {why}"
+            f"{where}: under load (up to {load:,.0f} N) its centre of pressure is "
+            f"{np.median(away):.3g} m from the middle of the plate (median), but its corners are "
+            f"{reach:.3g} m from it: {why}"
         )

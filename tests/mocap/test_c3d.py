@@ -860,6 +860,13 @@ class TestRefusals:
         plate.units = ("N", "N", "N", unit, unit, unit)
         self.refuse(write(tmp_path / "a.c3d", plates=[plate]), "wrong unit", "ANALOG:UNITS")
 
+    def test_newtons_called_kilonewtons(self, tmp_path):
+        plate = plate_of(2)
+        plate.units = ("kN",) * 3 + ("Nmm",) * 3
+        path = write(tmp_path / "a.c3d", plates=[plate])
+        largest = 1e3 * np.linalg.norm(plate.channels[:, :3], axis=1).max()
+        self.refuse(path, f"up to {largest:,.0f} N", "forces or moments are in the wrong unit")
+
     def test_no_rate(self, tmp_path):
         path = write(tmp_path / "a.c3d")
         blob = path.read_bytes()
