@@ -175,9 +175,9 @@ def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:
     if times > UNLIKE:
         said = ", ".join(f"{name} {speed:.2f} m/s" for name, speed in speeds.items())
         yield QualityFlag(
-            "speed of the trials", "all trials", times, UNLIKE, "times",
-            f"they were walked at different speeds ({said}): their mean is a gait that nobody "
-            "walked. Import each speed as a subject of its own",
+            "speed of the trials", "walking speed", times, UNLIKE, "times",
+            f"the trials were walked at different speeds ({said}): their mean is a gait that "
+            "nobody walked. Import each speed as a subject of its own",
         )  # fmt: skip
 
 
