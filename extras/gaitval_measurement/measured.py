@@ -137,7 +137,7 @@ def unshown(found: Bands) -> Iterator[QualityFlag]:
             for name, (side, joint) in sides.items()
         )
         yield QualityFlag(
-            "shown angles", "all trials", max(wide.values()), UNSHOWN, "deg",
+            "shown angles", "angles", max(wide.values()), UNSHOWN, "deg",
             f"the markers hardly show {said}: a segment beside it has too few that are seen in the "
             "walk. Look at what was left out, and label more of its markers",
         )  # fmt: skip
@@ -192,7 +192,7 @@ def measured(found: Import, tell: Tell) -> Import:
     seen = left = look(found)
     doubts = (doubt for walk in found.trials for doubt in walk.doubts)
     cut_off = sorted({doubt.plate for doubt in doubts if doubt.check == SATURATED})
-    flags = [] if seen is None else [*warnings(seen, cut_off)]
+    flags = [] if seen is None else [*warnings(seen, cut_off, kinds)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
     landmarks = found.session.marker_set.landmarks

@@ -192,7 +192,9 @@ def rows(seen: Examined) -> tuple[FaultRow, ...]:
     return tuple(table)
 
 
-def warnings(seen: Examined, saturated: Sequence[str] = ()) -> tuple[QualityFlag, ...]:
+def warnings(
+    seen: Examined, saturated: Sequence[str] = (), corrected: Sequence[str] = ()
+) -> tuple[QualityFlag, ...]:
     """A warning for each fault that was found and matters.
 
     Parameters
@@ -200,9 +202,10 @@ def warnings(seen: Examined, saturated: Sequence[str] = ()) -> tuple[QualityFlag
     seen : the faults.
     saturated : plates with a channel that is cut off. What is missing of it looks like another
         fault of the vertical force, also of another plate.
+    corrected : kinds of faults that are taken away where they are found.
     """
     single = one_foot(seen.data)
-    return tuple(_warning(f, saturated, single=single) for f in seen.found if f.matters)
+    return tuple(_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters)
 
 
 def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
@@ -228,7 +231,9 @@ def named(found: Found) -> tuple[Cause, ...]:
     return found.cause, *second
 
 
-def _warning(found: Found, saturated: Sequence[str], *, single: bool) -> QualityFlag:
+def _warning(
+    found: Found, saturated: Sequence[str], corrected: Sequence[str], *, single: bool
+) -> QualityFlag:
     kind = kind_of(found.cause.name)
     words = WORDS[kind]
     size = float(np.linalg.norm(found.values))
@@ -244,8 +249,10 @@ def _warning(found: Found, saturated: Sequence[str], *, single: bool) -> Quality
             f"; or it is what the saturated plate {' and '.join(saturated)} does not show: record "
             "again with a larger range before you change anything else"
         )
+    elif single and kind == "rotation":
+        text += ONE_FOOT
     else:
-        text += ONE_FOOT if single and kind == "rotation" else f": {words.remedy}"
+        text += f": {'corrected, as --correct asks' if kind in corrected else words.remedy}"
     factor = words.factor if words.unit else 1.0
     return QualityFlag(
         f"{CHECK}: {kind}",

@@ -51,8 +51,8 @@ def state_of(tolerance: str, passed: bool, *, reduced: bool) -> State:
 
 
 def remedy(tolerance: str, *, reduced: bool) -> str:
-    """What to do about the limit `tolerance` (id) that an import fails, `reduced` or not by
-    residual reduction; empty where nothing is known.
+    """What to do about the limit `tolerance` (id) that an import fails, with residual reduction
+    (`reduced`) or without; empty where nothing is known.
     """
     if tolerance.startswith("residual-"):
         return _AFTER if reduced else _BEFORE

@@ -223,7 +223,7 @@ def limit_rows(found: Import) -> list[page.GateRow]:
                 passed=verdict.passed,
                 source=f"{verdict.citation.split('.')[0]}: {verdict.locator}",
                 applies=state != "not judged",
-                remedy=remedy(verdict.id, reduced=reduced),
+                remedy=remedy(verdict.id, reduced=found.request.consistent),
                 target=verdict.target,
             )
         )

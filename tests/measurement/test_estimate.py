@@ -236,6 +236,8 @@ def test_a_plate_under_one_foot_alone_is_not_turned_back(feet, turned):
         turned,
         not turned,
     )
+    (flag,) = warnings(seen, corrected=("rotation",))
+    assert ("corrected, as" in str(flag), "one foot alone" in str(flag)) == (turned, not turned)
 
 
 @pytest.mark.parametrize(("fault", "alike"), [("gain 2", True), ("mass", True), ("delay", False)])
