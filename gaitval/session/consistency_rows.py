@@ -36,7 +36,7 @@ def changes_by(
             page.ConsistencyChange(f"{name}, RMS change", 0.0, value, "mm" if length else "°")
         )
     rows += [
-        page.ConsistencyChange(f"mass of {name}, factor", 1.0, factor, "1")
+        page.ConsistencyChange(f"mass of {name.replace('_', ' ')}, factor", 1.0, factor, "1")
         for name, factor in consistent.mass_factors.items()
     ]
     return rows

@@ -21,6 +21,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.inverse.marker_placement import placement_checks
 from gaitval.metrics.learning_gain import LearningGain, Standing
+from gaitval.metrics.recording_limits import CONSISTENT
 from gaitval.metrics.tolerances import Spread, Verdict
 from gaitval.metrics.verdicts import close_text, unjudged_text
 from gaitval.prediction.known import QUANTITIES
@@ -31,7 +32,9 @@ from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import _failed_text as failed_text
 from gaitval.reporting.report import write_report
 from gaitval.reporting.translated import TranslatedWords
+from gaitval.session.consistency_rows import changes_by
 from gaitval_bodies.words import _difference
+from gaitval_consistent.residual_reduction import MASS_GROUPS
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 PARTS = re.compile(r"%\(\w+\)s|%%|</?\w+[^>]*>")
@@ -467,6 +470,21 @@ def test_the_limits_of_a_recording_are_translated(
     shown = re.sub(r"<[^>]*>", "", html)
     assert "Residualkraft durch die Spitze der Bodenreaktion (walk.c3d)" in shown
     assert gate.name == f"{title} (walk.c3d)"
+
+
+@pytest.mark.parametrize("language", ["de", "pt"])
+def test_what_was_made_consistent_is_translated(language: str) -> None:
+    left = SimpleNamespace(force_rms=1.0, force_peak=1.0, moment_rms=1.0, moment_peak=1.0)
+    changed = SimpleNamespace(
+        marker_change_rms=0.001,
+        marker_change_max=0.002,
+        coordinate_change=dict.fromkeys(COORDINATES, 0.01),
+        mass_factors=dict.fromkeys(MASS_GROUPS, 1.01),
+    )
+    rows = changes_by(changed, left, left)  # type: ignore[arg-type]
+    assert len(rows) == 6 + len(COORDINATES) + len(MASS_GROUPS)
+    names = [*(row.name for row in rows), f"walk.c3d{CONSISTENT}"]
+    assert [name for name in names if words(language).of(name) is None] == []
 
 
 @pytest.mark.parametrize("language", ["de", "pt"])
