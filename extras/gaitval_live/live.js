@@ -474,7 +474,7 @@
   set(
     "#speed-ends",
     `${scene.speed.lowest.toFixed(2)} to ${scene.speed.highest.toFixed(2)} m/s can be predicted; recorded at ` +
-      `${scene.recorded.map((value) => value.toFixed(2)).join(", ")}.`,
+      `${scene.recorded.map((value) => value.toFixed(2)).join(", ")} m/s.`,
   );
   /* What somebody moves is sent, and shown on every page: a slider goes to where another page has
      it, but not under the hand that moves it, whose own values come back late. */

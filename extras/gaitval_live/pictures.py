@@ -42,7 +42,7 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
     return {
         "subject": person.subject.identifier,
         "devices": [str(each["name"]).replace("_", " ") for each in walk.devices],
-        "recorded": [trial.walking_speed_m_s for trial in trials_told(person.subject)],
+        "recorded": sorted(trial.walking_speed_m_s for trial in trials_told(person.subject)),
         "replay": replay,
         "weight": walk.weight,
         "arrow": ARROW,

@@ -14,6 +14,7 @@ from gaitval_live.session import Session
 
 def test_a_scene_is_json_with_every_segment_and_parameter(person, walk):
     scene = json.loads(json.dumps(scene_of(person, walk, replay=False), allow_nan=False))
+    assert scene["recorded"] == sorted(scene["recorded"])  # as the page lists them, m/s
     assert {shape["segment"] for shape in scene["shapes"]} == set(SEGMENTS)
     assert [each["name"] for each in scene["parameters"]] == list(PARAMETERS)
     for each in scene["parameters"]:
