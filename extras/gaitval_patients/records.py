@@ -179,7 +179,7 @@ def patient(
     known = person.speed if speed is None else speed
     went = estimates.pace(length, leg, known, patient=not healthy)
     found |= {
-        "speed": went.speed,
+        "speed": went.speed if speed is None else went.speed._replace(how="given"),
         "stride_time": went.stride_time,
         "stride_length": went.stride_length,
         **_stances(on_ground.stance, values["identifier"], person.amputation),

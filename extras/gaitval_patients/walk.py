@@ -160,6 +160,6 @@ def walk_all(
         found.append(result)
         said = f"falls from {result['falls']} of {result['starts']} starts"
         if result["angle"] is not None:
-            said = f"{said}, {result['angle']:.2f}°"
+            said = f"{said}, {result['angle']:.2f}° from the stride"
         tell(f"{name}: {said} ({number} of {len(patients)})")
     return found

@@ -266,6 +266,12 @@ def test_what_is_not_recorded_widens_what_rests_on_it(strides_table, tmp_path):
     assert mass.sd / mass.value > 2.0 * height.sd / height.value
 
 
+def test_a_speed_that_was_given_is_not_called_recorded(strides_table, people_table):
+    """`--speed` may be that of a whole group."""
+    (one,) = found_patients(strides_table, [people_table], ["P2=0.8"], only=["P2"])
+    assert one.estimates["speed"] == Estimate(0.8, 0.0, "given")
+
+
 def test_lengths_by_stature_are_not_taken_for_those_of_markers(strides_table, people_table):
     (one,) = found_patients(strides_table, [people_table], only=["P1_off"])
     assert measured_by(one.subject)["thigh_length"] == "stature"
