@@ -44,7 +44,8 @@ def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[Check]:
             verdict = limits.get(row["limit_id"])
             place = f"{METRICS}#/tolerances ({row['limit_id']})"
             if verdict is not None:
-                found.append(Check(*start, verdict.value_text(), verdict.limit_text(), place))
+                value = verdict.value_text().replace("-", "−")
+                found.append(Check(*start, value, verdict.limit_text(), place))
                 continue
             row = {"not_done": "this run does not judge it"}
         if "not_done" in row:

@@ -473,6 +473,14 @@ def test_the_limits_of_a_recording_are_translated(
 
 
 @pytest.mark.parametrize("language", ["de", "pt"])
+def test_what_a_prediction_has_for_the_checklist_is_translated(language: str) -> None:
+    """The quantities that it did not know, and limits that it does not judge; a true minus."""
+    for text in ("of this trial: angles, timing, moments, forces, stance", "−0.834"):
+        assert words(language).of(text)
+    assert words(language).of("this run does not judge it")
+
+
+@pytest.mark.parametrize("language", ["de", "pt"])
 def test_what_was_made_consistent_is_translated(language: str) -> None:
     left = SimpleNamespace(force_rms=1.0, force_peak=1.0, moment_rms=1.0, moment_peak=1.0)
     changed = SimpleNamespace(
