@@ -567,6 +567,17 @@ EQUAL: Final = (
         "units by leg length and names that stood in several places stand in one: a study, one of "
         "angles alone, its estimate, an import and a held-out speed are the same, byte for byte",
     ),
+    Equal(
+        "5941c727ba",
+        "53d6162810",
+        (
+            *("extras/gaitval_markers/picture.py", "extras/gaitval_measurement/said.py"),
+            *("extras/gaitval_patients/*.py", "extras/gaitval_live/*"),
+        ),
+        "the axes of a picture, the words of a warning's remedy and of where a speed is from, and "
+        "the order in which a page lists speeds: tests/markers, tests/measurement, tests/patients, "
+        "tests/live",
+    ),
 )
 """Oldest first."""
 
