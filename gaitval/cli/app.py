@@ -4,7 +4,6 @@ import os
 import shlex
 import signal
 import sys
-import threading
 import traceback
 from collections.abc import Callable, Iterable, MutableMapping
 from contextlib import suppress
@@ -18,7 +17,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from gaitval import __version__, wings
-from gaitval.cli import display
+from gaitval.cli import display, signals
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.memory import seldom_search, share_heap
 
@@ -415,56 +414,11 @@ def _root(
     """Options of `gaitval` itself."""
 
 
-_signal: int | None = None
-"""The signal that asked this process to end."""
-
-
-def _end_in_order() -> None:
-    """Handle signals that end the process as Ctrl-C, so that no processes, half-written files or
-    temporary folders remain.
-
-    Python drops exceptions raised while a library calls back, for instance in a weak reference's
-    function during an import; the signal is then sent again.
-    """
-
-    def end(number: int, _: object) -> None:
-        global _signal
-        first = _signal is None
-        _signal = number
-        if number == signal.SIGINT:
-            raise KeyboardInterrupt
-        if first:
-            display.messages.print("ended from outside; the same command resumes", style="yellow")
-        # the exit code by which a shell reports a signal
-        raise SystemExit(128 + number)
-
-    for name, default in (
-        ("SIGTERM", signal.SIG_DFL),
-        ("SIGHUP", signal.SIG_DFL),
-        ("SIGINT", signal.default_int_handler),
-    ):
-        kind = getattr(signal, name, None)
-        # Windows has no SIGHUP; a handler that somebody else has set, such as nohup's, stays
-        if kind is not None and signal.getsignal(kind) == default:
-            signal.signal(kind, end)
-    shown = sys.unraisablehook
-
-    def dropped(unraisable: Any) -> None:
-        if _signal is None or not issubclass(unraisable.exc_type, (KeyboardInterrupt, SystemExit)):
-            shown(unraisable)
-            return
-        again = threading.Timer(0.05, os.kill, (os.getpid(), _signal))
-        again.daemon = True
-        again.start()
-
-    sys.unraisablehook = dropped
-
-
 def main() -> None:
     """Entry point of the `gaitval` command."""
     share_heap()
     seldom_search()
-    _end_in_order()
+    signals.end_in_order()
     # Processes that are started here take no modules from the folder that this one is run in, where
     # others may have put some.
     os.environ.setdefault("PYTHONSAFEPATH", "1")
@@ -473,8 +427,9 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(_interrupted())
     except Exception as error:
-        if _signal is not None:  # a library has made an error of its own out of the interruption
-            sys.exit(_interrupted() if _signal == signal.SIGINT else 128 + _signal)
+        asked = signals.received()
+        if asked is not None:  # a library has made an error of its own out of the interruption
+            sys.exit(_interrupted() if asked == signal.SIGINT else 128 + asked)
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
         display.plain(

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 START = """
 import os, signal, sys, time, weakref
 # A shell starts its background jobs, and so their tests, deaf to the interrupt.
@@ -37,6 +39,18 @@ def stop():
     return ()
 """
 
+TWICE = """
+def stop():
+    try:
+        os.kill(os.getpid(), signal.{name})
+        time.sleep(5)
+    finally:
+        time.sleep({later})
+        os.kill(os.getpid(), signal.{name})
+        time.sleep(0.2)
+        print("in order", flush=True)
+"""
+
 
 def ended(body: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
@@ -61,3 +75,14 @@ def test_a_signal_that_is_dropped_in_a_weak_reference_ends_the_process() -> None
         assert done.returncode == code, done.stderr
         assert words in done.stderr
         assert "Exception ignored" not in done.stderr
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGINT", 130)])
+def test_a_second_signal_does_not_interrupt_the_ending_unless_that_hangs(
+    name: str, code: int
+) -> None:
+    soon, late = (ended(TWICE.format(name=name, later=later)) for later in (0.0, 1.5))
+    assert (soon.returncode, late.returncode) == (code, code)
+    assert "in order" in soon.stdout
+    assert "in order" not in late.stdout
+    assert "Traceback" not in soon.stderr + late.stderr
