@@ -17,7 +17,8 @@ def compile_ahead() -> None:
     """Compile if nothing was compiled before, and wait. If that fails, the study compiles."""
     if is_empty():
         command = [sys.executable, "-P", "-m", "gaitval.study.compile_ahead"]
-        subprocess.run(command, stdin=subprocess.DEVNULL, check=False)
+        # A group of its own: the Ctrl-C of a terminal reaches this process alone, which ends it.
+        subprocess.run(command, stdin=subprocess.DEVNULL, check=False, process_group=0)
 
 
 def walk() -> None:

@@ -3,6 +3,7 @@
 import math
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -119,6 +120,37 @@ def test_one_worker_is_no_help_to_this_process():
         assert kept_workers() is None
     with keeping_workers(2):
         assert list(kept_workers().map(math.sqrt, [9.0])) == [3.0]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the server is Linux's way")
+def test_the_server_is_deaf_to_the_ctrl_c_of_a_terminal_before_it_loads(tmp_path):
+    """It goes to all processes of the group: the server would end with a traceback."""
+    script = tmp_path / "serving.py"
+    script.write_text(SERVING)
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        server = Path("/proc") / process.stdout.readline().strip()
+        while not _ignored(server) & 1 << signal.SIGINT - 1:
+            time.sleep(0.001)
+        assert "scipy" not in (server / "maps").read_text()
+
+
+SERVING = """
+import sys
+from multiprocessing import forkserver
+from gaitval.policy.workers import ready_to_start
+if __name__ == "__main__":
+    ready_to_start()
+    print(forkserver._forkserver._forkserver_pid, flush=True)
+    sys.stdin.read()
+"""
+
+
+def _ignored(process: Path) -> int:
+    """The signals that a process ignores, a bit each."""
+    lines = (process / "status").read_text().splitlines()
+    return next(int(line.split()[1], 16) for line in lines if line.startswith("SigIgn"))
 
 
 SERVED = """
