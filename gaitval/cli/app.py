@@ -1,6 +1,7 @@
 """The root of the `gaitval` command: its help, its errors, and what commands share."""
 
 import os
+import re
 import shlex
 import signal
 import sys
@@ -53,6 +54,8 @@ PANELS = {
 """Commands of the core in the order in which the help shows them, by heading."""
 
 _YES_OR_NO = ("true", "false", "yes", "no", "on", "off")
+_NUMBERS = {"float_parsing": "number", "int_parsing": "whole number"}
+"""By what pydantic calls its refusal."""
 
 
 def panel_of(name: str) -> str:
@@ -92,8 +95,25 @@ class Command(TyperCommand):
         for flag, value in pairwise(args):
             if flag in flags and value.lower() in _YES_OR_NO:
                 ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
-        rest: list[str] = super().parse_args(ctx, args)
+        try:
+            rest: list[str] = super().parse_args(ctx, [_with_home(each) for each in args])
+        except typer.BadParameter as error:
+            # typer says what pydantic says, without what was given: 1,3 or 70kg
+            for problem in getattr(error.__cause__, "errors", list)():
+                kind = _NUMBERS.get(problem["type"])
+                if kind is not None:
+                    error.message = (
+                        f"{problem['input']!r} is no {kind}. Write digits, with a point for "
+                        "decimals, and no unit."
+                    )
+            raise
         return rest
+
+
+def _with_home(word: str) -> str:
+    """Shells leave the ~ of `--out=~/runs`, which would make a folder of that name here."""
+    option, home = re.match(r"(--[\w-]+=)?(~/.*)?", word, re.DOTALL).groups("")  # type: ignore[union-attr]
+    return option + os.path.expanduser(home) if home else word
 
 
 class LaterCommand(Command):

@@ -294,6 +294,31 @@ def test_wrong_usage_has_exit_code_2() -> None:
     assert gaitval("check").exit_code == 2
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("predict", "5", "--speed", "1,3"), "'1,3' is no number. Write digits, with a point"),
+        (("import", "--mass", "70kg"), "'70kg' is no number. Write digits, with a point"),
+        (("train", "5", "--round", "one"), "'one' is no whole number. Write digits"),
+    ],
+)
+def test_what_is_no_number_is_shown(words: tuple[str, ...], told: str) -> None:
+    result = gaitval(*words)
+    assert result.exit_code == 2
+    assert told in " ".join(result.stderr.replace("│", "").split())
+
+
+def test_the_tilde_that_a_shell_leaves_is_the_home_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("HOME", "USERPROFILE"):  # Windows has the latter
+        monkeypatch.setenv(name, str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+    assert gaitval("scale", "5", "--out=~/run").exit_code == 0
+    assert (tmp_path / "home" / "run" / "model.urdf").is_file()
+    assert not (tmp_path / "~").exists()
+
+
 def test_ctrl_c_says_that_the_same_command_resumes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
 ) -> None:
