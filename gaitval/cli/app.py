@@ -453,14 +453,26 @@ def main() -> None:
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
         display.plain(
-            f"internal error: {type(error).__name__}: {error}\n"
-            "This is a fault of gaitval or of this machine (out of memory?), not of "
-            "your input. Set GAITVAL_TRACEBACK=1 and run the same command again to see where it "
-            "happens; finished work is kept.",
+            f"internal error: {type(error).__name__}: {error}\n{_what_to_do(error)}; finished work "
+            "is kept.",
             "red",
             display.messages,
         )
         sys.exit(INTERNAL)
+
+
+def _what_to_do(error: Exception) -> str:
+    from concurrent.futures import BrokenExecutor
+
+    if isinstance(error, BrokenExecutor | MemoryError):
+        return (
+            "Memory ran out, most likely, or somebody killed a worker process. Free some memory, "
+            "or take fewer processes (--set training.workers=1), and run the same command again"
+        )
+    return (
+        "This is a fault of gaitval or of this machine (out of memory?), not of your input. Set "
+        "GAITVAL_TRACEBACK=1 and run the same command again to see where it happens"
+    )
 
 
 def _interrupted() -> int:

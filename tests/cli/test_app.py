@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -331,21 +332,32 @@ def test_ctrl_c_says_that_the_same_command_resumes(
     assert "interrupted; the same command resumes" in plain_messages.getvalue()
 
 
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (ZeroDivisionError("in the middle"), "This is a fault of gaitval or of this machine"),
+        (BrokenProcessPool("in the middle"), "Memory ran out, most likely, or somebody killed a"),
+        (MemoryError("in the middle"), "Memory ran out, most likely, or somebody killed a"),
+    ],
+)
 def test_a_fault_of_ours_shows_no_traceback(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     plain_messages: io.StringIO,
     capsys: pytest.CaptureFixture[str],
+    error: Exception,
+    told: str,
 ) -> None:
     def fail(*arguments: Any, **options: Any) -> None:
-        raise ZeroDivisionError("in the middle")
+        raise error
 
     monkeypatch.setattr("gaitval.study.run.run_subject", fail)
     monkeypatch.setattr(sys, "argv", ["gaitval", "subject", "5", "--out", str(tmp_path / "run")])
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert ended.value.code == 70
-    assert "ZeroDivisionError: in the middle" in plain_messages.getvalue()
+    assert f"{type(error).__name__}: in the middle" in plain_messages.getvalue()
+    assert told in plain_messages.getvalue()
     captured = capsys.readouterr()
     assert "Traceback" not in captured.out + captured.err
 
