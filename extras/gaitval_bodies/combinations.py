@@ -23,11 +23,8 @@ class Combination:
 
 def combinations(model: BodyModel) -> tuple[Combination, ...]:
     """Length of the leg (thigh + shank), m, and height of the hip above the ankle for a straight
-    leg, m, which the vertical offsets of the joints change too; means of both sides.
-
-    Parameters
-    ----------
-    model : the body as scaled, whose lengths turn factors of mu into m.
+    leg, m, which the vertical offsets of the joints change too; means of both sides. `model` is the
+    body as scaled, whose lengths turn factors of mu into m.
     """
     leg = np.zeros(len(PARAMETERS))
     for name, segment in (("thigh_length", "shank"), ("shank_length", "foot")):
@@ -46,12 +43,8 @@ def combinations(model: BodyModel) -> tuple[Combination, ...]:
 
 
 def judged_combinations(posterior: BodyPosterior, model: BodyModel) -> tuple[Judged, ...]:
-    """The combinations with their verdicts.
-
-    Parameters
-    ----------
-    posterior : of all parameters together.
-    model : the body as scaled, see `combinations`.
+    """The combinations with their verdicts, by a `posterior` of all parameters together and the
+    `model` as scaled, see `combinations`.
     """
     found = []
     for each in combinations(model):

@@ -64,16 +64,9 @@ class FunctionalLeg:
 
 def legs_of_session(record: Mapping[str, Any], where: str) -> dict[Side, FunctionalLeg]:
     """Both legs of an import, each with the hip of the trial with the smallest error, and the knee
-    of the trial in which it bent furthest.
-
-    Parameters
-    ----------
-    record : contents of `import.json`, see `session.stored.Session`.
-    where : the session's folder, for messages.
-
-    Raises
-    ------
-    ArtefactError : a hip was not found, or the body was scaled with functional hips already.
+    of the trial in which it bent furthest. `record` is the contents of `import.json`, see
+    `session.stored.Session`; `where` is the session's folder, for messages. Raises ArtefactError if
+    a hip was not found, or the body was scaled with functional hips already.
     """
     # The thigh's length may have been fitted since, which says no more of the hips.
     if any("hip functional" in each for each in record["measurements"]["sources"].values()):
@@ -141,14 +134,9 @@ def judged_lengths(posterior: BodyPosterior, model: BodyModel) -> tuple[Judged, 
 def with_joints(
     posterior: BodyPosterior, model: BodyModel, legs: Mapping[Side, FunctionalLeg]
 ) -> BodyPosterior:
-    """The posterior of record and range-of-motion trial together.
-
-    Parameters
-    ----------
-    posterior : of the record.
-    model : the body as scaled.
-    legs : of both sides; their mean counts, because mu is common to them. Knees count if both have
-        one.
+    """The posterior of record and range-of-motion trial together: that of the record (`posterior`),
+    about the `model` as scaled, with the `legs` of both sides. Their mean counts, because mu is
+    common to them; knees count if both have one.
     """
     knees = all(leg.shank_longer is not None for leg in legs.values())
     values, covariance = np.zeros(5), np.zeros((5, 5))

@@ -108,16 +108,8 @@ def shared_identification(
 
 
 def with_legs(model: BodyModel, left: float) -> BodyModel:
-    """The body with legs that differ.
-
-    Parameters
-    ----------
-    model : as scaled.
-    left : share by which left thigh and shank become longer, right ones shorter.
-
-    Raises
-    ------
-    ArtefactError : it is no number, or beyond `MOST`.
+    """The `model` as scaled, with left thigh and shank longer by the share `left`, right ones
+    shorter. Raises ArtefactError if it is no number, or beyond `MOST`.
     """
     if not isinstance(left, int | float) or not abs(left) <= MOST:
         raise ArtefactError(

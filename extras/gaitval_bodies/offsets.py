@@ -34,11 +34,8 @@ MOVED: Final = ("hip_x", "knee_x", *SOLE_ENDS)
 
 
 def estimated(shifts: Sequence[Array], joints: Sequence[Array]) -> Array:
-    """The common error (16,) of `OFFSETS`, in prior SDs; 0 but of `MOVED`.
-
-    Parameters
-    ----------
-    shifts, joints : of each person, (16,) and (16, 16), see `shared_errors.Shared`.
+    """The common error (16,) of `OFFSETS`, in prior SDs; 0 but of `MOVED`. `shifts` (16,) and
+    `joints` (16, 16) are those of each person, see `shared_errors.Shared`.
     """
     moved = [OFFSETS.index(name) for name in MOVED]
     information = np.sum([np.eye(len(OFFSETS)) - each for each in joints], axis=0)

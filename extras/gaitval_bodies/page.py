@@ -25,12 +25,8 @@ _LENGTH: Final = ("mm", 1000.0, 1)
 
 
 def tables(found: Shared, model: BodyModel) -> list[Table]:
-    """A title, and a header and rows, of: parameters, errors of the record, further trials.
-
-    Parameters
-    ----------
-    found : of the record.
-    model : the body as scaled.
+    """A title, and a header and rows, of: parameters, errors of the record, further trials; from
+    what was `found` of the record, about the `model` as scaled.
     """
     body = [["parameter", "unit", "expected", "found", "SD", "SD / prior SD", "verdict"]]
     for each in judged(found.posterior):

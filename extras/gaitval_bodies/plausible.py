@@ -31,12 +31,8 @@ _STANCE: Final = (0.08, 0.58)
 
 def travel(record: GaitRecord, model: BodyModel, contact: ContactSettings) -> float:
     """How fast the ball of the foot travels back under the pelvis at the angles of a `record`, over
-    the speed that it states; mean of both sides.
-
-    Parameters
-    ----------
-    model : the body as scaled.
-    contact : the contact law, for the height of the feet.
+    the speed that it states; mean of both sides. `model` is the body as scaled; `contact` gives the
+    height of the feet.
     """
     reference = build_reference(record, model, contact)
     frames = segment_frames(model, reference.positions)
@@ -51,15 +47,12 @@ def travel(record: GaitRecord, model: BodyModel, contact: ContactSettings) -> fl
 
 
 def implausible(subject: Subject, configuration: Configuration, record: GaitRecord) -> list[str]:
-    """What cannot be right about a subject, each in a sentence with what to do; empty if nothing.
+    """What cannot be right about a `subject`, each in a sentence with what to do; empty if nothing.
     Said by `scale`, and so at the start of a study. What scaling or the reference refuse is left to
     them.
 
-    Parameters
-    ----------
-    subject : a person.
-    configuration : its contact law is used; forces that are held out by it are not looked at.
-    record : what is known of the person's gait.
+    `record` is what is known of the person's gait. Of the `configuration` the contact law is used;
+    forces that are held out by it are not looked at.
     """
     found = []
     model = scale_subject(subject).model

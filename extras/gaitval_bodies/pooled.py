@@ -55,12 +55,9 @@ def together(shifts: Sequence[Array], joints: Sequence[Array]) -> tuple[Array, A
 
 
 def pooled(found: Sequence[Shared]) -> Shared:
-    """What the trials of one person say together: of mu, the sole's ends and legs that differ. The
-    rest, the errors of a record among it, is the first trial's.
-
-    Parameters
-    ----------
-    found : of each trial, with the body scaled alike and one offset.
+    """What the trials of one person say together of mu, the sole's ends and legs that differ. The
+    rest, the errors of a record among it, is the first trial's. Each trial in `found` is of a body
+    scaled alike and with one offset.
     """
     first, mu = found[0], slice(None, len(PARAMETERS))
     shift, joint = together([each.shift for each in found], [each.joint for each in found])

@@ -274,17 +274,9 @@ PROFILE_STEPS: Final = (-2.0, -1.0, 1.0, 2.0)
 
 
 def profiles(fit: BodyFit, mode: Solution) -> Array:
-    """Profiles of the posterior: how much minus twice its logarithm grows if one parameter is held
-    at `PROFILE_STEPS` posterior SDs from the mode and all else is at its best.
-
-    Parameters
-    ----------
-    fit : of the record.
-    mode : its solution.
-
-    Returns
-    -------
-    (14, 4): 4, 1, 1, 4 if the posterior is Gaussian; 0 of what is not looked for.
+    """Profiles (14, 4) of the posterior: how much minus twice its logarithm grows if one parameter
+    is held at `PROFILE_STEPS` posterior SDs from the `mode`, the solution of `fit`, and all else is
+    at its best. They are 4, 1, 1, 4 if the posterior is Gaussian; 0 of what is not looked for.
     """
     equations = _Equations(fit, mode)
     found = np.zeros((len(PARAMETERS), len(PROFILE_STEPS)))
@@ -415,33 +407,17 @@ def _extended(fit: BodyFit, posterior: BodyPosterior) -> list[ExtendedResult]:
 
 
 def walked_with(posterior: BodyPosterior, verdicts: Sequence[Judged]) -> Array:
-    """Parameters to walk with: what is not identified stays at its prior mean, the rest is where it
-    is most likely then.
-
-    Parameters
-    ----------
-    posterior : of all parameters together.
-    verdicts : on each, in the order of `PARAMETERS`.
-
-    Returns
-    -------
-    (14,) mu.
+    """Mu (14,) to walk with: what is not identified, by the `verdicts` in the order of
+    `PARAMETERS`, stays at its prior mean; the rest is where it is most likely then, by the
+    `posterior` of all parameters together.
     """
     used = np.array([each.verdict != "not identified" for each in verdicts])
     return conditional_mean(posterior, used)
 
 
 def conditional_mean(posterior: BodyPosterior, used: Flags) -> Array:
-    """Posterior mean if some parameters are at their prior mean.
-
-    Parameters
-    ----------
-    posterior : of all parameters together.
-    used : (14,) which parameters are free; all others are held.
-
-    Returns
-    -------
-    (14,) mu.
+    """Mean (14,) of mu by the `posterior` of all parameters together if only those `used` (14,) are
+    free, and all others are held at their prior mean.
     """
     precision = np.linalg.inv(posterior.covariance)
     rest = ~used

@@ -226,11 +226,8 @@ class SharedFit:
         return float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
 
     def solve(self, start: Solution) -> Shared:
-        """The most likely motion, body and shared errors, and their covariance.
-
-        Parameters
-        ----------
-        start : a solution of `fit`, with the body free or held.
+        """The most likely motion, body and shared errors, and their covariance, from `start`, a
+        solution of `fit` with the body free or held.
         """
         change, common = start.change, np.concatenate([start.common, np.zeros(len(NAMES))])
         size, cost, damping, steps = change.size, self._cost(change, common), 1e-4, 0
@@ -352,14 +349,9 @@ def _patterns(problem: Problem, sizes: Array) -> Array:
 
 
 def identified(fit: BodyFit, held: Solution, offset: Array | None = None) -> Shared:
-    """What is found from the body as scaled. If the steps ended early, `STUCK`, they begin again
-    from the mode without shared errors, and the likelier of the two is taken.
-
-    Parameters
-    ----------
-    fit : of the record.
-    held : its solution with the body as scaled.
-    offset : of the prior's mean, see `SharedFit`.
+    """What `fit` finds from `held`, its solution with the body as scaled; `offset` of the prior's
+    mean as in `SharedFit`. If the steps ended early, `STUCK`, they begin again from the mode
+    without shared errors, and the likelier of the two is taken.
     """
     shared = SharedFit(fit, offset=offset)
     found = shared.solve(held)

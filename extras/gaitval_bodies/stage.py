@@ -74,11 +74,7 @@ def write(run: Run) -> None:
 
 def shown(folder: Path) -> "tuple[dict[str, str], list[Bar], Draw]":
     """Of a run `folder`: what is `said` and the `method` by which the walker's body was found, the
-    bars, and what draws them.
-
-    Raises
-    ------
-    ArtefactError : the file is damaged.
+    bars, and what draws them. Raises ArtefactError if the file is damaged.
     """
     from gaitval_bodies.bars import draw
 

@@ -78,12 +78,8 @@ def remarks_on_body(subject: Subject) -> list[str]:
 
 
 def remarks_on_gait(subject: Subject, others: Sequence[Subject]) -> list[str]:
-    """A sentence for everything about the curves that is probably wrong; none without other people.
-
-    Parameters
-    ----------
-    subject : the person to look at.
-    others : people to compare with; the same person among them does not count.
+    """A sentence for everything about the curves of a `subject` that is probably wrong; none
+    without `others` to compare with, among whom the same person does not count.
     """
     people = [_curves(other) for other in others if not subject.is_person_of(other)]
     if not people:

@@ -59,12 +59,9 @@ def verdict_of(contraction: float) -> Determination:
 def judged(
     posterior: BodyPosterior, bounds: tuple[Array, Array] | None = None
 ) -> tuple[Judged, ...]:
-    """Every parameter with its verdict, in the order of `PARAMETERS`.
-
-    Parameters
-    ----------
-    posterior : of all parameters together.
-    bounds : lowest and highest mu, (14,) each; a mode at or beyond one is at its bound.
+    """Every parameter of the `posterior`, of all together, with its verdict, in the order of
+    `PARAMETERS`. `bounds` are the lowest and highest mu, (14,) each; a mode at or beyond one is at
+    its bound.
     """
     found = []
     for i, name in enumerate(PARAMETERS):

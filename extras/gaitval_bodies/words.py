@@ -21,12 +21,8 @@ _LITTLE: Final = 0.9
 
 
 def sentences(found: Shared, model: BodyModel) -> str:
-    """Two sentences: how long the legs are, and whether they differ.
-
-    Parameters
-    ----------
-    found : of the record.
-    model : the body as scaled.
+    """Two sentences: how long the legs are, and whether they differ; from what was `found` of the
+    record, about the `model` as scaled.
     """
     leg = judged_combinations(found.posterior, model)[0]
     scaled = model.leg_length
@@ -63,12 +59,8 @@ _AGAIN: Final = 2.0 / (1.0 + SAME)
 
 def next_trials(found: Shared, model: BodyModel) -> list[list[str]]:
     """What each trial would leave of the prior's SD: a header and a row for each of `NEXT`.
-    Calculated by adding information (of functional hips, see `joints`), not simulated.
-
-    Parameters
-    ----------
-    found : of the record.
-    model : the body as scaled.
+    Calculated by adding information (of functional hips, see `joints`) to what was `found` of the
+    record, about the `model` as scaled; not simulated.
     """
     posterior = found.posterior
     prior = np.diag(1.0 / posterior.prior_sd**2)

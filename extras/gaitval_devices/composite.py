@@ -37,13 +37,9 @@ def united(
     centres: Sequence[Array] | Array,
     inertias: Sequence[Array] | Array,
 ) -> tuple[float, Array, Array]:
-    """Mass, centre (3,) and inertia (3, 3) about it of rigid bodies that are fixed to each other.
-
-    Parameters
-    ----------
-    masses : kg.
-    centres : (3,) m, centres of mass in common axes.
-    inertias : (3, 3) kg m², of each about its own centre.
+    """Mass, centre (3,) and inertia (3, 3) about it of rigid bodies that are fixed to each other,
+    from their `masses` kg, `centres` of mass (3,) m in common axes, and `inertias` (3, 3) kg m²,
+    each about its own centre.
     """
     mass = float(sum(masses))
     centre = np.zeros(3)

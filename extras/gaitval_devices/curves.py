@@ -65,16 +65,9 @@ class WalkCurves:
 def walk_curves(
     walk: DeviceWalk, configuration: Configuration, mass: float, own: Array | None = None
 ) -> WalkCurves:
-    """Curves of a `walk`.
-
-    Parameters
-    ----------
-    mass : kg, of the person without devices.
-    own : (T, 25) Nm, moments to take for those of the muscles; the walk's if not given.
-
-    Raises
-    ------
-    RecordError : a side has no complete gait cycle.
+    """Curves of a `walk` of a person of a `mass` in kg, without devices. `own` (T, 25) Nm are
+    moments to take for those of the muscles; the walk's if not given. Raises RecordError if a side
+    has no complete gait cycle.
     """
     rollout = walk.rollout
     cycles = find_cycles(rollout, configuration)

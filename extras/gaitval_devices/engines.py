@@ -270,13 +270,9 @@ def in_engines(
     seconds: float = 10.0,
     rows: int = 51,
 ) -> dict[str, Whole]:
-    """The person `model` with `devices` in every program, over `seconds` of passive motion.
-
-    Parameters
-    ----------
-    folder : receives `device.urdf`.
-    seed : of the state that the motion starts from.
-    rows : states of the motion that are compared.
+    """The person `model` with `devices` in every program, over `seconds` of passive motion, of
+    which as many states as `rows` are compared. `folder` receives `device.urdf`; `seed` is of the
+    state that the motion starts from.
     """
     path = Path(folder) / "device.urdf"
     write_device_urdf(model, devices, path)

@@ -128,14 +128,9 @@ def measured(
     load: float,
     fitted: Side = "right",
 ) -> float:
-    """A measure of an experiment.
-
-    Parameters
-    ----------
-    now, before : curves with and without the device.
-    rates : W, work rates on the centre of mass with and without.
-    load : kg, of the device.
-    fitted : side of a device that is on one; the other is the sound one.
+    """The `measure` of an experiment, from the curves `now` and `before`, with and without the
+    device, and the work rates on the centre of mass with and without (`rates`, W). `load` is the
+    device's, kg; `fitted` is the side of a device that is on one, and the other is the sound one.
     """
     ankle = "ankle_angle"
     if measure == "device_ankle":
@@ -165,12 +160,8 @@ def measured(
 def effects(
     person: Wearer, *, samples: int, effort: float = EFFORT, file: str = "experiments"
 ) -> dict[str, dict[str, float]]:
-    """Every quantity for one person, by assumption; those that the person falls in are missing.
-
-    Parameters
-    ----------
-    samples, effort : of each learned adaptation.
-    file : of `quantities`.
+    """Every quantity for one `person`, by assumption; those that the person falls in are missing.
+    `samples` and `effort` are of each learned adaptation, `file` is that of `quantities`.
     """
     found: dict[str, dict[str, float]] = {name: {} for name in ASSUMED}
     wanted = quantities(file)

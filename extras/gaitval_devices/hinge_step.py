@@ -53,14 +53,9 @@ def motor_torque(step: float, numbers: Array, hinge: Array) -> float:
 
 @njit_borrowing
 def hinge_torque(step: float, angle: float, rate: float, numbers: Array, hinge: Array) -> float:
-    """Torque Nm on the limb at a joint, after a physics step of the hinge beside it.
-
-    Parameters
-    ----------
-    step : s.
-    angle, rate : rad and rad/s, of the joint before the step.
-    numbers : (NUMBERS,) of the hinge.
-    hinge : (STATE,) in and out.
+    """Torque Nm on the limb at a joint, after a physics `step` (s) of the hinge beside it. `angle`
+    rad and `rate` rad/s are those of the joint before the step; `numbers` (NUMBERS,) and `hinge`
+    (STATE,), in and out, are of the hinge.
     """
     motor = motor_torque(step, numbers, hinge)
     engaged = hinge[ENGAGED] > 0.0
@@ -119,15 +114,10 @@ def hinge_torque(step: float, angle: float, rate: float, numbers: Array, hinge: 
 def hinge_torques(
     step: float, state: Array, which: Index, numbers: Array, hinges: Array, forces: Array
 ) -> None:
-    """Add the torques of all hinges to the generalised forces of a body.
-
-    Parameters
-    ----------
-    step : s.
-    state : (2, 31) positions and velocities of the body.
-    which : (H,) coordinate of each hinge.
-    numbers, hinges : (H, NUMBERS), and (H, STATE) in and out.
-    forces : (31,) Nm and N, in and out.
+    """Add the torques of all hinges over a `step` (s) to the generalised `forces` (31,) Nm and N of
+    a body, in and out. `state` (2, 31) has the body's positions and velocities, `which` (H,) the
+    coordinate of each hinge; `numbers` (H, NUMBERS) and `hinges` (H, STATE), in and out, are
+    theirs.
     """
     for h in range(which.shape[0]):
         i = which[h]
@@ -151,13 +141,10 @@ def steps_with_devices(
     hinges: Array,
     log: Array,
 ) -> float:
-    """`simulation.physics_steps.steps` with the hinges of devices.
-
-    Parameters
-    ----------
-    body, state, phase, pace, target, slope, root_force, memory, account, work : as there.
-    which, numbers, hinges : as `hinge_torques` takes them.
-    log : (N, H, STATE) out, the hinges after each step.
+    """`simulation.physics_steps.steps` with the hinges of devices: `body`, `state`, `phase`,
+    `pace`, `target`, `slope`, `root_force`, `memory`, `account` and `work` as there, `which`,
+    `numbers` and `hinges` as `hinge_torques` takes them. `log` (N, H, STATE) out has the hinges
+    after each step.
     """
     for row in range(account.phase.shape[0]):
         for i in range(ACTUATED_COUNT):

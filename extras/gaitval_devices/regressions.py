@@ -72,11 +72,8 @@ class Said(NamedTuple):
 
 
 def powers(curves: WalkCurves, com_rate: float) -> dict[str, tuple[float, float]]:
-    """W/kg, positive and negative (not below 0), by what a `Regression` is of.
-
-    Parameters
-    ----------
-    com_rate : W/kg, positive work rate on the centre of mass.
+    """W/kg, positive and negative (not below 0), by what a `Regression` is of, from the `curves`
+    and the positive work rate on the centre of mass, `com_rate` W/kg.
     """
     of_joints = [
         sum(work[joint, side] / curves.stride_time[side] for joint in JOINTS for side in SIDES)

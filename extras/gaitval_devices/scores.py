@@ -32,16 +32,9 @@ def score_rollout(
     seconds: float,
     push: tuple[float, float, float] | None = None,
 ) -> RolloutScore:
-    """Simulate `seconds` of walking without keeping the trajectory.
-
-    Parameters
-    ----------
-    environment : to walk in; its engine simulates.
-    policy : used without noise.
-    mu : (14,) body parameters.
-    start_phase : phase of the right gait cycle at the start.
-    seconds : planned duration.
-    push : see `WalkingEnvironment`.
+    """Simulate `seconds` of walking in the `environment`, by its engine, without keeping the
+    trajectory. The `policy` is used without noise, with the body parameters `mu` (14,), from
+    `start_phase`, the phase of the right gait cycle; `push` as in `WalkingEnvironment`.
     """
     options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
     environment.centre(policy.act, mu, key=policy.key)

@@ -134,18 +134,13 @@ def search_spline(
     others: Sequence[Device] = (),
     on_generation: Callable[[int, float], None] = lambda *_: None,
 ) -> Found:
-    """Search the two bumps that make `aim` smallest, the person's control kept.
+    """Search the two bumps of a `device` on a `person` that make `aim` smallest, the person's
+    control kept. `folder` keeps the state after each generation; `others` are devices that the
+    person wears beside this one, and without it. `on_generation` is called with the generation and
+    the best value so far, over that without.
 
-    Parameters
-    ----------
-    folder : keeps the state after each generation.
-    others : devices that the person wears beside this one, and without it.
-    on_generation : called with the generation and the best value so far, over that without.
-
-    Raises
-    ------
-    ConfigurationError : the device has no motor at the joint.
-    RecordError : the person falls without the device.
+    Raises ConfigurationError if the device has no motor at the joint, RecordError if the person
+    falls without the device.
     """
     motor = device.motor(aim.joint)
     if motor is None:

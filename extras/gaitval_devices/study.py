@@ -141,14 +141,10 @@ def outcomes(
     cycles: float = CYCLES,
     say: Say = lambda _: None,
 ) -> tuple[list[Outcome], Policy | None]:
-    """The person without and with `devices`, and the policy that has learned them.
-
-    Parameters
-    ----------
-    samples : of the learned adaptation; none is made for 0.
-    own : makes the controllers of the motors, instead of those of the devices' tables.
-    learned : a policy that has learned the devices, which then need not be learned.
-    cycles : of each walk.
+    """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
+    of each walk. `samples` are of the learned adaptation; none is made for 0. `own` makes the
+    controllers of the motors, instead of those of the devices' tables. With `learned`, a policy
+    that has learned the devices, they need not be learned. `say` is told what begins.
     """
     if not devices:
         raise ConfigurationError(

@@ -380,13 +380,9 @@ class DeviceWalker(Walker):
             self._outside.set(self.state[0], self.state[1])
 
     def sense(self, positions: Array, velocities: Array, loads: Array, moments: Array) -> None:
-        """Let the devices measure a state that they did not make, and act for an action.
-
-        Parameters
-        ----------
-        positions, velocities : (31,) of the body.
-        loads : (2,) N, vertical, on the right and the left foot.
-        moments : (25,) Nm, of the muscles.
+        """Let the devices measure a state that they did not make, and act for an action:
+        `positions` and `velocities` (31,) of the body, vertical `loads` (2,) N on the right and the
+        left foot, and `moments` (25,) Nm of the muscles.
         """
         self.state[0], self.state[1] = positions, velocities
         self._loads = loads

@@ -30,15 +30,9 @@ _MOST: Final = 10_000
 
 
 def opencap_sessions(folder: Path) -> Sessions:
-    """Each OpenCap session in or below a folder: its metadata file, and a person's table.
-
-    Parameters
-    ----------
-    folder : `OpenCapData_…`, or a folder of several.
-
-    Raises
-    ------
-    RecordError : the metadata lack the mass, the height or the sex, or there is no trial.
+    """Each OpenCap session in or below a `folder` (`OpenCapData_…`, or one of several): its
+    metadata file, and a person's table. Raises RecordError if the metadata lack the mass, the
+    height or the sex, or there is no trial.
     """
     files = sorted(folder.rglob(METADATA))[:_MOST]
     return [(file, [_opencap_person(file)]) for file in files]
@@ -75,16 +69,10 @@ def _forces_of(folder: Path, trial: Path) -> Path | None:
 
 
 def pose2sim_sessions(folder: Path) -> Sessions:
-    """Each participant of Pose2Sim in or below a folder: their Config.toml, and a person's table.
-
-    Parameters
-    ----------
-    folder : of a participant, with a folder for each trial, of a session of several, or of a trial.
-
-    Raises
-    ------
-    RecordError : Config.toml lacks the mass, the height or the sex, there is no trial, or one of
-        several people.
+    """Each participant of Pose2Sim in or below a `folder`: their Config.toml, and a person's table.
+    The folder is a participant's, with a folder for each trial, a session's of several, or a
+    trial's. Raises RecordError if Config.toml lacks the mass, the height or the sex, there is no
+    trial, or one of several people.
     """
     trials: dict[Path, list[Path]] = {}
     for found in sorted(folder.rglob("pose-3d"))[:_MOST]:

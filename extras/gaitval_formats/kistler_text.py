@@ -54,24 +54,13 @@ _LINES: Final = 60
 
 
 def read_kistler_text(path: Path, recording: Recording) -> tuple[float, float, tuple[Plate, ...]]:
-    """Read BioWare's text export, or another text as WBDS's `grf.txt`; the first sample of both is
-    at the time of the first marker frame.
+    """Read BioWare's text export at `path`, or another text as WBDS's `grf.txt`, in N, m and Nm if
+    it has no line of units. The first sample of both is at the time of the first marker frame.
+    `recording` has the markers of the trial, which show which side of a plate is up. Returns the
+    rate Hz, the time of the first sample s, and the plates with what acts on the person.
 
-    Parameters
-    ----------
-    path : the file, in N, m and Nm if it has no line of units.
-    recording : the markers of the trial, which show which side of a plate is up.
-
-    Returns
-    -------
-    tuple
-        Rate Hz, time of the first sample s, plates with what acts on the person.
-
-    Raises
-    ------
-    RecordError
-        The file is truncated or neither of these, a plate lacks a column, a unit is unknown; or the
-        place of the plates is not said, or cannot be.
+    Raises RecordError if the file is truncated or neither of these, a plate lacks a column, a unit
+    is unknown; or the place of the plates is not said, or cannot be.
     """
     path = Path(path)
     with file_gate.opened(path, RecordError, largest=file_gate.TABLE) as file:

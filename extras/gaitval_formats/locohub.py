@@ -103,22 +103,11 @@ class LocoHubTrial:
         return None
 
     def curves(self, mass: float | None = None) -> dict[str, Array]:
-        """Mean curves over each side's own cycle, in the convention of `GaitRecord`.
-
-        Parameters
-        ----------
-        mass : kg; needed where moments are in Nm or forces in N.
-
-        Returns
-        -------
-        dict
-            (150,) by kind and coordinate: `angle_knee_angle_r` rad, `moment_knee_angle_r` Nm/kg,
-            `force_up_r` body weights. What the file lacks is not there. A side without cycles of
-            its own has the other's, from its own strike on.
-
-        Raises
-        ------
-        RecordError : moments or forces need the mass.
+        """Mean curves (150,) over each side's own cycle, in the convention of `GaitRecord`, by kind
+        and coordinate: `angle_knee_angle_r` rad, `moment_knee_angle_r` Nm/kg, `force_up_r` body
+        weights. What the file lacks is not there. A side without cycles of its own has the other's,
+        from its own strike on. `mass` kg is needed where moments are in Nm or forces in N:
+        RecordError without it.
         """
         found: dict[str, Array] = {}
         for side in SIDES:
@@ -218,24 +207,12 @@ def resampled(values: Array, samples: int) -> Array:
 
 
 def read_locohub_trials(path: Path, task: str = "level_walking") -> list[LocoHubTrial]:
-    """Read a task of every person of a phase-indexed file.
+    """Read a `task`, by LocoHub's name, of every person of a phase-indexed file (`path`,
+    `DATASET_phase.parquet`). Trials are in the order of the file. A column that is nowhere filled
+    in a trial is left out, and so are cycles in which one that is filled has gaps.
 
-    Parameters
-    ----------
-    path : `DATASET_phase.parquet`.
-    task : LocoHub's name of the task.
-
-    Returns
-    -------
-    list
-        Trials in the order of the file. A column that is nowhere filled in a trial is left out, and
-        so are cycles in which one that is filled has gaps.
-
-    Raises
-    ------
-    RecordError
-        The file is no Parquet file, lacks LocoHub's columns or the task, or a cycle has other than
-        150 points from 0 to 100 %.
+    Raises RecordError if the file is no Parquet file, lacks LocoHub's columns or the task, or a
+    cycle has other than 150 points from 0 to 100 %.
     """
     import pandas as pd
 

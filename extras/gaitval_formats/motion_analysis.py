@@ -39,23 +39,11 @@ is 0.004 to 0.04, and friction keeps it below 0.1; in Nmm it is a thousand times
 def read_motion_analysis_forces(
     path: Path, recording: Recording
 ) -> tuple[float, float, tuple[Plate, ...]]:
-    """Read a `.forces` file, whose first sample is at the time of the first marker frame.
-
-    Parameters
-    ----------
-    path : the file.
-    recording : the markers of the trial, whose axes the forces have.
-
-    Returns
-    -------
-    tuple
-        Rate Hz, time of the first sample s, plates with what acts on the person.
-
-    Raises
-    ------
-    RecordError
-        The file is of another kind or truncated, header and columns disagree, or the unit of the
-        free moment is not known.
+    """Read the `.forces` file `path`, whose first sample is at the time of the first marker frame.
+    `recording` has the markers of the trial, whose axes the forces have. Returns the rate Hz, the
+    time of the first sample s, and the plates with what acts on the person. Raises RecordError if
+    the file is of another kind or truncated, header and columns disagree, or the unit of the free
+    moment is not known.
     """
     path = Path(path)
     lines = text_lines(path)

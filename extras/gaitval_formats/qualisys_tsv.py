@@ -42,23 +42,11 @@ class _Table(NamedTuple):
 
 
 def read_qualisys_tsv(path: Path) -> Recording:
-    """Read a trial that QTM exported as TSV, with the forces of the files beside it.
-
-    Parameters
-    ----------
-    path : the markers' file; `NAME_f_1.tsv` and so on beside `NAME.tsv` are its plates.
-
-    Returns
-    -------
-    Recording
-        Markers in m, in the laboratory's axes; empty, NULL, NaN and 0, 0, 0 are gaps. Plates with
-        what acts on the person.
-
-    Raises
-    ------
-    RecordError
-        The file is of another kind or truncated, header and rows disagree, or the forces are of
-        another trial.
+    """Read a trial that QTM exported as TSV (`path`, the markers' `NAME.tsv`), with the forces of
+    the files beside it, `NAME_f_1.tsv` and so on. Markers are in m, in the laboratory's axes;
+    empty, NULL, NaN and 0, 0, 0 are gaps. Plates have what acts on the person. Raises RecordError
+    if the file is of another kind or truncated, header and rows disagree, or the forces are of
+    another trial.
     """
     path = Path(path)
     table = _table(path, text_lines(path))
@@ -90,22 +78,10 @@ def read_qualisys_tsv(path: Path) -> Recording:
 
 
 def read_qualisys_forces(path: Path, recording: Recording) -> Forces:
-    """Read the plates of a trial: `…_f_1.tsv`, and those beside it with other numbers.
-
-    Parameters
-    ----------
-    path : of one plate.
-    recording : the markers of the trial.
-
-    Returns
-    -------
-    tuple
-        Rate Hz, time of the first sample s, plates.
-
-    Raises
-    ------
-    RecordError
-        A file is no force file of QTM, is truncated, lacks a corner, or is of another rate.
+    """Read the plates of a trial: that of `path`, `…_f_1.tsv`, and those beside it with other
+    numbers. `recording` has the markers of the trial. Returns the rate Hz, the time of the first
+    sample s, and the plates. Raises RecordError if a file is no force file of QTM, is truncated,
+    lacks a corner, or is of another rate.
     """
     path = Path(path)
     named = re.fullmatch(r"(.*_f_)\d+", path.stem)

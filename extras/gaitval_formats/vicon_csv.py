@@ -58,24 +58,14 @@ class _Section(NamedTuple):
 
 
 def read_vicon_csv(path: Path) -> Recording:
-    """Read a trial that Vicon Nexus exported as ASCII.
+    """Read a trial that Vicon Nexus exported as ASCII to `path`, with commas, semicolons or tabs.
+    Markers are in m, in the laboratory's axes, NaN where a cell is empty; a subject's prefix that
+    all share (`Anna:LASI`) is removed. Plates have what acts on the person. Model outputs, EMG and
+    events are left out.
 
-    Parameters
-    ----------
-    path : the file, with commas, semicolons or tabs.
-
-    Returns
-    -------
-    Recording
-        Markers in m, in the laboratory's axes, NaN where a cell is empty; a subject's prefix that
-        all share (`Anna:LASI`) is removed. Plates with what acts on the person. Model outputs, EMG
-        and events are left out.
-
-    Raises
-    ------
-    RecordError
-        The file is of another kind or truncated; a unit is unknown; a plate lacks a part, or its
-        moment does not belong to its force; the frames of Devices are not those of Trajectories.
+    Raises RecordError if the file is of another kind or truncated; a unit is unknown; a plate lacks
+    a part, or its moment does not belong to its force; the frames of Devices are not those of
+    Trajectories.
     """
     path = Path(path)
     sections = _sections(path, text_lines(path))

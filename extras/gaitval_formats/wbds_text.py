@@ -35,16 +35,9 @@ def _tabbed(path: Path) -> tuple[list[str], Array]:
 
 
 def read_wbds_markers(path: Path) -> Recording:
-    """Read a `…mkr.txt` file of WBDS: `Time` in s, three columns (X, Y, Z, mm) for each marker.
-
-    Parameters
-    ----------
-    path : the file.
-
-    Raises
-    ------
-    RecordError
-        The columns differ, the file is truncated, or the times are not evenly spaced.
+    """Read `path`, a `…mkr.txt` file of WBDS: `Time` in s, three columns (X, Y, Z, mm) for each
+    marker. Raises RecordError if the columns differ, the file is truncated, or the times are not
+    evenly spaced.
     """
     path = Path(path)
     header, table = _tabbed(path)
@@ -72,25 +65,14 @@ def read_wbds_markers(path: Path) -> Recording:
 
 
 def read_wbds_forces(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
-    """Read a `…grf.txt` file of WBDS.
+    """Read `path`, a `…grf.txt` file of WBDS; returns the rate Hz, the time of the first sample s
+    (0), and the plates.
 
     `Time` is the sample's index at 300 Hz; each plate has Fx, Fy, Fz (N), COPx, COPy, COPz (mm) and
     Ty (Nmm), followed by the plate's number. On the treadmill, plate 1 is the left one. The
     treadmill's plates are not zeroed, which cannot be corrected from this file: prefer the C3D.
 
-    Parameters
-    ----------
-    path : the file.
-
-    Returns
-    -------
-    tuple
-        Rate Hz, time of the first sample s (0), plates.
-
-    Raises
-    ------
-    RecordError
-        The columns differ, the file is truncated, or a plate is incomplete.
+    Raises RecordError if the columns differ, the file is truncated, or a plate is incomplete.
     """
     path = Path(path)
     header, table = _tabbed(path)

@@ -40,14 +40,9 @@ def marker_doubts(
     landmarks: Mapping[str, str],
     moved: Iterable[MarkerDistance],
 ) -> Iterator[QualityFlag]:
-    """All warnings about the markers of a trial.
-
-    Parameters
-    ----------
-    as_read : the trial in the axes of its file.
-    standing, walking : both trials, cleaned, in the project's axes; `landmarks` names their
-        markers.
-    moved : distances on a segment that differ between them (`same_person.displaced`).
+    """All warnings about the markers of a trial, `as_read` in the axes of its file. `standing` and
+    `walking` are both trials, cleaned, in the project's axes, and `landmarks` names their markers;
+    `moved` are distances on a segment that differ between them (`same_person.displaced`).
     """
     yield from trajectory_doubts(as_read)
     for one in moved:
@@ -67,15 +62,10 @@ def trial_doubts(
     findings: Sequence[Finding],
     measured: tuple[FootForces, FootForces, InverseDynamics] | None,
 ) -> tuple[QualityFlag, ...]:
-    """All warnings about a trial of `request` but those about events of its file.
-
-    Parameters
-    ----------
-    recording : cleaned and zeroed; `landmarks` names its markers.
-    events : found.
-    findings : of `assign_forces`.
-    measured : forces at their own rate, at the marker frames, and inverse dynamics with these; None
-        without forces.
+    """All warnings about a trial of `request` but those about events of its file. `recording` is
+    cleaned and zeroed, and `landmarks` names its markers; `events` were found; `findings` are of
+    `assign_forces`. `measured` are forces at their own rate, at the marker frames, and inverse
+    dynamics with these; None without forces.
     """
     found = [*swing_doubts(events, request.height_m, forces=measured is not None)]
     if measured is None:

@@ -115,13 +115,9 @@ def divided(
 
 
 def _share(passed: Array, between: Array, least: float) -> Array:
-    """(n,) share of the foot in front, which rises from 0 to 1.
-
-    Parameters
-    ----------
-    passed, between : (n,) m, along the walk, from the pressure behind to that of both and to that
-        in front.
-    least : m, that is divided by where they are nearer.
+    """(n,) share of the foot in front, which rises from 0 to 1. `passed` and `between` (n,) m,
+    along the walk, reach from the pressure behind to that of both and to that in front; where they
+    are nearer than `least` m, that is divided by.
     """
     share = np.clip(passed / np.maximum(between, least), 0.0, 1.0)
     # The load goes over once: the mean of the nearest rising curves above and below.
@@ -133,15 +129,10 @@ def _share(passed: Array, between: Array, least: float) -> Array:
 def _parts(
     wrench: Array, at: Array, arms: Sequence[Array], share: Array, height: float, behind: int
 ) -> Array:
-    """The parts (n, 2, 6) of a `wrench` (n, 6), right first.
-
-    Parameters
-    ----------
-    at : (n, 2) m, its centre of pressure.
-    arms : (n, 3) m, those of the foot behind and of that in front.
-    share : (n,) of the vertical force in front.
-    height : m above the plate, where the forces meet.
-    behind : column of the foot behind.
+    """The parts (n, 2, 6) of a `wrench` (n, 6), right first. `at` (n, 2) m is its centre of
+    pressure, `arms` (n, 3) m are those of the foot behind and of that in front, `share` (n,) is
+    that of the vertical force in front. The forces meet at `height` m above the plate; `behind` is
+    the column of the foot behind.
     """
     ahead = share[:, None] * wrench[:, :3]
     ahead[:, :2] += ahead[:, 2:] * (at - arms[1][:, :2]) / height

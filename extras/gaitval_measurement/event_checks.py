@@ -23,18 +23,10 @@ CERTAIN_DRIFT: Final = 3.0
 
 
 def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:
-    """Warnings about strikes and toe-offs of the forces that stray from those of the markers.
-
-    Parameters
-    ----------
-    forces : on the feet, at the plates' rate.
-    shown : events of the markers (`marker_events`).
-
-    Yields
-    ------
-    warning
-        If they come later and later, or earlier, one about the clocks; else for the event of each
-        kind that strays most, if by more than `LARGEST_STRAY_S`.
+    """Warnings about strikes and toe-offs of the `forces`, at the plates' rate, that stray from
+    those `shown` by the markers (`marker_events`): if they come later and later, or earlier, one
+    about the clocks; else for the event of each kind that strays most, if by more than
+    `LARGEST_STRAY_S`.
     """
     strays: dict[str, list[tuple[Side, float, float]]] = {}
     for edge, (kind, name) in enumerate(KINDS.items()):

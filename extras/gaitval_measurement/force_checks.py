@@ -81,17 +81,8 @@ class Stance:
 
 
 def whole_stances(recording: Recording, forces: FootForces) -> tuple[Stance, ...]:
-    """Stances that the plates show whole.
-
-    Parameters
-    ----------
-    recording : with the plates.
-    forces : of `assign_forces`, at the plates' rate.
-
-    Returns
-    -------
-    tuple
-        The right foot's stances, then the left's, each with the plate that carries most of it.
+    """Stances that the plates of a `recording` show whole, by `forces` of `assign_forces` at the
+    plates' rate: the right foot's, then the left's, each with the plate that carries most of it.
     """
     found = []
     least = DRAGGED * forces.force[..., 2].max(initial=0.0)
@@ -131,13 +122,9 @@ class StanceFigures:
 
 
 def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceFigures:
-    """Measures of the force on a foot over one stance.
-
-    Parameters
-    ----------
-    stance : of `whole_stances`.
-    forces : of `assign_forces`, whose samples the stance counts.
-    pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces; NaN where not seen.
+    """Measures of the force on a foot over one `stance` of `whole_stances`, in samples of `forces`
+    (of `assign_forces`). `pelvis` (T, 3) m is a middle point of the pelvis at the times of the
+    forces; NaN where not seen.
     """
     column, window = SIDES.index(stance.side), slice(stance.begin, stance.end)
     # y is to the left, so +y is towards the middle line for the right foot only.
@@ -167,18 +154,10 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
 def force_doubts(
     recording: Recording, forces: FootForces, pelvis: Array
 ) -> tuple[QualityFlag, ...]:
-    """Warnings about the forces of a walk, plate by plate.
-
-    Parameters
-    ----------
-    recording : cleaned and zeroed, in the project's axes, walking along +x.
-    forces : of `assign_forces`.
-    pelvis : (T, 3) m, a middle point of the pelvis at the times of the forces.
-
-    Returns
-    -------
-    tuple
-        Warnings about single channels of the plates first, then those about whole stances.
+    """Warnings about the forces of a walk, plate by plate: those about single channels first, then
+    those about whole stances. `recording` is cleaned and zeroed, in the project's axes, walking
+    along +x; `forces` are of `assign_forces`; `pelvis` (T, 3) m is a middle point of the pelvis at
+    their times.
     """
     # A sign or an axis is wrong for a plate, not for a foot: stances of both feet count together.
     by_plate: dict[str, list[tuple[Stance, StanceFigures]]] = {}
@@ -262,17 +241,9 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
 
 
 def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
-    """Warnings about channels of a plate that do not move with the load, or are cut off.
-
-    Parameters
-    ----------
-    plate : in the project's axes.
-    rate : Hz, of the plate's samples.
-
-    Yields
-    ------
-    warning
-        For dead, saturated and stuck channels; `certain` where no walking can look like that.
+    """Warnings about channels of a `plate`, in the project's axes with samples at `rate` Hz, that
+    do not move with the load, or are cut off: dead, saturated and stuck ones; `certain` where no
+    walking can look like that.
     """
     where = f"plate {plate.name}"
     loaded = plate.force[:, 2] > CERTAIN_LOAD_N / 2
@@ -369,13 +340,8 @@ def _dead_vertical(plate: Plate, where: str) -> Iterator[QualityFlag]:
 
 
 def place_doubts(plate: str, outside: int, used: int) -> Iterator[QualityFlag]:
-    """Warning about a centre of pressure that is not under the foot in most contacts with a plate.
-
-    Parameters
-    ----------
-    plate : its name.
-    outside : number of contacts that were left out for that reason.
-    used : number of stances that were not.
+    """Warning about a centre of pressure that is not under the foot in most contacts with a
+    `plate`, by its name: `outside` contacts were left out for that reason, `used` stances were not.
     """
     if outside > used:
         yield QualityFlag(

@@ -107,17 +107,9 @@ class Landings:
 def landings(
     recording: Recording, landmarks: Mapping[str, str], processing: ProcessingSettings
 ) -> Landings:
-    """The events of a walking trial by every method that it has.
-
-    Parameters
-    ----------
-    recording : cleaned, in the project's axes.
-    landmarks : see `foot_markers`.
-    processing : thresholds and filters of an import.
-
-    Raises
-    ------
-    RecordError : as `marker_events` and `assign_forces`.
+    """The events of a walking trial by every method that it has. `recording` is cleaned, in the
+    project's axes; `landmarks` are as in `foot_markers`; `processing` has thresholds and filters of
+    an import. Raises RecordError as `marker_events` and `assign_forces`.
     """
     events: dict[Method, tuple[Event, ...]] = {}
     count = len(recording.force_time) if recording.plates else 0

@@ -61,17 +61,10 @@ _ON_FEET: Final = ("Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
 
 
 def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
-    """Warnings about markers whose trajectories cannot be as the cameras saw them.
-
-    Parameters
-    ----------
-    recording : as read, in the axes of its file, along which coordinates are cut off or repeated.
-
-    Yields
-    ------
-    warning
-        One about frames that were lost or are there twice, one about noise, each for all markers
-        together, and one for each marker with a stuck coordinate.
+    """Warnings about markers whose trajectories cannot be as the cameras saw them: one about frames
+    that were lost or are there twice, one about noise, each for all markers together, and one for
+    each marker with a stuck coordinate. `recording` is as read, in the axes of its file, along
+    which coordinates are cut off or repeated.
     """
     yield from _lost(recording)
     noise = _noise(recording)
@@ -154,18 +147,9 @@ def foot_marker_doubts(
     standing: Recording, walking: Recording, landmarks: Mapping[str, str]
 ) -> Iterator[QualityFlag]:
     """Warnings about foot markers that are higher or lower in the walk's flat foot than in
-    standing.
-
-    Parameters
-    ----------
-    standing, walking : in the project's axes (REP-103, z up).
-    landmarks : see `foot_markers`.
-
-    Yields
-    ------
-    warning
-        One for each marker beyond `LARGEST_HEIGHT_CHANGE`; if there is none, one for the pair
-        beyond `LARGEST_ASYMMETRY`.
+    standing: one for each marker beyond `LARGEST_HEIGHT_CHANGE`; if there is none, one for the pair
+    beyond `LARGEST_ASYMMETRY`. `standing` and `walking` are in the project's axes (REP-103, z up);
+    `landmarks` are as in `foot_markers`.
     """
     changes = _height_changes(standing, walking, landmarks)
     if len(changes) < FEWEST_MARKERS:
@@ -238,23 +222,13 @@ def knee_doubts(
     walks: Sequence[WalkingTrial],
     landmarks: Mapping[str, str],
 ) -> Iterator[QualityFlag]:
-    """Warning about a knee's marker that is elsewhere on the leg in a walk than in standing.
+    """Warning about a knee's marker that is elsewhere on the leg in a walk than in standing: one at
+    most, of that of all `walks` in which they differ most.
 
-    The body is fitted to standing and walk, so each marker of the leg gives way a little. Skin does
-    the same to both legs, so the difference of the two knees is what is seen of a marker that was
-    moved.
-
-    Parameters
-    ----------
-    model, markers : the body, and its markers.
-    walks : all trials.
-    landmarks : names of the landmarks' markers. Legs with other markers than each other are not
-        compared.
-
-    Yields
-    ------
-    warning
-        One at most, of the walk in which they differ most.
+    The body (`model`, with its `markers`) is fitted to standing and walk, so each marker of the leg
+    gives way a little. Skin does the same to both legs, so the difference of the two knees is what
+    is seen of a marker that was moved. `landmarks` names the landmarks' markers; legs with other
+    markers than each other are not compared.
     """
     placed = {marker.name: marker for marker in markers}
     found = []

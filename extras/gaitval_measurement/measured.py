@@ -167,13 +167,9 @@ def measured(found: Import, tell: Tell) -> Import:
     """The import `found` with the estimate of its faults, and warnings of those that matter.
 
     Each is said with `tell`. With `--correct`, moments and forces are those of corrected plates, as
-    are the bands, and the estimate is that before. Without forces of both feet, or with an aid that
-    carries what no plate shows, no fault is looked for; there is a warning if none of the plates'
-    forces is used.
-
-    Raises
-    ------
-    ConfigurationError : `--correct` names a fault that cannot be corrected.
+    are the bands, and the estimate is that before; ConfigurationError if it names a fault that
+    cannot be corrected. Without forces of both feet, or with an aid that carries what no plate
+    shows, no fault is looked for; there is a warning if none of the plates' forces is used.
     """
     request = found.request
     kinds = wanted(request.correct)

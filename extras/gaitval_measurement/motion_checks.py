@@ -56,17 +56,9 @@ LEG_SHARE: Final = 0.53
 
 def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
     """Warning about plates that carry more or less than the body weighs; whatever else they show is
-    then in the wrong unit, too.
-
-    Parameters
-    ----------
-    needed : (T, 3) N, as for `motion_doubts`.
-    loads : on the feet at the same frames.
-
-    Yields
-    ------
-    warning
-        One at most; none with less than `LEAST_SECONDS` of known forces.
+    then in the wrong unit, too. `needed` (T, 3) N is as for `motion_doubts`, `loads` are on the
+    feet at the same frames. One warning at most; none with less than `LEAST_SECONDS` of known
+    forces.
     """
     ratio = _weight_ratio(needed, loads)
     if ratio is None:
@@ -102,22 +94,12 @@ def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
 def motion_doubts(
     needed: Array, loads: FootForces, stances: Sequence[Stance], force_rate: float, mass_kg: float
 ) -> Iterator[QualityFlag]:
-    """Warnings about the forces that follow from the motion.
+    """Warnings about the forces that follow from the motion: about the frame rate; if that is
+    right, about each plate's fore-aft force, the mean horizontal force and the vertical force.
 
-    Parameters
-    ----------
-    needed : (T, 3) N, total ground reaction that the motion needs (measured plus residual), at the
-        marker frames.
-    loads : on the feet at the marker frames, filtered as the motion is.
-    stances : of `whole_stances`, in samples at `force_rate`.
-    force_rate : Hz, of the plates.
-    mass_kg : of the person.
-
-    Yields
-    ------
-    warning
-        About the frame rate; if that is right, about each plate's fore-aft force, the mean
-        horizontal force and the vertical force.
+    `needed` (T, 3) N is the total ground reaction that the motion of a person of `mass_kg` needs
+    (measured plus residual), at the marker frames; `loads` are on the feet there, filtered as the
+    motion is. `stances` are of `whole_stances`, in samples of the plates, at `force_rate` Hz.
     """
     known = both_known(loads)
     if np.count_nonzero(known) < LEAST_SECONDS * loads.rate:
@@ -168,12 +150,9 @@ def motion_doubts(
 
 
 def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[QualityFlag]:
-    """A moment in which the plates show another vertical force than the motion needs.
-
-    Parameters
-    ----------
-    off : (T,) body weights that the plates show too much.
-    known : (T,) where the forces of both feet are known.
+    """A moment in which the plates show another vertical force than the motion needs: `off` (T,)
+    body weights too much, where the forces of both feet are `known` (T,). `loads` as in
+    `motion_doubts`.
     """
     frames = max(round(MISMATCH_SECONDS * loads.rate), 1)
     # A moving average, because the noise of one frame is no fault of a plate.
@@ -207,19 +186,11 @@ def swing_doubts(
     events: Sequence[Event], height_m: float, *, forces: bool = False
 ) -> Iterator[QualityFlag]:
     """Warning about a swing too short or too long for a leg of this person, as a wrong frame rate
-    makes it; needs no forces.
+    makes it; needs no forces. One at most, from the median of all swings.
 
-    Parameters
-    ----------
-    events : of both feet, in order of time.
-    height_m : m, stature of the person.
-    forces : whether forces show the frame rate better (`motion_doubts`): a long swing is then that
-        of a slow walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
-
-    Yields
-    ------
-    warning
-        One at most, from the median of all swings.
+    `events` are of both feet, in order of time; `height_m` is the person's stature. `forces` says
+    whether forces show the frame rate better (`motion_doubts`): a long swing is then that of a slow
+    walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
     """
     times = [
         after.time - before.time

@@ -195,14 +195,9 @@ def rows(seen: Examined) -> tuple[FaultRow, ...]:
 def warnings(
     seen: Examined, saturated: Sequence[str] = (), corrected: Sequence[str] = ()
 ) -> tuple[QualityFlag, ...]:
-    """A warning for each fault that was found and matters.
-
-    Parameters
-    ----------
-    seen : the faults.
-    saturated : plates with a channel that is cut off. What is missing of it looks like another
-        fault of the vertical force, also of another plate.
-    corrected : kinds of faults that are taken away where they are found.
+    """A warning for each fault that was `seen` and matters. `saturated` are plates with a channel
+    that is cut off: what is missing of it looks like another fault of the vertical force, also of
+    another plate. `corrected` are kinds of faults that are taken away where they are found.
     """
     single = one_foot(seen.data)
     return tuple(_warning(f, saturated, corrected, single=single) for f in seen.found if f.matters)
