@@ -32,20 +32,13 @@ class AllData:
 
 
 def wbds_studies(folder: Path, subjects: Path, *, trials: Sequence[str] = ()) -> AllData:
-    """A study of every treadmill trial in a folder.
+    """A study of every treadmill trial in a `folder`; only of those in `trials`, such as T05, if
+    there are any.
 
     A built-in subject's trial is that of the package. Of another trial with mean curves a subject
-    file is written; one with a recording alone is imported by its study.
-
-    Parameters
-    ----------
-    subjects : folder for subject files.
-    trials : only these, such as T05; all if empty.
-
-    Raises
-    ------
-    RecordError : the folder has no trial of WBDS.
-    ConfigurationError : no such trial, or none of them can be used.
+    file is written, into `subjects`; one with a recording alone is imported by its study. Raises
+    RecordError if the folder has no trial of WBDS, ConfigurationError if there is no such trial, or
+    none of them can be used.
     """
     archive: Archive = wings.load(wings.PARTS, "wbds")
     unknown = [name for name in trials if name not in archive.TREADMILL]

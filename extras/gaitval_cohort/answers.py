@@ -112,10 +112,7 @@ LONGEST: Final = 1_000_000
 
 def outcome_of(answer: Any, name: str, fingerprint: str) -> dict[str, Any]:
     """The outcome that a worker has sent of the study `name` with its `fingerprint`, as JSON.
-
-    Raises
-    ------
-    ValueError : `answer` is none, or of another study.
+    Raises ValueError if `answer` is none, or of another study.
     """
     if not isinstance(answer, str) or len(answer) > LONGEST:
         raise ValueError("the worker's answer is no text, or too long")

@@ -112,16 +112,12 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
 
 
 def summary_of(metrics: Metrics, subject: Subject) -> Json:
-    """What a cohort's tables hold of a study, from its `metrics.json`.
-
-    Returns
-    -------
-    dict
-        `subject`: who walked (m, kg, m/s). `verdicts`: limits met and failed. `measures`: name,
-        target, unit and value, Gait Profile Scores among them, of what is compared with a record or
-        needs none. `groups`: mean RMSE of groups of curves, and its skill against the first
-        prediction without a model; of recorded groups. `parameters`: mu with
-        its uncertainty and verdict. `epsilon`: of the final walk.
+    """What a cohort's tables hold of a study of `subject`, from its `metrics.json`: `subject`: who
+    walked (m, kg, m/s). `verdicts`: limits met and failed. `measures`: name, target, unit and
+    value, Gait Profile Scores among them, of what is compared with a record or needs none.
+    `groups`: mean RMSE of groups of curves, and its skill against the first prediction without a
+    model; of recorded groups. `parameters`: mu with its uncertainty and verdict. `epsilon`: of the
+    final walk.
     """
     walk = metrics.walk
     groups = []

@@ -72,14 +72,10 @@ def answer(order: Json) -> str:
 
 
 def run_order(order: Json) -> Json:
-    """Do the study of an `order`, unless another worker has finished it; what became of it.
-
-    Returns
-    -------
-    dict
-        `name`; `status`: finished, refused (by the input), fault (of gaitval), or lost (its process
-        was killed); `reason`; `seconds` of the wall; `peak_memory` bytes of its processes together;
-        `worker`: machine and process.
+    """Do the study of an `order`, unless another worker has finished it; what became of it: `name`;
+    `status`: finished, refused (by the input), fault (of gaitval), or lost (its process was
+    killed); `reason`; `seconds` of the wall; `peak_memory` bytes of its processes together;
+    `worker`: machine and process.
     """
     name = order["study"]["name"]
     store = Store(order["store"])

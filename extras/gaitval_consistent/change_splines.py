@@ -65,13 +65,9 @@ class ChangeSplines:
 
 @njit
 def add_block(band: Array, start: int, block: Array) -> None:
-    """Add a symmetric block on the diagonal of a band matrix, in place.
-
-    Parameters
-    ----------
-    band : (N, W); `band[j, d]` is the element (j + d, j).
-    start : row and column of the block's first element.
-    block : (n, n), n at most W; its lower half is read.
+    """Add a symmetric `block` (n, n) on the diagonal of a `band` matrix (N, W), in place; `band[j,
+    d]` is the element (j + d, j). `start` is the row and column of the block's first element; n is
+    at most W, and the lower half of the block is read.
     """
     for j in range(len(block)):
         for i in range(j, len(block)):
@@ -79,17 +75,8 @@ def add_block(band: Array, start: int, block: Array) -> None:
 
 
 def times_band(band: Array, vector: Array) -> Array:
-    """Product of a symmetric band matrix with a vector.
-
-    Parameters
-    ----------
-    band : (N, W) lower half of the matrix, see `add_block`.
-    vector : (N,).
-
-    Returns
-    -------
-    array
-        (N,).
+    """Product (N,) of a symmetric `band` matrix (N, W), its lower half as in `add_block`, with a
+    `vector` (N,).
     """
     product = band[:, 0] * vector
     for d in range(1, band.shape[1]):

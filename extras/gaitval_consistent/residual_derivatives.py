@@ -46,12 +46,9 @@ class _Work(NamedTuple):
 
 @njit
 def _root_residual(tree: Tree, state: Array, wrenches: Array, work: _Work, out: Array) -> None:
-    """Residual moment and force (6,) of one frame into `out`.
-
-    Parameters
-    ----------
-    state : (3, 31) coordinates (with the pelvis' Cardan angles), rates, second rates.
-    wrenches : (3, 2, 3) force, point, free moment.
+    """Residual moment and force (6,) of one frame of a `tree` into `out`. `state` (3, 31) has
+    coordinates (with the pelvis' Cardan angles), rates, second rates; `wrenches` (3, 2, 3) force,
+    point, free moment; `work` is to work in.
     """
     segments, generalised, q = work
     for i in range(3, COORDINATE_COUNT):
@@ -80,14 +77,10 @@ def residuals_of_frames(
     wrenches: Array,
     out: Array,
 ) -> None:
-    """Residuals on the pelvis.
-
-    Parameters
-    ----------
-    tree : the body.
-    states : (T, 3, 31) coordinates (with the pelvis' Cardan angles), rates, second rates.
-    wrenches : (T, 3, 2, 3) force N, point m and free moment Nm on the right and the left foot.
-    out : (T, 6) out: moment about the pelvis' origin, Nm, and force, N, world axes.
+    """Residuals on the pelvis of a body (`tree`) into `out` (T, 6): moment about the pelvis'
+    origin, Nm, and force, N, world axes. `states` (T, 3, 31) has coordinates (with the pelvis'
+    Cardan angles), rates, second rates; `wrenches` (T, 3, 2, 3) force N, point m and free moment Nm
+    on the right and the left foot.
     """
     work = _work_arrays()
     for t in range(len(states)):
@@ -103,17 +96,13 @@ def residual_derivatives(
     by_state: Array,
     by_body: Array,
 ) -> None:
-    """Derivatives of the residuals.
+    """Derivatives of the residuals of `residuals_of_frames` (`tree`, `states`, `wrenches`) in the
+    frames that are `known` (T,): added to `by_state` (T, 6, 3, 31), by coordinates, rates, second
+    rates, and to `by_body` (T, 6, 10), by the logarithms of the mass factors and the trunk's
+    offset.
 
     The differences with respect to second rates (in which the residuals are linear) and rates (in
     which they are quadratic) are exact up to rounding.
-
-    Parameters
-    ----------
-    tree, states, wrenches : as for `residuals_of_frames`.
-    known : (T,) frames to compute.
-    by_state : (T, 6, 3, 31) added to: by coordinates, rates, second rates.
-    by_body : (T, 6, 10) added to: by the logarithms of the mass factors and the trunk's offset.
     """
     work = _work_arrays()
     # Only the coordinates' step has to be small; the others are large against rounding.
@@ -167,13 +156,8 @@ def residual_derivatives(
 
 
 def moved_by() -> Flags:
-    """Which coordinates move which segments.
-
-    Returns
-    -------
-    array
-        (14, 31) True if the coordinate is of the segment's joint or of one between it and the
-        pelvis; those of the pelvis move all.
+    """Which coordinates move which segments: (14, 31) True if the coordinate is of the segment's
+    joint or of one between it and the pelvis; those of the pelvis move all.
     """
     above = np.zeros((SEGMENT_COUNT, COORDINATE_COUNT), dtype=bool)
     above[:, :ROOT_DOFS] = True

@@ -75,15 +75,9 @@ def plate_evidence(
 
 
 def common_shift(evidence: Sequence[PlateEvidence]) -> tuple[Array, Array]:
-    """The shift of the plates that all records of a laboratory share.
-
-    Parameters
-    ----------
-    evidence : of each record, with the prior 0 ± `SHIFT_SD` in it.
-
-    Returns
-    -------
-    Shift (2,) m of the right and left plate, forward, and its covariance (2, 2) m².
+    """The shift (2,) m of the right and left plate, forward, that all records of a laboratory
+    share, and its covariance (2, 2) m²; from the `evidence` of each record, with the prior 0 ±
+    `SHIFT_SD` in it.
     """
     before = np.eye(2) / SHIFT_SD**2
     precision, information = before.copy(), np.zeros(2)
@@ -96,18 +90,11 @@ def common_shift(evidence: Sequence[PlateEvidence]) -> tuple[Array, Array]:
 
 
 def plate_corrections(evidence: Sequence[PlateEvidence]) -> list[PlateCorrection | None]:
-    """How to correct each record of one laboratory; None where no fault is clear.
+    """How to correct each record of one laboratory, in the order of the `evidence` of each; None
+    where no fault is clear.
 
     A scale is a record's own. The two shifts, which all records share, are corrected together, if
     one of them or their difference is `CLEAR` standard deviations from zero.
-
-    Parameters
-    ----------
-    evidence : of each record.
-
-    Returns
-    -------
-    A correction or None for each record, in the same order.
     """
     shift, covariance = common_shift(evidence)
     sd = np.sqrt(np.diag(covariance))

@@ -127,21 +127,10 @@ def _metadata(folder: Path, person: str, trial: str) -> dict[str, str | float]:
 
 
 def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subject:
-    """Read one person's trial and fit its curves.
-
-    Parameters
-    ----------
-    folder : holds `processed/` and the three tables of the dataset.
-    identifier : name for the subject, "S05".
-    person : "WBDS14".
-    trial : treadmill trial, "T05".
-
-    Raises
-    ------
-    RecordError
-        When a file cannot be used; see the readers.
-    SubjectError
-        When the person's values are implausible.
+    """Read one person's (`person`, "WBDS14") treadmill `trial`, "T05", and fit its curves; the
+    subject is named by `identifier`, "S05". `folder` holds `processed/` and the three tables of the
+    dataset. Raises RecordError when a file cannot be used (see the readers), SubjectError when the
+    person's values are implausible.
     """
     folder = Path(folder)
     angles_path = folder / "processed" / f"{person}walk{trial}ang.txt"
@@ -170,23 +159,10 @@ def read_trial(folder: Path, identifier: str, person: str, trial: str) -> Subjec
 
 
 def build_subjects(data_folder: Path, out_folder: Path) -> list[Path]:
-    """Make the ten built-in subject files.
-
-    Parameters
-    ----------
-    data_folder : the dataset's folder, with `processed/`, `WBDS_subjects_merged.csv`,
-        `stride_times.csv` and `static_markers_10subjects.csv`.
-    out_folder : receives S01.toml … S10.toml; equal data give equal files.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    RecordError
-        When a file of the dataset is missing or cannot be used.
+    """Make the ten built-in subject files, S01.toml … S10.toml, in `out_folder`; equal data give
+    equal files. `data_folder` is the dataset's, with `processed/`, `WBDS_subjects_merged.csv`,
+    `stride_times.csv` and `static_markers_10subjects.csv`. Returns the files written; raises
+    RecordError when one of the dataset is missing or cannot be used.
     """
     written = []
     for identifier, (person, trial) in BUILTIN.items():

@@ -121,12 +121,8 @@ def _usual_step_width(people: Sequence[Sequence[Trial]], speed: float) -> float:
 
 
 def deviation(trial: Trial, people: Sequence[Sequence[Trial]]) -> Deviation:
-    """How a trial differs from what is expected of anybody, by other `people`.
-
-    Parameters
-    ----------
-    trial : whose kinetics may be unknown: then so are those of the result.
-    people : the trials of everybody else, the own first.
+    """How a `trial` differs from what is expected of anybody, by `people`: the trials of everybody
+    else, the own first. Its kinetics may be unknown: then so are those of the result.
     """
     usual = usual_gait(people, trial.gait.speed)
     expected_kinetics = kinetics_of(usual)

@@ -214,13 +214,10 @@ def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Ar
 
 
 def estimate(trial: Trial, people: Sequence[Sequence[Trial]], *, angles: bool = True) -> Estimate:
-    """The kinetics of a person whose forces were not recorded.
-
-    Parameters
-    ----------
-    trial : angles, times and fit of the person; kinetics of its gait are not read.
-    people : trials of others, at least four, the own first.
-    angles : look at how angles differ, too: only for people of the others' laboratory.
+    """The kinetics of a person whose forces were not recorded, from angles, times and fit of their
+    `trial`; kinetics of its gait are not read. `people` are the trials of others, at least four,
+    the own first. `angles`: look at how angles differ, too: only for people of the others'
+    laboratory.
     """
     remains, own, errors = [], [], []
     for i, person in enumerate(people):

@@ -202,13 +202,9 @@ def write(run: Run) -> Estimate:
 def table(
     found: Estimate, walked: Sequence[Sequence[Sequence[float]]], leg_length: float
 ) -> list[Row]:
-    """A header, and a row for each quantity, side and percent of that side's gait cycle.
-
-    Parameters
-    ----------
-    walked : of each side and of `KINETICS`, the 101 points of the walk in the units of reports;
-        none where it made no gait cycle.
-    leg_length : m, of the person.
+    """A header, and a row for each quantity of what was `found`, side and percent of that side's
+    gait cycle. `walked` has, of each side and of `KINETICS`, the 101 points of the walk in the
+    units of reports; none where it made no gait cycle. `leg_length` is the person's, m.
     """
     one = units(leg_length)[:, 0]
     rows: list[Row] = [

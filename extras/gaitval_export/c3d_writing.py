@@ -15,22 +15,16 @@ _MILLIMETRES: Final = 1e3
 
 
 def write_c3d(path: Path, recording: Recording) -> None:
-    """Write markers in mm and force plates as type 2, in N and Nmm, in the recording's axes.
+    """Write markers in mm and force plates as type 2, in N and Nmm, in the recording's axes, to
+    `path`, whole or not at all. The `recording` has the `moment` and the corners of every plate, as
+    `make_plate` gives them.
 
     A marker that was not seen gets the residual -1. A plate's channels are the force on the person
     and its moment about the middle of the surface, in the axes that its corners give. Events and
     `start` are not written. C3D stores single precision: 1e-4 mm of a marker a metre away.
 
-    Parameters
-    ----------
-    path : of the file, which is written whole or not at all.
-    recording : with the `moment` and the corners of every plate, as `make_plate` gives them.
-
-    Raises
-    ------
-    RecordError : a plate has no corners or only a centre of pressure, or its samples are not a
-        whole number for every frame of the markers.
-    ArtefactError : the file cannot be written.
+    Raises RecordError if a plate has no corners or only a centre of pressure, or its samples are
+    not a whole number for every frame of the markers; ArtefactError if the file cannot be written.
     """
     import ezc3d
 

@@ -34,12 +34,9 @@ def _bundle(folder: Path, walked: Walked) -> list[Path]:
 
 
 def export_to(name: str, folder: Path, walked: Walked) -> list[Path]:
-    """Write a format by its name; returns the paths of its files.
-
-    Raises
-    ------
-    ConfigurationError : there is no such format.
-    ArtefactError : the folder cannot be made or written to.
+    """Write a format by its `name` of what was `walked` into `folder`; returns the paths of its
+    files. Raises ConfigurationError if there is no such format, ArtefactError if the folder cannot
+    be made or written to.
     """
     if os.path.exists(folder) and not folder.is_dir():  # False also for a name that is too long
         raise ArtefactError(

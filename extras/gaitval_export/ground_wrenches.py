@@ -10,20 +10,12 @@ from gaitval.simulation.walker import Walker, WalkingTask
 
 
 def ground_wrenches(walk: Rollout, task: WalkingTask) -> Array:
-    """Force and moment of the ground on both feet.
+    """Force N of the ground on the right and left foot and its moment Nm about the world's origin,
+    (T, 2, 6), in the T physics steps of a `walk`; zero in the first row. `task` is the walk's,
+    whose body and contact it has.
 
     A rollout keeps the force and the centre of pressure but not the free moment, so the contact law
     is computed again at its states.
-
-    Parameters
-    ----------
-    walk : T physics steps.
-    task : of the walk, whose body and contact it has.
-
-    Returns
-    -------
-    (T, 2, 6) force N on the right and left foot and its moment Nm about the world's origin; zero in
-        the first row.
     """
     walker = Walker(task)
     walker.set_parameters(walk.mu)

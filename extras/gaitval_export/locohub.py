@@ -168,12 +168,8 @@ def _of_trunk(frames: Array) -> dict[str, Array]:
 
 
 def read_locohub(path: Path) -> dict[str, Array]:
-    """Curves (n, 150) of n cycles by column, of a phase-indexed file.
-
-    Raises
-    ------
-    RecordError : it is no Parquet file, lacks LocoHub's columns, or has other than 150 points in a
-        cycle.
+    """Curves (n, 150) of n cycles by column, of a phase-indexed file `path`. Raises RecordError if
+    it is no Parquet file, lacks LocoHub's columns, or has other than 150 points in a cycle.
     """
     import pandas as pd
 

@@ -290,13 +290,9 @@ def stored_metrics(file: Path, *, fewer: bool = False) -> "Metrics":
 
 def believed(file: Path, *, fewer: bool = False) -> "Metrics":
     """The metrics in the `file` of a stored baseline, if they can be trusted; `fewer` as in
-    `stored_metrics`.
-
-    Raises
-    ------
-    ArtefactError : not readable, incomplete, in contradiction to themselves, or of another
-        configuration, subject or record than those stored beside them.
-    PolicyError : the policy cannot be used.
+    `stored_metrics`. Raises ArtefactError if they are not readable, incomplete, in contradiction to
+    themselves, or of another configuration, subject or record than those stored beside them;
+    PolicyError if the policy cannot be used.
     """
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import identification_from, read_metrics

@@ -53,12 +53,8 @@ def write_comparison(
     folder: Path, name: str, walks: Sequence[StoredWalk], versions: Versions | None
 ) -> None:
     """Write `name`.html, `name`.pdf, all measures as `name`.csv and all curves as `name`_curves.csv
-    into `folder`.
-
-    Parameters
-    ----------
-    walks : at least one; the same person may be there more than once.
-    versions : the same walks matched with those before; None if nothing is compared with.
+    into `folder`, of at least one of `walks`; the same person may be there more than once.
+    `versions` are the same walks matched with those before; None if nothing is compared with.
     """
     before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
     labels = _labels(walks)

@@ -31,19 +31,12 @@ def is_installed(baseline: Path) -> bool:
 
 
 def find_baseline(wanted: str | Path, root: Path | None = None) -> Path:
-    """The folder of a stored baseline.
-
-    Parameters
-    ----------
-    wanted : the folder, the `metrics.json` in it, a run folder that has one, or a built-in subject
-        (`S05`, `5`, `WBDS14`): then the one below `root` that `gaitval baseline` wrote, else the
-        one that comes with gaitval. A path is that path alone: where a project's own baseline is
-        missing, nothing else takes its place.
-    root : folder that paths are relative to; the current one if None.
-
-    Raises
-    ------
-    ArtefactError : there is none; the message lists where it was looked for, and what exists.
+    """The folder of a stored baseline. `wanted` is the folder, the `metrics.json` in it, a run
+    folder that has one, or a built-in subject (`S05`, `5`, `WBDS14`): then the one below `root`
+    that `gaitval baseline` wrote, else the one that comes with gaitval. A path is that path alone,
+    relative to `root` (the current folder if None): where a project's own baseline is missing,
+    nothing else takes its place. Raises ArtefactError if there is none; the message lists where it
+    was looked for, and what exists.
     """
     base = Path() if root is None else root
     path = base / wanted

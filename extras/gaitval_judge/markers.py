@@ -54,16 +54,9 @@ class MarkerErrors:
 def placed_errors(
     model: OsimModel, motion: Motion, recording: Recording, used: Sequence[str] | None
 ) -> MarkerErrors:
-    """Errors of the frames of a recording that the motion covers.
-
-    Parameters
-    ----------
-    recording : in the axes of the model's ground.
-    used : markers that inverse kinematics used; all that both have if None.
-
-    Raises
-    ------
-    RecordError : model and recording share no marker, or no time.
+    """Errors of the frames of a `recording`, in the axes of the ground of `model`, that the
+    `motion` covers; of the markers that inverse kinematics `used`, all that both have if None.
+    Raises RecordError if model and recording share no marker, or no time.
     """
     both = [marker.name for marker in model.markers if marker.name in recording.names]
     names = tuple(name for name in both if used is None or name in used)

@@ -22,14 +22,10 @@ STEP: Final = 1e-5
 def residual_wrench(
     model: OsimModel, values: Mapping[str, Array], forces: Mapping[str, Array]
 ) -> tuple[Array, Array]:
-    """Residual force and moment (T, 3), N and Nm, in the axes of the ground.
-
-    Parameters
-    ----------
-    model : in a plane, with fewer than six coordinates of the root, it has only the components that
-        these span; the others are zero.
-    values : (T,) rad or m of every coordinate.
-    forces : (T,) N or Nm of every coordinate of the joint to the ground.
+    """Residual force and moment (T, 3), N and Nm, in the axes of the ground. A `model` in a plane,
+    with fewer than six coordinates of the root, has only the components that these span; the others
+    are zero. `values` are (T,) rad or m of every coordinate, `forces` (T,) N or Nm of every
+    coordinate of the joint to the ground.
     """
     root = model.root()
     assert root is not None

@@ -21,17 +21,10 @@ from gaitval_live.walk import LiveWalk
 def served(
     person: Person, walk: LiveWalk, log: Log | None = None, *, port: int = 0
 ) -> Iterator[LiveServer]:
-    """The page within the block; it walks while somebody looks.
-
-    Parameters
-    ----------
-    person, walk : who walks; nothing was walked yet.
-    log : to walk again; None for a new walk, whose log is in `walks/` of the person's folder.
-    port : 0 for one that is free.
-
-    Raises
-    ------
-    ConfigurationError : the port is taken.
+    """The page of a `person` and their `walk`, in which nothing was walked yet, within the block;
+    it walks while somebody looks. `log` is to walk again; None for a new walk, whose log is in
+    `walks/` of the person's folder. `port` is 0 for one that is free; ConfigurationError if it is
+    taken.
     """
     LiveWalk(person, walk.speed, walk.devices).act()  # compiles what was not used before
     scene = scene_of(person, walk, replay=log is not None)
@@ -70,13 +63,9 @@ def show(
     browser: bool,
     say: Callable[[str], None],
 ) -> Path | None:
-    """Serve the page until Ctrl-C; the log that was written, None for a replay.
-
-    Parameters
-    ----------
-    person, walk, log, port : as in `served`.
-    browser : whether to open one.
-    say : prints a line for the user.
+    """Serve the page until Ctrl-C; the log that was written, None for a replay. `person`, `walk`,
+    `log` and `port` are as in `served`; `browser` says whether to open one, and `say` prints a line
+    for the user.
     """
     with (
         tempfile.TemporaryDirectory(prefix="gaitval-live-") as private,

@@ -69,20 +69,13 @@ def folder_of(subject: Subject) -> Path:
 def prepared(
     subject: Subject, folder: Path, observer: Observer, *, policy: Path | None = None
 ) -> Iterator[Person]:
-    """The person with references at all speeds; the run folder is this process' meanwhile.
+    """The person (`subject`, with at least one recorded trial) with references at all speeds; the
+    run `folder` is this process' meanwhile, and what is up to date there is not computed again.
+    `observer` sees the stages. `policy` is a folder with a policy of this person; None for the
+    general one.
 
-    Parameters
-    ----------
-    subject : with at least one recorded trial.
-    folder : run folder. What is up to date there is not computed again.
-    observer : sees the stages.
-    policy : folder with a policy of this person; None for the general one.
-
-    Raises
-    ------
-    PolicyError : `policy` is not for this body.
-    ConfigurationError : there is no general policy.
-    SubjectError : no speed can be predicted for the person.
+    Raises PolicyError if `policy` is not for this body, ConfigurationError if there is no general
+    policy, SubjectError if no speed can be predicted for the person.
     """
     with open_run(subject, Configuration(), folder, observer) as run:
         stages = scale_stage(run), _range_stage(run)

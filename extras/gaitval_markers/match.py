@@ -136,13 +136,10 @@ class Match:
 
 
 def matched(points: Array, names: Array | None = None, moves: Array | None = None) -> Match:
-    """The likeliest assignment of markers.
-
-    Parameters
-    ----------
-    points : (N, 3) m, of a standing person, in any axes; NaN for a marker that was not seen.
-    names : (N, K) logarithms of how likely each marker's name is for each place, or None.
-    moves : (N, N) m, standard deviation of the distances in walking (`frame.apart`), or None.
+    """The likeliest assignment of markers at `points` (N, 3) m of a standing person, in any axes;
+    NaN for a marker that was not seen. `names` (N, K) are logarithms of how likely each marker's
+    name is for each place, or None; `moves` (N, N) m the standard deviation of the distances in
+    walking (`frame.apart`), or None.
     """
     seen = np.flatnonzero(np.isfinite(points).all(axis=1))
     told = None if names is None else names[seen]

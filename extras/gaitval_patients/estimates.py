@@ -94,17 +94,11 @@ class Pace(NamedTuple):
 
 
 def pace(stride_length: Estimate, leg: Estimate, speed: float | None, *, patient: bool) -> Pace:
-    """Speed and stride time of a walk whose stride has an estimated length.
+    """Speed and stride time of a walk whose stride has an estimated length (`stride_length` m, with
+    the error that the leg's length makes) of a person whose `leg` is known in m.
 
-    Where the `speed` was recorded, stride time is length over speed. Otherwise the walk ratio gives
-    stride time.
-
-    Parameters
-    ----------
-    stride_length : m, with the error that the leg's length makes.
-    leg : m.
-    speed : m/s, or None.
-    patient : the walk ratio is less certain.
+    Where the `speed` m/s was recorded, stride time is length over speed. Otherwise (None) the walk
+    ratio gives stride time; it is less certain of a `patient`.
     """
     share = stride_length.sd / stride_length.value
     if speed is not None:

@@ -77,13 +77,10 @@ def gentle_reference(
     accuracy: RecordAccuracy,
     amputation: Side | None = None,
 ) -> ReferenceMotion:
-    """`dynamic_fit.consistent_reference`, with moments as well as they are known here, and started
-    again, with less weight on the laws, where it moves the recorded angles by more than `POOR`.
-
-    Parameters
-    ----------
-    record, model, contact, accuracy : as `consistent_reference` takes them.
-    amputation : side of a prosthetic knee.
+    """`dynamic_fit.consistent_reference` (`record`, `model`, `contact` and `accuracy` as it takes
+    them), with moments as well as they are known here, and started again, with less weight on the
+    laws, where it moves the recorded angles by more than `POOR`. `amputation` is the side of a
+    prosthetic knee.
     """
 
     def started(each: GaitRecord) -> tuple[ReferenceMotion, Problem]:

@@ -75,16 +75,13 @@ class LeftStrike(NamedTuple):
 
 
 def left_strike(angles: dict[str, PeriodicCurve], prior: float, prior_sd: float) -> LeftStrike:
-    """Phase of the right cycle at left heel strike, from both sides' curves of the one pelvis.
+    """Phase of the right cycle at left heel strike, from both sides' curves of the one pelvis:
+    `angles` rad, `pelvis_tilt_r` and the others of the pelvis.
 
     As `left_phase` of `gaitval_curves`, but of single strides, which may be of two trials, and of
     people whose steps are unequal: the shift with the least sum of squares in `LEFT_PHASE`, with
-    what feet say beforehand as a `prior` with its standard deviation. A pelvis that hardly moves
-    leaves the prior.
-
-    Parameters
-    ----------
-    angles : rad, `pelvis_tilt_r` and the others of the pelvis.
+    what feet say beforehand as a `prior` with its standard deviation `prior_sd`. A pelvis that
+    hardly moves leaves the prior.
     """
 
     def differences(shift: float) -> Array:

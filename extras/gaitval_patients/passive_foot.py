@@ -61,12 +61,9 @@ def patient_record(patient: Patient, others: Sequence[Subject], model: BodyModel
 
 
 def with_passive_foot(record: GaitRecord, model: BodyModel, side: Side) -> GaitRecord:
-    """`record` with the ankle moment expected of a prosthetic foot on a `side`.
-
-    Parameters
-    ----------
-    record : angles, stance and forces of the patient, and the registered healthy moments.
-    model : the body, for the places of heel and ball below the ankle.
+    """`record` with the ankle moment expected of a prosthetic foot on a `side`. The record has
+    angles, stance and forces of the patient, and the registered healthy moments; `model` is the
+    body, for the places of heel and ball below the ankle.
     """
     name = f"ankle_angle_{side[0]}"
     passive = passive_ankle(record, model, side)

@@ -112,12 +112,9 @@ class Person:
 
 
 def read_people(path: Path) -> dict[str, Person]:
-    """The people of a CSV table, by identifier; empty rows are left out.
-
-    Raises
-    ------
-    RecordError : it has no column of identifiers, a person stands in it twice with other values, or
-        a sex or a number cannot be understood.
+    """The people of a CSV table `path`, by identifier; empty rows are left out. Raises RecordError
+    if it has no column of identifiers, a person stands in it twice with other values, or a sex or a
+    number cannot be understood.
     """
     found: dict[str, Person] = {}
     for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):

@@ -23,15 +23,12 @@ shoe."""
 def with_prosthesis(
     measured: Measurements, side: Side, mass: float, fractions: Mapping[str, float]
 ) -> Measurements:
-    """`measured` with the shank and foot of an above-knee prosthesis on a `side`.
+    """`measured` with the shank and foot of an above-knee prosthesis on a `side`. `mass` kg is that
+    of the body with the prosthesis; `fractions` are of each segment of a sound body's mass,
+    `anthropometry.mass_fractions`.
 
     The sound leg's masses are given too, since a mass that is known of one side only is that of
     both: its shares of the body that the person would be with two sound legs.
-
-    Parameters
-    ----------
-    mass : kg, of the body with the prosthesis.
-    fractions : of each segment of a sound body's mass, `anthropometry.mass_fractions`.
     """
     whole = (mass - SHANK - FOOT) / (1.0 - fractions["shank"] - fractions["foot"])
     legs = {

@@ -53,14 +53,10 @@ class Feet(NamedTuple):
 def leg_frames(
     angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyModel, side: Side
 ) -> Array:
-    """Frames of the segments (`POINTS`, 14, 3, 4) at the phases of a side's own cycle, relative to
-    the pelvis in the axes of the world; the other leg is straight.
-
-    Parameters
-    ----------
-    angles : rad, of `GaitRecord`.
-    left_phase : phase of the right cycle at left heel strike.
-    model : the scaled body.
+    """Frames of the segments (`POINTS`, 14, 3, 4) of the scaled `model` at the phases of the own
+    cycle of a `side`, relative to the pelvis in the axes of the world; the other leg is straight.
+    `angles` are rad, of `GaitRecord`; `left_phase` is the phase of the right cycle at left heel
+    strike.
     """
     phase = np.arange(POINTS) / POINTS
     positions = np.zeros((POINTS, ROOT_DOFS + len(ACTUATED)))

@@ -87,13 +87,10 @@ class Strides:
 
 
 def read_strides(path: Path) -> tuple[Strides, ...]:
-    """All people of a table, in its order.
-
-    Raises
-    ------
-    RecordError : it is no such table, an angle of a person is missing, is there twice or is not a
-        number, or an angle has its sign changed in all people, on both sides or on one. Of fewer
-        than `FEW` people it may be their gait, which `turned` says. Lists up to ten problems.
+    """All people of a table `path`, in its order. Raises RecordError if it is no such table, an
+    angle of a person is missing, is there twice or is not a number, or an angle has its sign
+    changed in all people, on both sides or on one. Of fewer than `FEW` people it may be their gait,
+    which `turned` says. Lists up to ten problems.
     """
     rows: dict[tuple[str, str], dict[str, Array]] = {}
     trials: dict[tuple[str, str], dict[str, str]] = {}

@@ -44,13 +44,9 @@ SHORTEST = 0.02
 def told_record(
     subject: Subject, others: Sequence[Subject], model: BodyModel, amputation: Side | None = None
 ) -> GaitRecord:
-    """The record of `subject` without kinetics, with those to expect from `others`.
-
-    Parameters
-    ----------
-    subject, others : as `prediction.population.with_others_kinetics` takes them.
-    model : the body, to which the angles say where its feet are.
-    amputation : side whose ankle has no calf.
+    """The record of `subject` without kinetics, with those to expect from `others`, both as
+    `prediction.population.with_others_kinetics` takes them. `model` is the body, to which the
+    angles say where its feet are; `amputation` is the side whose ankle has no calf.
     """
     usual = expected_record(subject, others)
     told = with_others_kinetics(subject, others)

@@ -30,13 +30,9 @@ LARGEST: Final = float(np.radians(35.0))
 
 
 def turned_feet(strides: Strides, told: GaitRecord, model: BodyModel) -> dict[Side, float]:
-    """By side, the angle by which the foot is turned outwards on the shank, rad.
-
-    Parameters
-    ----------
-    strides : as recorded, deg.
-    told : what the model knows of the same strides; what a stride lacks is taken from it.
-    model : the body with straight feet.
+    """By side, the angle by which the foot is turned outwards on the shank, rad. `strides` are as
+    recorded, deg; `told` is what the model knows of the same strides, from which what a stride
+    lacks is taken; `model` is the body with straight feet.
     """
     found: dict[Side, float] = {}
     phase = np.arange(POINTS) / POINTS

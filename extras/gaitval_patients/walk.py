@@ -48,17 +48,13 @@ Json = dict[str, Any]
 
 @one_thread()
 def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json:
-    """The results of a patient's walk, for JSON.
-
-    Returns
-    -------
-    dict
-        `falls` of `starts`; `cycles`, the fewest of a start and side that did not fall; `angles`,
-        RMS from the stride by name, deg, and `angle`, their mean; `correction`, errors of the walk
-        against its reference (`Corrected.errors`), and why a correction is not used; `scores`, Gait
-        Profile Score of the stride and of the walk over nine angles, deg; `moments` of the walk and
-        `expected` of healthy people, (101,) Nm/kg by name; `speed`, m/s. Angles, walk's score and
-        moments are None if no start walked.
+    """The results of the walk of a `patient` with a `policy`, by the `configuration`, for JSON:
+    `falls` of `starts`; `cycles`, the fewest of a start and side that did not fall; `angles`, RMS
+    from the stride by name, deg, and `angle`, their mean; `correction`, errors of the walk against
+    its reference (`Corrected.errors`), and why a correction is not used; `scores`, Gait Profile
+    Score of the stride and of the walk over nine angles, deg; `moments` of the walk and `expected`
+    of healthy people, (101,) Nm/kg by name; `speed`, m/s. Angles, walk's score and moments are None
+    if no start walked.
     """
     subject, others = patient.subject, builtin_subjects()
     straight = scale_subject(subject, symmetric=not two_sided(patient.person)).model

@@ -148,12 +148,8 @@ class HarshPerson:
 
 
 def drawn_faults(random: np.random.Generator, left_leg: float | None = None) -> Faults:
-    """Faults of one record.
-
-    Parameters
-    ----------
-    random : generator to draw from.
-    left_leg : m, by which the left leg is longer; drawn if left out.
+    """Faults of one record, drawn with the generator `random`. The left leg is longer by `left_leg`
+    m; drawn if left out.
     """
 
     def one(sd: float, mean: float = 0.0) -> float:
@@ -233,12 +229,8 @@ def _excursion(curve: Array, late: float) -> Array:
 
 
 def seen_through_skin(curves: Curves, faults: Faults) -> Curves:
-    """True curves as markers on skin with tilted axes show them, and plates of another gain.
-
-    Parameters
-    ----------
-    curves : (101,) each, true: rad, Nm/kg, body weights.
-    faults : what is wrong.
+    """True `curves` (101,) each, rad, Nm/kg and body weights, as markers on skin with tilted axes
+    show them, and plates of another gain, by `faults`.
     """
     found = Curves(dict(curves.angles), dict(curves.moments), dict(curves.forces))
     for i, side in enumerate(SIDES):

@@ -97,12 +97,9 @@ class VirtualPerson:
 
 
 def drawn_parameters(sd: Array, random: np.random.Generator) -> Array:
-    """Mu (14,) drawn from the prior, cut off at `WIDEST`; damping and friction stay positive.
-
-    Parameters
-    ----------
-    sd : (14,) standard deviations about the nominal parameters, see `identification.prior`.
-    random : generator to draw from.
+    """Mu (14,) drawn with the generator `random` from the prior, cut off at `WIDEST`; damping and
+    friction stay positive. `sd` (14,) are standard deviations about the nominal parameters, see
+    `identification.prior`.
     """
     while True:
         z = random.standard_normal(len(sd))
@@ -134,13 +131,9 @@ def on_legs(person: Subject, leg: float, size: float) -> Subject:
 
 
 def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
-    """Somebody who walks as `person` does but is taller or shorter, heavier or lighter. The body is
-    known by stature and mass alone.
-
-    Parameters
-    ----------
-    person : their further trials are left out.
-    random : generator to draw size and build from.
+    """Somebody who walks as `person` does but is taller or shorter, heavier or lighter, by size and
+    build drawn with the generator `random`. The body is known by stature and mass alone; further
+    trials are left out.
     """
     z = np.clip(random.standard_normal(2), -WIDEST, WIDEST)
     size = float(1.0 + STATURE_SD * z[0])
@@ -236,13 +229,9 @@ def walked(
 
 
 def seen(walk: Rollout, task: WalkingTask, damping: float) -> tuple[Curves, dict[str, Any]]:
-    """Mean curves of a walk, SI units, and its timing. A laboratory's moments are those of inverse
-    dynamics, so they contain the passive ones.
-
-    Parameters
-    ----------
-    walk, task : as `walked` returns them.
-    damping : passive damping of the body that walked, Nms/rad.
+    """Mean curves of a walk, SI units, and its timing; `walk` and `task` are as `walked` returns
+    them. A laboratory's moments are those of inverse dynamics, so they contain the passive ones,
+    with the `damping` of the body that walked, Nms/rad.
     """
     configuration = task.configuration
     cycles = find_cycles(walk, configuration).first(_CYCLES)
@@ -282,18 +271,14 @@ def with_errors(
     noise: NoiseSettings,
     random: np.random.Generator,
 ) -> Curves:
-    """The curves as a laboratory would measure them.
+    """The true `curves` (101,) each, angles rad, moments Nm/kg, forces body weights, as a
+    laboratory would measure them, with errors of the standard deviations `noise`, drawn with the
+    generator `random` per curve, plate and joint centre. `left_phase` is the phase of left heel
+    strike in the right cycle.
 
     Right and left curves of the pelvis are of one pelvis, and so is its error. A plate that is out
     of place and a joint centre that is in the wrong place change moments by the vertical force
     times that distance.
-
-    Parameters
-    ----------
-    curves : (101,) each, true: angles rad, moments Nm/kg, forces body weights.
-    left_phase : phase of left heel strike in the right cycle.
-    noise : standard deviations of the errors.
-    random : generator to draw from; errors are drawn per curve, plate and joint centre.
     """
     sd = angle_sd(noise)
     harmonics = (len(sd) - 1) // 2
@@ -343,14 +328,9 @@ def with_errors(
 
 
 def as_subject(name: str, person: Subject, curves: Curves, values: Mapping[str, Any]) -> Subject:
-    """An ordinary subject of these curves, with the standing measurements of `person`.
-
-    Parameters
-    ----------
-    name : identifier, V1_003 of person 3 of seed 1.
-    person : whose standing measurements it has.
-    curves : (101,) each, rad, Nm/kg and body weights.
-    values : timing, as `seen` returns it.
+    """An ordinary subject `name` (V1_003 of person 3 of seed 1) of these `curves` (101,) each, rad,
+    Nm/kg and body weights, with the standing measurements of `person` and the timing `values`, as
+    `seen` returns it.
     """
     forces = {}
     for side in SIDES:

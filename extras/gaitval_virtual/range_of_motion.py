@@ -145,16 +145,9 @@ def _motions(
 
 
 def functional_legs(body: BodyModel, random: np.random.Generator) -> dict[Side, FoundLeg]:
-    """Both legs of a body as an import would find them.
-
-    Parameters
-    ----------
-    body : of the person.
-    random : generator to draw movement, skin and palpation from.
-
-    Raises
-    ------
-    ScalingError : a joint did not turn enough; not with the swings of this module.
+    """Both legs of a person's `body` as an import would find them; movement, skin and palpation are
+    drawn with the generator `random`. Raises ScalingError if a joint did not turn enough; not with
+    the swings of this module.
     """
     found: dict[Side, FoundLeg] = {}
     rest = segment_frames(body, np.zeros((1, len(COORDINATES))))[0]

@@ -88,16 +88,13 @@ def standing_pose(
 def landmarks_on(
     measured: Measurements, frames: Array, girdles: Mapping[str, Array] | None = None
 ) -> dict[str, Array]:
-    """Where the landmarks (`scaling.landmarks`) of a standing person are, (3,) m.
+    """Where the landmarks (`scaling.landmarks`) of a standing person are, (3,) m. `measured` is of
+    legs that are equal; without arms the landmarks of the arms are left out. `frames` (14, 4, 4)
+    are of the segments; `girdles` say of each side ("r", "l") by how much the shoulder girdle has
+    moved, m.
 
     The joints are where the frames have them, so scaling finds this body again: the pelvis is as
     wide as the regression of the hip centres has it for `measured.hip_half_width`.
-
-    Parameters
-    ----------
-    measured : of legs that are equal; without arms the landmarks of the arms are left out.
-    frames : (14, 4, 4) of the segments.
-    girdles : of each side ("r", "l"), by how much the shoulder girdle has moved, m.
     """
 
     def at(segment: str, place: Array | tuple[float, float, float]) -> Array:
@@ -152,15 +149,8 @@ def landmarks_on(
 
 
 def second_head(leg: Limbs) -> Array:
-    """Where a foot of mean shape (`FOOT_SHAPE`) has the second metatarsal head.
-
-    Parameters
-    ----------
-    leg : its heel and its first and fifth metatarsal heads are used.
-
-    Returns
-    -------
-    (3,) m in the foot's frame.
+    """Where a foot of mean shape (`FOOT_SHAPE`) has the second metatarsal head, (3,) m in the
+    foot's frame, by the heel and the first and fifth metatarsal heads of `leg`.
     """
     heel = leg.heel - [MARKER_OFFSET, 0.0, 0.0]
     places, heights = [], []

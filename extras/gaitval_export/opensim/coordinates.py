@@ -42,16 +42,10 @@ def vectors_to_opensim(vectors: Array) -> Array:
 
 
 def to_opensim(positions: Array) -> Array:
-    """A motion in OpenSim's coordinates.
-
-    Parameters
-    ----------
-    positions : (T, 31) rad and m, in the order of `gaitval.coordinates.COORDINATES`.
-
-    Returns
-    -------
-    (T, 31) rad and m, in the order of `OPENSIM_COORDINATES`; the pelvis angles are continuous,
-    without jumps of a whole turn. At ±90° of list the other two angles are not determined.
+    """A motion `positions` (T, 31) rad and m, in the order of `gaitval.coordinates.COORDINATES`, in
+    OpenSim's coordinates: (T, 31) rad and m, in the order of `OPENSIM_COORDINATES`. The pelvis
+    angles are continuous, without jumps of a whole turn. At ±90° of list the other two angles are
+    not determined.
     """
     values = np.array(positions, dtype=float)
     # A change of axes at both ends: C R Cᵀ.
@@ -62,20 +56,14 @@ def to_opensim(positions: Array) -> Array:
 
 
 def forces_to_opensim(positions: Array, forces: Array) -> Array:
-    """Generalised forces paired with OpenSim's coordinates.
+    """Generalised forces (T, 31) Nm and N paired with OpenSim's coordinates, in the order of
+    `OPENSIM_COORDINATES`.
 
-    A pelvis angle rotates the pelvis about an axis that depends on the angles before it; its
-    generalised force is the root moment about that axis, so that the power is the same.
-
-    Parameters
-    ----------
-    positions : (T, 31) rad and m, in the order of `gaitval.coordinates.COORDINATES`.
-    forces : (T, 31) Nm and N, paired with velocities as in `model.tree`: moment about the
-        pelvis origin and force in world axes, then the joint moments.
-
-    Returns
-    -------
-    (T, 31) Nm and N, in the order of `OPENSIM_COORDINATES`.
+    `positions` (T, 31) rad and m are in the order of `gaitval.coordinates.COORDINATES`. `forces`
+    (T, 31) Nm and N are paired with velocities as in `model.tree`: moment about the pelvis origin
+    and force in world axes, then the joint moments. A pelvis angle rotates the pelvis about an axis
+    that depends on the angles before it; its generalised force is the root moment about that axis,
+    so that the power is the same.
     """
     values = np.array(forces, dtype=float)
     angles = to_opensim(positions)[:, :ROOT_DOFS]
