@@ -94,35 +94,20 @@ def state_of(dataset: Dataset, folder: Path) -> DatasetState:
 
 
 def fetch(
-    name: str,
-    folder: Path | None = None,
-    *,
-    on_progress: Progress | None = None,
-    base_url: str | None = None,
+    name: str, folder: Path | None = None, *, on_progress: Progress | None = None
 ) -> list[Fetched]:
-    """Download, verify and unpack a data set of the registry; what is already here is kept.
+    """Download, verify and unpack the data set `name` of the registry into `folder`/`name`, where
+    `folder` is that of all data sets; what is already here is kept. `on_progress` is called with
+    each file's progress. A file that was put into the folder by hand is verified like a download.
 
-    A file that was put into the folder by hand is verified like a download.
-
-    Parameters
-    ----------
-    name : of a data set, see `registry`.
-    folder : folder of all data sets; this one goes into `folder`/`name`.
-    on_progress : called with each file's progress.
-    base_url : folder of a mirror to use instead of the DOI; the hashes stay those of the registry.
-
-    Raises
-    ------
-    ArchiveError : unknown name; no network; DOI or file not found; the server fails; the disk is
-        too full; the file has another hash or size than published, or was cut off; an archive
-        contains unsafe members.
+    Raises ArchiveError: unknown name; no network; DOI or file not found; the server fails; the disk
+    is too full; the file has another hash or size than published, or was cut off; an archive
+    contains unsafe members.
     """
     known = registry()
     if name not in known:
         raise ArchiveError(f"{name}: no such data set. Available are: {', '.join(known)}.")
-    return fetch_dataset(
-        known[name], folder or default_folder(), on_progress=on_progress, base_url=base_url
-    )
+    return fetch_dataset(known[name], folder or default_folder(), on_progress=on_progress)
 
 
 def fetch_dataset(

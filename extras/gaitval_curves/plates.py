@@ -51,18 +51,11 @@ class PlateEvidence(NamedTuple):
     covariance: Array
 
 
-def plate_evidence(
-    record: GaitRecord, model: BodyModel, contact: ContactSettings | None = None
-) -> PlateEvidence:
-    """What a record as measured says about its plates.
-
-    Parameters
-    ----------
-    record : not corrected; moments and forces of both sides.
-    model : the scaled body.
-    contact : the contact law; the default configuration's if not given.
+def plate_evidence(record: GaitRecord, model: BodyModel) -> PlateEvidence:
+    """What a `record` as measured, not corrected, with moments and forces of both sides, says about
+    its plates; `model` is the scaled body. The contact law is the default configuration's.
     """
-    contact = contact or ContactSettings()
+    contact = ContactSettings()
     phase = np.arange(1000) / 1000
     # Over a whole cycle the mean vertical force of both feet is one body weight, or the body would
     # rise or fall.

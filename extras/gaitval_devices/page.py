@@ -149,11 +149,10 @@ def write_report(
     outcomes: Sequence[Outcome],
     policy: Policy | None,
     *,
-    cycles: float = CYCLES,
     strategies: Sequence[Found] = (),
 ) -> None:
     """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
-    and what `gaitval check` and `compare` read into `folder`; walks are of `cycles`. `strategies`
+    and what `gaitval check` and `compare` read into `folder`; walks are of `CYCLES`. `strategies`
     are those that the devices have of a search.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -195,7 +194,7 @@ def write_report(
     write_text(folder / "device.csv", _table(outcomes))
     if person.file is not None:
         shutil.copy(person.file, folder / person.origin)
-    write_result(folder, person, outcomes, cycles, strategies)
+    write_result(folder, person, outcomes, CYCLES, strategies)
     shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
     if policy is not None:
         save_policy(policy, folder / "policy")

@@ -23,7 +23,7 @@ from gaitval_devices.device import Device, devices_of
 from gaitval_devices.learning import EFFORT, adapt
 from gaitval_devices.scores import RolloutScore, score_rollout
 from gaitval_devices.sound_leg import check_side
-from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, Maker, walk_with, with_devices
+from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 
 CYCLES: Final = 20.0
 """Gait cycles of each walk."""
@@ -136,22 +136,20 @@ def outcomes(
     devices: Sequence[Device],
     *,
     samples: int,
-    own: Maker | None = None,
     learned: Policy | None = None,
     cycles: float = CYCLES,
     say: Say = lambda _: None,
 ) -> tuple[list[Outcome], Policy | None]:
     """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
-    of each walk. `samples` are of the learned adaptation; none is made for 0. `own` makes the
-    controllers of the motors, instead of those of the devices' tables. With `learned`, a policy
-    that has learned the devices, they need not be learned. `say` is told what begins.
+    of each walk. `samples` are of the learned adaptation; none is made for 0. With `learned`, a
+    policy that has learned the devices, they need not be learned. `say` is told what begins.
     """
     if not devices:
         raise ConfigurationError(
             f"{person.name}: no device. Name one, such as hip_exo, or write [[devices]] into the "
             "subject's file."
         )
-    task = with_devices(person.task, devices, own)
+    task = with_devices(person.task, devices)
     environment = DeviceEnvironment(task)
     say("walking without a device")
     plain = walk_without(task, person.policy, person.mu, cycles)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from gaitval.errors import GaitvalError, RecordError
+from gaitval.errors import RecordError
 from gaitval.model.parameters import PARAMETERS
 
 LARGEST_PUSH: Final = 1200.0
@@ -70,44 +70,39 @@ KINDS: Final[dict[str, type[Doing]]] = {
 }
 
 
-def doing_of(values: Any, where: str, refusal: type[GaitvalError] = RecordError) -> Doing:
-    """The doing that JSON values say, `{"do": "push", "forward": 200, "left": 0}`.
-
-    Parameters
-    ----------
-    values : of a message or a line, not trusted.
-    where : for the message of an error.
-
-    Raises
-    ------
-    GaitvalError : of type `refusal`: unknown, incomplete, or out of range.
+def doing_of(values: Any, where: str) -> Doing:
+    """The doing that JSON `values` of a message or a line say, `{"do": "push", "forward": 200,
+    "left": 0}`; they are not trusted. Raises RecordError, whose message has `where` they stand, if
+    it is unknown, incomplete, or out of range.
     """
     kind = KINDS.get(str(values.get("do"))) if isinstance(values, Mapping) else None
     if kind is None:
-        raise refusal(f"{where}: does nothing that is known. Give do: {', '.join(KINDS)}.")
+        raise RecordError(f"{where}: does nothing that is known. Give do: {', '.join(KINDS)}.")
     given = {name: value for name, value in values.items() if name != "do"}
     fields = kind.__dataclass_fields__
     if given.keys() != fields.keys():
         wanted = ", ".join(fields) or "nothing"
-        raise refusal(f"{where}: {values['do']} takes {wanted}, but got {', '.join(given)}.")
+        raise RecordError(f"{where}: {values['do']} takes {wanted}, but got {', '.join(given)}.")
     for name, value in given.items():
         if name == "name":
             if value not in PARAMETERS:
-                raise refusal(f"{where}: {value!r} is no body parameter ({', '.join(PARAMETERS)}).")
+                raise RecordError(
+                    f"{where}: {value!r} is no body parameter ({', '.join(PARAMETERS)})."
+                )
         elif name == "on":
             if not isinstance(value, bool):
-                raise refusal(f"{where}: on is {value!r}; give true or false.")
+                raise RecordError(f"{where}: on is {value!r}; give true or false.")
         elif isinstance(value, bool) or not isinstance(value, int | float):
-            raise refusal(f"{where}: {name} is {value!r}, which is no number.")
+            raise RecordError(f"{where}: {name} is {value!r}, which is no number.")
         elif not abs(value) <= sys.float_info.max:  # a whole number may be larger than any float
-            raise refusal(f"{where}: {name} is {str(value)[:20]}; give a finite number.")
+            raise RecordError(f"{where}: {name} is {str(value)[:20]}; give a finite number.")
         else:
             given[name] = float(value)
     doing: Doing = kind(**given)
     if isinstance(doing, Push) and math.hypot(doing.forward, doing.left) > LARGEST_PUSH:
-        raise refusal(f"{where}: a push of more than {LARGEST_PUSH:g} N. Push less.")
+        raise RecordError(f"{where}: a push of more than {LARGEST_PUSH:g} N. Push less.")
     if isinstance(doing, Clock) and doing.rate != 0.0 and not SLOWEST <= doing.rate <= FULL:
-        raise refusal(f"{where}: rate is {doing.rate:g}. Give 0, or {SLOWEST:g} to {FULL:g}.")
+        raise RecordError(f"{where}: rate is {doing.rate:g}. Give 0, or {SLOWEST:g} to {FULL:g}.")
     return doing
 
 

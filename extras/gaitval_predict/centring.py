@@ -5,7 +5,6 @@ removed (`environment.centring`). One that has learned several speeds is more bi
 than at others. So the share is found at each speed: that of the walk nearest to the reference.
 """
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -24,18 +23,16 @@ SHARES: Final = (0.25, 0.5, 0.75, 1.0)
 _CYCLES: Final = 8
 
 
-def centred(
-    task: WalkingTask, policy: Policy, mu: Array, shares: Sequence[float] = SHARES
-) -> float:
+def centred(task: WalkingTask, policy: Policy, mu: Array) -> float:
     """The share of action bias to remove so that the walk is nearest to its reference, by epsilon.
 
-    Each of `shares` is tried on a walk of `policy` on `task` with the body parameters `mu` (14,).
+    Each of `SHARES` is tried on a walk of `policy` on `task` with the body parameters `mu` (14,).
     Walks that fall do not count; if all do, the configured share is returned.
     """
     validation = task.configuration.validation
     wanted = reference_curves(task.reference, task.model.mass, task.record.left_phase)
     best, least = task.configuration.environment.centring, np.inf
-    for share in shares:
+    for share in SHARES:
         walker = WalkingEnvironment(task.with_environment(centring=share))
         rollout = record_rollout(
             walker, policy, mu=mu, start_phase=0.0, cycles=validation.settling_cycles + _CYCLES
