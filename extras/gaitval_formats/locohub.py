@@ -92,15 +92,7 @@ class LocoHubTrial:
 
     def value(self, *keys: str) -> float | None:
         """A number of subject_metadata or task_info by the first of `keys` that is there."""
-        for key in keys:
-            for values in (self.about, self.info):
-                try:
-                    number = float(values.get(key, ""))
-                except ValueError:
-                    continue
-                if np.isfinite(number):
-                    return number
-        return None
+        return _number(keys, self.about, self.info)
 
     def curves(self, mass: float | None = None) -> dict[str, Array]:
         """Mean curves (150,) over each side's own cycle, in the convention of `GaitRecord`, by kind
@@ -270,7 +262,7 @@ def _present_name(name: str) -> str:
 def _trials(path: Path, task: str, frame: "pd.DataFrame") -> list[LocoHubTrial]:
     info = {text: _pairs(text) for text in map(str, frame["task_info"].unique())}
     setting = {text: _without(pairs, (*_SIDE_KEYS, *_SPEED_KEYS)) for text, pairs in info.items()}
-    speeds = {text: _speed_of(pairs) for text, pairs in info.items()}
+    speeds = {text: _number(_SPEED_KEYS, pairs) for text, pairs in info.items()}
     texts = frame["task_info"].astype(str)
     keys = [
         frame["subject"].astype(str),
@@ -285,11 +277,11 @@ def _trials(path: Path, task: str, frame: "pd.DataFrame") -> list[LocoHubTrial]:
             for side in SIDES:
                 begun = [each for each in several if (_side_of(info[each]) or "right") == side]
                 if begun:
-                    own = part[part["task_info"].astype(str).isin(begun)]
+                    own = part[texts[part.index].isin(begun)]
                     cycles[side] = _cycles(path, str(subject), own)
             about = dict(setting[several[0]])
             if speeds[several[0]] is not None:
-                mean = part["task_info"].astype(str).map(speeds).mean()
+                mean = texts[part.index].map(speeds).mean()
                 about[_SPEED_KEYS[0]] = repr(float(mean))
             found.append(
                 LocoHubTrial(
@@ -301,14 +293,16 @@ def _trials(path: Path, task: str, frame: "pd.DataFrame") -> list[LocoHubTrial]:
     return found
 
 
-def _speed_of(info: Mapping[str, str]) -> float | None:
-    for key in _SPEED_KEYS:
-        try:
-            speed = float(info.get(key, ""))
-        except ValueError:
-            continue
-        if np.isfinite(speed):
-            return speed
+def _number(keys: Sequence[str], *tables: Mapping[str, str]) -> float | None:
+    """The first finite number in `tables` by the first of `keys` that has one."""
+    for key in keys:
+        for values in tables:
+            try:
+                number = float(values.get(key, ""))
+            except ValueError:
+                continue
+            if np.isfinite(number):
+                return number
     return None
 
 
