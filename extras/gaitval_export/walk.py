@@ -258,7 +258,7 @@ class Walker:
     def _differences(self) -> tuple[Any, ...]:
         """Reference at the phase, less travel and lift, and the pelvis's rotation from it."""
         n, pace = self.numbers, 1.0 + self.numbers["pace_scale"] * self.action[-1]
-        q, rate = _row(self.tables["positions"], self.phase), None
+        q = _row(self.tables["positions"], self.phase)
         rate = pace * _row(self.tables["velocities"], self.phase)
         q[3] += n["stride_length"] * self.phase
         q[5] += n["lift"]
