@@ -115,7 +115,6 @@ class Outcome:
     survived: int | None
 
 
-ASSUMPTIONS: Final = ("without", "kinematics kept", "moments kept", "learned")
 Say = Callable[[str], None]
 """Called with a line on what is being done."""
 

@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval.artefacts import copy_files, file_hash, read_json, versions, write_json
-from gaitval.errors import ArtefactError
+from gaitval.artefacts import copy_files, file_hash, versions, write_json
 from gaitval_export.walked import Walked
 
 FILE: Final = "ro-crate-metadata.json"
@@ -116,27 +115,3 @@ def _file(folder: Path, path: Path) -> dict[str, Any]:
         "encodingFormat": _KINDS.get(path.suffix, "application/octet-stream"),
         "sha256": file_hash(path),
     }
-
-
-def check_crate(folder: Path) -> list[str]:
-    """What is wrong with the files of a crate: missing, of another size or content; [] if nothing.
-
-    Raises ArtefactError if its description is missing or no RO-Crate.
-    """
-    found = read_json(folder / FILE)
-    entities = found.get("@graph") if isinstance(found, dict) else None
-    if not isinstance(entities, list):
-        raise ArtefactError(
-            f"{folder / FILE}: has no @graph, so it describes no files. Write the crate again: "
-            "gaitval export SUBJECT --to bundle."
-        )
-    wrong = []
-    for entity in entities:
-        if entity.get("@type") != "File":
-            continue
-        path = folder / entity["@id"]
-        if not path.is_file():
-            wrong.append(f"{path}: is missing")
-        elif file_hash(path) != entity["sha256"]:
-            wrong.append(f"{path}: its content is not that of the description")
-    return wrong

@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, Side, opposite
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.errors import RecordError
 from gaitval.gait.sampling import interpolated
 from gaitval.metrics.comparison import low_pass_of
 from gaitval.metrics.cycles import filtered
@@ -165,33 +163,3 @@ def _of_trunk(frames: Array) -> dict[str, Array]:
         curves[f"{name}_frontal_angle_rad"] = -np.arcsin(left[:, 2])
         curves[f"{name}_transverse_angle_rad"] = np.arctan2(ahead[:, 1], ahead[:, 0])
     return curves
-
-
-def read_locohub(path: Path) -> dict[str, Array]:
-    """Curves (n, 150) of n cycles by column, of a phase-indexed file `path`. Raises RecordError if
-    it is no Parquet file, lacks LocoHub's columns, or has other than 150 points in a cycle.
-    """
-    import pandas as pd
-
-    try:
-        file_gate.parquet_rows(path, RecordError, largest=file_gate.TABLE)
-        frame = pd.read_parquet(path)
-    except (OSError, ValueError) as error:
-        raise RecordError(
-            f"{path}: cannot be read as Parquet ({error}). Give a phase-indexed file of LocoHub "
-            "(DATASET_phase.parquet)."
-        ) from None
-    missing = {"subject", "task", "step", "phase_ipsi"} - set(frame.columns)
-    if missing:
-        raise RecordError(
-            f"{path}: the columns {', '.join(sorted(missing))} are missing, so it is not LocoHub's "
-            "phase-indexed format. Give a file of the name DATASET_phase.parquet."
-        )
-    sizes = frame.groupby(["subject", "task", "step"], sort=False).size().to_numpy()
-    if (sizes != POINTS).any():
-        raise RecordError(
-            f"{path}: a cycle has {int(sizes[sizes != POINTS][0])} points, but a cycle of LocoHub "
-            f"has {POINTS}. Give the phase-indexed file, not the one over time."
-        )
-    numbers = frame.select_dtypes("number").drop(columns="step")
-    return {str(name): numbers[name].to_numpy(dtype=float).reshape(-1, POINTS) for name in numbers}

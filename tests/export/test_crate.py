@@ -1,12 +1,12 @@
-"""The RO-Crate: every file is described, with its hash; what is changed or lost is found."""
+"""The RO-Crate: every file is described, with its size and hash."""
 
+import hashlib
 import json
 from pathlib import Path
 
 import pytest
 
-from gaitval.errors import ArtefactError
-from gaitval_export.crate import FILE, check_crate
+from gaitval_export.crate import FILE
 from gaitval_export.formats import FORMATS, export_to
 from gaitval_export.walked import Walked
 
@@ -32,20 +32,9 @@ def test_it_describes_itself_and_every_file(walked: Walked, crate: Path) -> None
     there = {path.relative_to(crate).as_posix() for path in crate.rglob("*") if path.is_file()}
     assert described == there - {FILE}
     for name in described:
-        assert by_id[name]["contentSize"] == str((crate / name).stat().st_size)
+        content = (crate / name).read_bytes()
+        assert by_id[name]["contentSize"] == str(len(content))
+        assert by_id[name]["sha256"] == hashlib.sha256(content).hexdigest()
     record = by_id[root["citation"]["@id"]]
     assert record["creditText"] == walked.stored.subject.citation
     assert record["license"] == walked.stored.subject.licence
-    assert not check_crate(crate)
-
-
-def test_what_was_changed_or_lost_is_found(crate: Path) -> None:
-    (crate / "mujoco" / "person.xml").write_text("<mujoco/>")
-    (crate / "c3d" / "walk.c3d").unlink()
-    wrong = check_crate(crate)
-    assert len(wrong) == 2
-    assert any("person.xml: its content" in each for each in wrong)
-    assert any("walk.c3d: is missing" in each for each in wrong)
-    (crate / FILE).write_text("{}")
-    with pytest.raises(ArtefactError, match="no @graph"):
-        check_crate(crate)
