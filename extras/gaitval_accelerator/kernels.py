@@ -94,15 +94,10 @@ def push(
     pelvis: int,
     applied: wp.array2d[float],
 ):
-    """The external moment and force on the pelvis; a thread for each walker.
-
-    Parameters
-    ----------
-    root_force : (N, 6) Nm and N, world, as `physics_steps.Action.root_force`.
-    rotation : (N, bodies) from a body's axes to the world's.
-    pelvis : its body.
-    applied : (N, 31) out: MuJoCo's free joint has the force first, then the moment in the pelvis's
-        axes.
+    """The external moment and force on the pelvis; a thread for each walker. `root_force` (N, 6) Nm
+    and N, world, is as `physics_steps.Action.root_force`, `rotation` (N, bodies) from a body's axes
+    to the world's, `pelvis` its body. `applied` (N, 31) is out: MuJoCo's free joint has the force
+    first, then the moment in the pelvis's axes.
     """
     w = wp.tid()
     moment = wp.transpose(rotation[w, pelvis]) * wp.vec3(

@@ -43,16 +43,13 @@ Numbers = Array | wp.array2d[float] | wp.array1d[float]
 
 
 class AcceleratedWalkers:
-    """Walkers that take their physics steps together on a device.
+    """Walkers that take their physics steps together on a `device` of Warp, such as `cuda:0` or
+    `cpu`; Warp's choice if None: a GPU where there is one. There are N `walkers`, with
+    Hunt-Crossley contact; ConfigurationError for another law.
 
     Their bodies, gaits, contact and servos may differ; the physics step and the number of spheres
     are the same for all. They keep their arrays: `enter` takes a walker's state from them, `leave`
     brings it back, and in between all is on the device.
-
-    Parameters
-    ----------
-    walkers : N of them, with Hunt-Crossley contact. Raises ConfigurationError for another law.
-    device : of Warp, such as `cuda:0` or `cpu`; Warp's choice if None: a GPU where there is one.
     """
 
     def __init__(self, walkers: Sequence[Walker], device: str | None = None) -> None:
@@ -161,16 +158,12 @@ class AcceleratedWalkers:
         return positions, velocities
 
     def advance(self, offset: Numbers, root_force: Numbers, pace: Numbers) -> None:
-        """Advance all by one action, as `Walker.step` does one.
+        """Advance all by one action, as `Walker.step` does one: `offset` (N, 25) rad, `root_force`
+        (N, 6) external moment Nm and force N on the pelvis, world, and `pace` (N,), how fast to go
+        through the gait cycle, 1 as fast as the reference.
 
         What is on the device already is not brought there again, as the output of a policy that is
         computed there (`wp.from_torch`).
-
-        Parameters
-        ----------
-        offset : (N, 25) rad.
-        root_force : (N, 6) external moment Nm and force N on the pelvis, world.
-        pace : (N,) how fast to go through the gait cycle, 1 as fast as the reference.
         """
         wp.copy(self._target, self._asked)
         self._asked.assign(offset)

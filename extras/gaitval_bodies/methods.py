@@ -68,17 +68,11 @@ def shared_identification(
     """`identification.method=shared`: the posterior with errors that angles and belt share. The
     walker has its mean, and legs that differ by the mean of their difference (`legs`).
 
-    Parameters
-    ----------
-    fit, held : of `record`, and its solution with the body as scaled.
-    subject : whose record it is; the prior's mean has the offset of other people.
-    record, model : the record and the body as scaled.
-    configuration : its bounds of damping and friction are used.
-    on_progress : called once, with the sum of squares.
-
-    Raises
-    ------
-    ConfigurationError : the extended parameters are asked for, which are among its errors already.
+    `fit` is of `record`, and `held` its solution with the body (`model`) as scaled. `subject` is
+    whose record it is; the prior's mean has the offset of other people. Of the `configuration` the
+    bounds of damping and friction are used. `on_progress` is called once, with the sum of squares.
+    Raises ConfigurationError if the extended parameters are asked for, which are among its errors
+    already.
     """
     if fit.extended:
         raise ConfigurationError(
@@ -130,16 +124,13 @@ def rollouts_identification(
     configuration: Configuration,
     on_progress: Progress,
 ) -> FoundParameters:
-    """`identification.method=rollouts`: the paper's own, with the general policy. It has no
-    posterior, so no parameter is identified by it; the walker takes its body all the same.
+    """`identification.method=rollouts`: the paper's own, with the general policy, on `record` and
+    the body (`model`) as scaled. It has no posterior, so no parameter is identified by it; the
+    walker takes its body all the same.
 
-    Parameters
-    ----------
-    fit, held : of `record`; only the prior of `fit` is used.
-    subject : not used.
-    record, model : the record and the body as scaled.
-    configuration : settings of the search and of walking.
-    on_progress : called after each generation, with its best epsilon.
+    Of `fit` only the prior is used, `held` and `subject` are not. The `configuration` has the
+    settings of the search and of walking; `on_progress` is called after each generation, with its
+    best epsilon.
     """
     from gaitval.study.stored_policy import general_walker
     from gaitval_bodies.rollouts import Walks, identified_by_rollouts

@@ -178,15 +178,11 @@ class _Equations:
 
 
 class Profile:
-    """The fit for any held numbers, with the motion and the laboratory's errors at their best.
+    """The fit for any held numbers, with the motion and the laboratory's errors at their best:
+    `held` are the elements of `Solution.common` that are held, mu if left out.
 
-    Near a solution all of them answer almost linearly, so the equations of the solution are used
-    for every mu (chord steps), which takes hundredths of a second instead of seconds.
-
-    Parameters
-    ----------
-    fit, solution : where the equations are taken.
-    held : elements of `Solution.common` that are held; mu if left out.
+    Near a solution all of them answer almost linearly, so the equations of `fit` at its `solution`
+    are used for every mu (chord steps), which takes hundredths of a second instead of seconds.
     """
 
     def __init__(

@@ -57,13 +57,9 @@ class ByRollouts:
 
 
 class Walks:
-    """Epsilon of the walks of several bodies against one record.
-
-    Parameters
-    ----------
-    record, model : the record and the body as scaled.
-    policy : that walks, without noise.
-    configuration : settings of contact, simulation and cycles.
+    """Epsilon of the walks of several bodies against one `record`: of the `model` as scaled, with a
+    `policy` that walks without noise, by the settings of contact, simulation and cycles of the
+    `configuration`.
     """
 
     def __init__(
@@ -119,15 +115,10 @@ def identified_by_rollouts(
     seed: int = 0,
     on_generation: Callable[[int, float], None] | None = None,
 ) -> ByRollouts:
-    """The body with which a policy walks most like a record.
-
-    Parameters
-    ----------
-    walks : of the policy, against the record.
-    prior_sd : (14,) of mu; the search starts with `initial_sigma` of it.
-    settings : population, generations and tolerance.
-    seed : of the search.
-    on_generation : called with the number of the generation, from 1, and its best epsilon.
+    """The body with which a policy walks most like a record, by its `walks` against it. `prior_sd`
+    (14,) is of mu; the search starts with `initial_sigma` of it. `settings` has population,
+    generations and tolerance; `seed` is of the search. `on_generation` is called with the number of
+    the generation, from 1, and its best epsilon.
     """
     (before,) = walks([nominal_parameters()])
     shown = BodyFit.looked_for()

@@ -34,15 +34,9 @@ LEFT_OUT: Final = (".lock", ".process", ".study.lock")
 
 
 class Store:
-    """The folders of a cohort's studies.
-
-    Parameters
-    ----------
-    address : a path, or an address that fsspec knows: "s3://bucket/cohort".
-
-    Raises
-    ------
-    ConfigurationError : no such kind of address, or the package for it is missing.
+    """The folders of a cohort's studies at an `address`: a path, or what fsspec knows,
+    "s3://bucket/cohort". Raises ConfigurationError if there is no such kind of address, or the
+    package for it is missing.
     """
 
     def __init__(self, address: str) -> None:

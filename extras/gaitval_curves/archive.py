@@ -51,12 +51,8 @@ class Fetched:
 
 @dataclass(frozen=True)
 class DatasetState:
-    """A data set, and which of its files are in `folder`.
-
-    Attributes
-    ----------
-    missing : names of files that are not here, not of their size, or not unpacked. The hashes are
-        verified by `fetch`, not here.
+    """A data set, and which of its files are in `folder`: `missing` are those that are not here,
+    not of their size, or not unpacked. The hashes are verified by `fetch`, not here.
     """
 
     dataset: Dataset

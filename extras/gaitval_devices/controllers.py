@@ -80,11 +80,9 @@ Bump = tuple[
 
 
 class PhaseSpline(_Controller):
-    """Torque as a cubic spline of the phase (Zhang et al. 2017, Science 356:1280).
-
-    Attributes
-    ----------
-    bumps : phase of the peak, rise and fall time as fractions of the cycle, torque of the peak Nm.
+    """Torque as a cubic spline of the phase (Zhang et al. 2017, Science 356:1280). Each of `bumps`
+    has the phase of the peak, rise and fall time as fractions of the cycle, and the torque of the
+    peak, Nm.
     """
 
     kind: Literal["phase_spline"] = "phase_spline"

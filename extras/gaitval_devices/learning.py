@@ -143,15 +143,10 @@ def adapt(
     seed: int = 0,
     on_progress: Progress | None = None,
 ) -> Policy:
-    """Train a policy on with devices, in this process.
-
-    Parameters
-    ----------
-    task : the person with devices.
-    start : what the person walks with without them.
-    samples : actions in all, 10 ms each.
-    effort : times the cost of the muscles' moments in an ordinary training.
-    seed : of the devices that vary, and of all else that is random.
+    """Train a policy on with devices, in this process: `task` is the person with them, `start` what
+    the person walks with without. `samples` are actions in all, 10 ms each; `effort` is times the
+    cost of the muscles' moments in an ordinary training; `seed` is of the devices that vary, and of
+    all else that is random. `on_progress` as in `Progress`.
     """
     configuration = adaptation_settings(task.configuration, effort)
     training = configuration.training

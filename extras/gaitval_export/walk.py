@@ -25,17 +25,10 @@ ACTUATED = 25
 
 
 def hunt_crossley(law: Any, radius: Any, height: Any, velocity: Any) -> Any:
-    """Force of the ground on spheres.
-
-    Parameters
-    ----------
-    law : the numbers of `walker.json`.
-    radius, height : (K,) m, of the spheres and of their centres above the ground.
-    velocity : (K, 3) m/s, of their lowest points.
-
-    Returns
-    -------
-    Normal force N, friction over slip Ns/m, and slope of the normal force Ns/m, (K,) each.
+    """Force of the ground on K spheres: the normal force N, friction over slip Ns/m, and slope of
+    the normal force Ns/m, (K,) each. `law` has the numbers of `walker.json`; `radius` and `height`
+    (K,) m are those of the spheres and of their centres above the ground; `velocity` (K, 3) m/s is
+    of their lowest points.
     """
     depth, rate = radius - height, -velocity[:, 2]
     root = np.sqrt(depth * depth + law["smoothing"])

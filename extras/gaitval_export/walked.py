@@ -22,11 +22,8 @@ CYCLES = 12
 
 @dataclass(frozen=True)
 class Walked:
-    """A stored policy as it is validated: the identified body and the corrected reference.
-
-    Attributes
-    ----------
-    stored : the policy with its subject and settings.
+    """A policy as it was `stored`, with its subject and settings, and as it is validated: the
+    identified body and the corrected reference.
     """
 
     stored: StoredPolicy

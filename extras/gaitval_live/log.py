@@ -67,13 +67,8 @@ class Log:
 
 
 class Writer:
-    """Writes a log while the walk goes on; a process that is killed leaves all but the last lines.
-
-    Parameters
-    ----------
-    path : a new file.
-    person : who walks.
-    walk : of which nothing was walked yet.
+    """Writes the log of a `person` and their `walk`, of which nothing was walked yet, into a new
+    file `path` while the walk goes on; a process that is killed leaves all but the last lines.
     """
 
     def __init__(self, path: Path, person: Person, walk: LiveWalk) -> None:

@@ -60,13 +60,8 @@ FILES: Final[Mapping[str, tuple[str, str, str]]] = {
 
 
 class LiveServer(ThreadingHTTPServer):
-    """Serves one session until it is shut down.
-
-    Parameters
-    ----------
-    session : that is watched and acted on.
-    scene : what the page needs to know once, as JSON values.
-    port : 0 for one that is free.
+    """Serves one `session`, that is watched and acted on, until it is shut down. `scene` is what
+    the page needs to know once, as JSON values; `port` is 0 for one that is free.
     """
 
     daemon_threads = True

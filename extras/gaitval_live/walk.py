@@ -76,10 +76,7 @@ class Seen(NamedTuple):
 
 class LiveEnvironment(WalkingEnvironment):
     """An environment whose reference and body change while it walks, and that is pushed by hand.
-
-    Parameters
-    ----------
-    task : with settings; its reference's tables are overwritten.
+    The tables of the reference of its `task` are overwritten.
     """
 
     def __init__(self, task: WalkingTask) -> None:

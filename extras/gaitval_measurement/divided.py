@@ -49,21 +49,14 @@ def divided(
     level: float,
     processing: ProcessingSettings,
 ) -> list[tuple[slice, Array]]:
-    """What each foot has of a plate's force while both are on it.
+    """What each foot has of a plate's force while both are on it: the times, and there (n, 2, 6) N
+    and Nm, right first, low-passed. Double supports that are cut off, or before or after which not
+    one foot stands alone, are left out.
 
-    Parameters
-    ----------
-    recording : in the project's axes; `landmarks` names its markers.
-    stance : (T, 2) where each foot stands, right first, at the rate of the forces.
-    sharing : (T,) where both are on the plate.
-    wrench : (T, 6) N and Nm about the origin, of the plate.
-    level : m, of its surface.
-    processing : its low-pass of forces.
-
-    Returns
-    -------
-    The times, and there (n, 2, 6) N and Nm, low-passed. Double supports that are cut
-    off, or before or after which not one foot stands alone, are left out.
+    `recording` is in the project's axes, and `landmarks` names its markers. At the rate of the
+    forces, `stance` (T, 2) says where each foot stands, right first, `sharing` (T,) where both are
+    on the plate, and `wrench` (T, 6) N and Nm about the origin is the plate's, whose surface is at
+    `level` m. Of `processing` the low-pass of forces is used.
     """
     wrench = low_pass(
         wrench,

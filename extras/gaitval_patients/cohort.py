@@ -26,18 +26,11 @@ def found_patients(
     only: Sequence[str] = (),
     **about: Any,
 ) -> list[Patient]:
-    """The patients of a table of `strides`, by tables of `people`.
-
-    Parameters
-    ----------
-    speeds : texts "WHO=M/S" of groups or people; a person's comes before the group's.
-    healthy : groups whose walk ratio is that of healthy adults.
-    only : groups or people; all if there are none.
-    about : citation, licence and laboratory, as `records.patient` takes them.
-
-    Raises
-    ------
-    RecordError, SubjectError, ConfigurationError : a table or an option cannot be used.
+    """The patients of a table of `strides`, by tables of `people`. `speeds` are texts "WHO=M/S" of
+    groups or people; a person's comes before the group's. `healthy` are groups whose walk ratio is
+    that of healthy adults; `only` chooses groups or people, all if there are none. `about` has
+    citation, licence and laboratory, as `records.patient` takes them. Raises RecordError,
+    SubjectError or ConfigurationError if a table or an option cannot be used.
     """
     known: dict[str, Person] = {}
     tables = []

@@ -288,19 +288,11 @@ def harsh_person(
     *,
     left_leg: float | None = None,
 ) -> HarshPerson:
-    """The harsh virtual person of this number and seed.
-
-    Parameters
-    ----------
-    number, seed : together the seed of all random numbers.
-    person : whose scaled body and record it is drawn around.
-    policy : that walks it, `reports/general`.
-    configuration : settings of contact, simulation, cycles and noise.
-    left_leg : m, by which the left leg is longer than the right one; drawn if left out.
-
-    Raises
-    ------
-    VirtualError : they fall.
+    """The harsh virtual person of this `number` and `seed`, which are together the seed of all
+    random numbers, drawn around the scaled body and record of `person`. `policy`,
+    `reports/general`, walks it; `configuration` has settings of contact, simulation, cycles and
+    noise. The left leg is longer than the right one by `left_leg` m; drawn if left out. Raises
+    VirtualError if they fall.
     """
     random = np.random.default_rng([seed, number, _WORLD])
     truth = drawn_parameters(prior_sd(person), random)

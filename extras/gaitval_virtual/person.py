@@ -147,18 +147,10 @@ def of_another_size(person: Subject, random: np.random.Generator) -> Subject:
 def virtual_person(
     number: int, seed: int, person: Subject, policy: Policy, configuration: Configuration
 ) -> VirtualPerson:
-    """The virtual person of this number and seed.
-
-    Parameters
-    ----------
-    number, seed : together the seed of all random numbers.
-    person : whose scaled body and record it is drawn around.
-    policy : that walks it, `reports/general`.
-    configuration : settings of contact, simulation, cycles and noise.
-
-    Raises
-    ------
-    VirtualError : they fall.
+    """The virtual person of this `number` and `seed`, which are together the seed of all random
+    numbers, drawn around the scaled body and record of `person`. `policy`, `reports/general`, walks
+    it; `configuration` has settings of contact, simulation, cycles and noise. Raises VirtualError
+    if they fall.
     """
     random = np.random.default_rng([seed, number])
     truth = drawn_parameters(prior_sd(person), random)

@@ -131,18 +131,10 @@ class RecordedPerson:
 def recorded_person(
     number: int, seed: int, person: Subject, policy: Policy, configuration: Configuration
 ) -> RecordedPerson:
-    """The recording of the virtual person of this number and seed.
-
-    Parameters
-    ----------
-    number, seed : together the seed of all random numbers.
-    person : whose scaled body and record it is drawn around.
-    policy : that walks it, `reports/general`.
-    configuration : settings of contact, simulation and validation.
-
-    Raises
-    ------
-    VirtualError : they fall, or a foot steps on the other foot's belt.
+    """The recording of the virtual person of this `number` and `seed`, which are together the seed
+    of all random numbers, drawn around the scaled body and record of `person`. `policy`,
+    `reports/general`, walks it; `configuration` has settings of contact, simulation and validation.
+    Raises VirtualError if they fall, or a foot steps on the other foot's belt.
     """
     random = np.random.default_rng([seed, number])
     drawn, mu = drawn_parameters(prior_sd(person), random), nominal_parameters()

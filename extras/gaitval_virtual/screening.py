@@ -159,15 +159,9 @@ def screened(
     *,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> list[Screened]:
-    """Every parameter of `NAMES`: its effects on a walk, and how well the record determines it.
-
-    Parameters
-    ----------
-    task : body, reference and constants.
-    policy : that walks all bodies.
-    record : with moments and forces.
-    prior_sd : (14,) of mu.
-    on_progress : called with the walks done, and all of them.
+    """Every parameter of `NAMES`: its effects on a walk, and how well the `record`, with moments
+    and forces, determines it. `task` has body, reference and constants; `policy` walks all bodies;
+    `prior_sd` (14,) is of mu. `on_progress` is called with the walks done, and all of them.
     """
     configuration = task.configuration
     sd = np.array([*prior_sd, *(each.prior_sd for each in EXTENDED)])
