@@ -20,7 +20,7 @@ from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
-from gaitval.metrics.verdicts import target_text
+from gaitval.metrics.verdicts import SIGNS, target_text
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
@@ -244,7 +244,6 @@ def _moved(subject: str, row: Row) -> dict[str, Any]:
 
 
 def _flip(subject: str, flip: Flip) -> dict[str, Any]:
-    sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[flip.limit]
     return {
         "subject": subject,
         "title": flip.title,
@@ -252,7 +251,7 @@ def _flip(subject: str, flip: Flip) -> dict[str, Any]:
         "decides": flip.decides,
         "before": _value(flip.before),
         "now": _value(flip.now),
-        "limit": f"{sign} {flip.tolerance:g}",
+        "limit": f"{SIGNS[flip.limit]} {flip.tolerance:g}",
         "unit": "" if flip.unit == "1" else flip.unit,
         "kept": flip.kept,
     }

@@ -102,13 +102,13 @@ def judge(
 def _say(result: "JudgeResult", model: str, page: str) -> None:
     """Limits that are not kept, what was noticed, what could not be judged, and the page."""
     from gaitval.metrics.recording_limits import WHY_NOT_JUDGED
+    from gaitval.metrics.verdicts import SIGNS
 
     rows = [["limit", "of", "value", "limit", "verdict"]]
     for one in result.limits:
         if one.decides and not one.passed:
             value = "not measured" if one.value is None else f"{one.value:.4g} {one.unit}"
-            sign = {"at_most": "≤", "at_least": "≥", "exactly": "="}[one.relation]
-            limit = f"{sign} {one.limit:g} {one.unit}"
+            limit = f"{SIGNS[one.relation]} {one.limit:g} {one.unit}"
             shown = (each.removesuffix(" 1") for each in (value, limit))
             rows.append([one.title, one.target, *shown, "FAILED"])
     if len(rows) > 1:

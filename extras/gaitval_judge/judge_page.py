@@ -12,6 +12,7 @@ from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
 from gaitval.metrics.norms import Norm
 from gaitval.metrics.tolerances import Verdict
+from gaitval.metrics.verdicts import SIGNS
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.page import write_page
@@ -93,7 +94,7 @@ def _row(found: Judgement, verdicts: list[Verdict]) -> dict[str, Any]:
         "others": len(verdicts) - 1,
         "value": worst.value,
         "digits": 3 if worst.unit in ("1", "Nm/kg") else 1,
-        "sign": {"at_most": "≤", "at_least": "≥", "exactly": "="}[worst.limit],
+        "sign": SIGNS[worst.limit],
         "limit": worst.tolerance,
         "unit": "" if worst.unit == "1" else worst.unit,
         "source": worst.citation,
@@ -108,9 +109,7 @@ def _drawings(found: Judgement) -> dict[str, list[Markup]]:
     if found.gait is not None:
         stance = dict(found.gait.stance_fraction)
     bands = {
-        f"moments/{name[:-2]}": Norm(
-            0.5 * (band.low + band.high), 0.5 * (band.high - band.low), people=0
-        )
+        f"moments/{name[:-2]}": Norm(band.middle, 0.5 * (band.high - band.low), people=0)
         for name, band in found.band.items()
     }
     drawn: dict[str, list[Markup]] = {}
