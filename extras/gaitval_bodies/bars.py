@@ -28,7 +28,7 @@ def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
     ]
     legs = found.legs
     mean, sd = legs.estimate
-    drawn = [(each.name.replace("_", " "), each.z, each.sd / each.prior_sd) for each in shown]
+    drawn = [(each.name.replace("_", " "), each.z, each.contraction) for each in shown]
     return [*drawn, ("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd)]
 
 

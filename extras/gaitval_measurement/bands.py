@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side, split_side
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import GaitCycle, normalise
@@ -306,7 +307,7 @@ class _Chain:
                 found[f"moment_{name}"] = normalise(time, values / mass, window.cycle)
         force = normalise(time, loads.force[:, SIDES.index(side)], window.cycle)
         for axis, name in enumerate(AXES):
-            found[f"force_{name}_{side[0]}"] = force[:, axis] / (mass * 9.80665)
+            found[f"force_{name}_{side[0]}"] = force[:, axis] / (mass * STANDARD_GRAVITY)
         return found
 
     def changes(self) -> list[_Change]:
