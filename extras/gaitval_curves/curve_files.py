@@ -29,7 +29,7 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
-from gaitval_curves.wbds_files import MOMENT_SEAM, read_angles, read_kinetics
+from gaitval_curves.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
 
 AngleUnit = Literal["deg", "rad"]
 
@@ -96,8 +96,8 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
         *_angle_problems(degrees, angle_unit),
         *_kinetic_problems(moments, forces),
     ]
-    _refuse(where, problems)
-    _refuse(where, _jumps({"angle": degrees, "moment": moments, "force": forces}))
+    refuse(where, problems)
+    refuse(where, _jumps({"angle": degrees, "moment": moments, "force": forces}))
     return MeanCurves(
         {name: np.radians(values) for name, values in degrees.items()},
         moments,
@@ -256,15 +256,8 @@ def _of_kind(
     missing = [f"{kind}_{name}" for name in required if name not in found]
     if missing:
         problems.append(f"missing columns: {', '.join(missing)}.")
-    _refuse(where, problems)
+    refuse(where, problems)
     return found
-
-
-def _refuse(where: str, problems: Sequence[str]) -> None:
-    if problems:
-        shown = [f"  - {problem}" for problem in problems[:10]]
-        more = [f"  … and {len(problems) - len(shown)} more"] if len(problems) > 10 else []
-        raise RecordError(f"{where}: cannot be used\n" + "\n".join([*shown, *more]))
 
 
 def _gaps(kinds: Mapping[str, Mapping[str, Array]]) -> list[str]:

@@ -104,13 +104,15 @@ def _header_problems(seen: Sequence[str], expected: Sequence[str], other: str) -
     return problems
 
 
-def _refuse(path: Path, problems: Sequence[str]) -> None:
-    """Raise a `RecordError` that lists the first problems, if there are any."""
+def refuse(where: str | Path, problems: Sequence[str]) -> None:
+    """Raise a `RecordError` that says `where` they are and lists the first of the `problems`, if
+    there are any.
+    """
     if problems:
         shown = [f"  - {problem}" for problem in problems[:10]]
         if len(problems) > len(shown):
             shown.append(f"  … and {len(problems) - len(shown)} more")
-        raise RecordError(f"{path}: cannot be used\n" + "\n".join(shown))
+        raise RecordError(f"{where}: cannot be used\n" + "\n".join(shown))
 
 
 def _text(path: Path) -> str:
@@ -130,7 +132,7 @@ def _read_processed(
     """Columns of a tab-separated file of 101 rows; NaN only where a name has `may_be_nan`."""
     lines = _text(path).splitlines()
     header = lines[0].split("\t") if lines else []
-    _refuse(path, _header_problems(header, columns, other))
+    refuse(path, _header_problems(header, columns, other))
     problems = []
     if len(lines) - 1 != SAMPLES:
         problems.append(
@@ -159,10 +161,10 @@ def _read_processed(
                     f"row {i + 2}, column {header[j]}: {field.strip()}; the mean curve has a gap. "
                     "Use a trial without gaps."
                 )
-    _refuse(path, problems)
+    refuse(path, problems)
     found = {name: table[:, header.index(name)] for name in columns}
     if not np.array_equal(found.pop("Time"), np.arange(SAMPLES)):
-        _refuse(path, ["column Time: not 0, 1 … 100 (% of the gait cycle). Normalise the time."])
+        refuse(path, ["column Time: not 0, 1 … 100 (% of the gait cycle). Normalise the time."])
     return found
 
 
@@ -194,7 +196,7 @@ def read_angles(path: Path) -> dict[str, Array]:
                 f"column {letter}HipAngleZ: smallest at {np.argmin(hip)} % of the cycle; the hip "
                 "is most extended at 35-75 %. Are columns exchanged, or the sign changed?"
             )
-    _refuse(path, problems)
+    refuse(path, problems)
     return {
         f"{name}_{side[0]}": sign * np.radians(found[_LETTER[side] + column])
         for side in SIDES
@@ -253,7 +255,7 @@ def read_kinetics(path: Path) -> Kinetics:
     path = Path(path)
     names = [*_MOMENTS, *_FORCES]
     found = _read_processed(path, _columns(names), other="Angle", may_be_nan="GRF")
-    _refuse(path, _kinetics_problems(found))
+    refuse(path, _kinetics_problems(found))
     forces: dict[Side, Array] = {}
     for side in SIDES:
         letter, medial = _LETTER[side], 1 if side == "right" else -1
@@ -278,7 +280,7 @@ def table_rows(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
         for name in needed
         if name not in (reader.fieldnames or ())
     ]
-    _refuse(path, problems)
+    refuse(path, problems)
     try:
         return list(reader)
     except csv.Error as error:
