@@ -6,15 +6,14 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces
 from gaitval_export.ground_wrenches import ground_wrenches
-from gaitval_export.opensim.coordinates import (
-    OPENSIM_COORDINATES,
-    PELVIS_TRANSLATIONS,
-    forces_to_opensim,
+from gaitval_export.opensim.motion import (
+    write_external_loads,
+    write_forces,
+    write_ground_reaction,
+    write_motion,
 )
-from gaitval_export.opensim.motion import write_external_loads, write_ground_reaction, write_motion
 from gaitval_export.opensim.osim import write_osim
 from gaitval_export.virtual_markers import virtual_markers
 from gaitval_export.walked import Walked
@@ -35,20 +34,10 @@ def write_opensim(folder: Path, walked: Walked) -> list[Path]:
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
     acting = np.hstack([np.zeros((len(time), 6)), walk.moments[walked.acting]])
-    write_storage(moments, _generalised_forces(time, positions, acting))
+    write_forces(moments, time, positions, acting)
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
     return paths
-
-
-def _generalised_forces(time: Array, positions: Array, forces: Array) -> StorageTable:
-    """Forces (T, 31) Nm and N under the names of OpenSim's inverse dynamics."""
-    names = tuple(
-        f"{name}_force" if name in PELVIS_TRANSLATIONS else f"{name}_moment"
-        for name in OPENSIM_COORDINATES
-    )
-    values = forces_to_opensim(positions, forces)
-    return StorageTable(names, time, values, name="Inverse Dynamics Generalized Forces")
 
 
 def foot_forces(walked: Walked) -> FootForces:

@@ -48,18 +48,25 @@ def write_motion(path: Path, time: Array, positions: Array) -> None:
 
 
 def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> None:
-    """Write joint moments and the residuals on the pelvis to `path` (`.sto`, Nm and N), under the
-    names of OpenSim's inverse dynamics: `hip_flexion_r_moment`, `pelvis_tx_force`, … `dynamics` is
-    that of the motion `positions` (T, 31) rad and m.
+    """Write joint moments and the residuals on the pelvis to `path`, as `write_forces`; `dynamics`
+    is that of the motion `positions` (T, 31) rad and m.
     """
     forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, dynamics.moments])
+    write_forces(path, dynamics.time, positions, forces)
+
+
+def write_forces(path: Path, time: Array, positions: Array, forces: Array) -> None:
+    """Write generalised `forces` (T, 31) Nm and N to `path` (`.sto`), under the names of OpenSim's
+    inverse dynamics: `hip_flexion_r_moment`, `pelvis_tx_force`, … They are at `time` (T,) s of the
+    motion `positions` (T, 31) rad and m, see `forces_to_opensim`.
+    """
     names = tuple(
         f"{name}_moment" if rotation else f"{name}_force"
         for name, rotation in zip(OPENSIM_COORDINATES, _ROTATIONS, strict=True)
     )
     values = forces_to_opensim(positions, forces)
     name = "Inverse Dynamics Generalized Forces"
-    write_storage(path, StorageTable(names, dynamics.time, values, name=name))
+    write_storage(path, StorageTable(names, time, values, name=name))
 
 
 def write_ground_reaction(path: Path, forces: FootForces) -> None:
