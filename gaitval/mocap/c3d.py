@@ -51,7 +51,7 @@ def read_c3d(path: Path, *, plates: bool = True) -> Recording:
     if labels_of(contents, "EVENT", "LABELS"):
         from gaitval.mocap.c3d_events import stored_events
 
-        events = stored_events(contents, start, len(markers) / rate)
+        events = stored_events(path, contents, start, len(markers) / rate)
     return Recording(
         source=str(path),
         axes="laboratory",

@@ -231,15 +231,19 @@ def check_frames(path: Path, contents: Contents, analogs: int, samples: int, roo
     )
 
 
-def labels_of(contents: Contents, group: str, name: str) -> list[str]:
-    """Values of a text parameter by its `group` and `name`, for example POINT and LABELS, in the
-    order of `contents`, without blanks at their ends; it continues in NAME2, NAME3 after 255
-    entries. Empty where it is missing.
+def continued(contents: Contents, group: str, name: str) -> list[Any]:
+    """Values of a parameter of `contents` by its `group` and `name`, as a flat list; they continue
+    in NAME2, NAME3 after 255 entries. Empty where it is missing.
     """
-    found = [str(text).strip() for text in contents.get(group, name)]
+    found = contents.get(group, name)
     for number in range(2, 100):
         more = contents.get(group, f"{name}{number}")
         if not more:
             break
-        found += [str(text).strip() for text in more]
+        found += more
     return found
+
+
+def labels_of(contents: Contents, group: str, name: str) -> list[str]:
+    """Texts of `continued`, for example of POINT and LABELS, without blanks at their ends."""
+    return [str(text).strip() for text in continued(contents, group, name)]

@@ -2,17 +2,24 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 from gaitval.coordinates import Side
-from gaitval.mocap.c3d_contents import Contents, labels_of
+from gaitval.mocap.c3d_contents import Contents, continued, labels_of
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.recording import Event, EventKind
 
 SAME_EVENT_S: Final = 0.2
 """Events of the same side and kind that are closer than this are one event, s; half a running step
 takes longer."""
 
-_SIDES: Final[dict[str, Side]] = {"left": "left", "right": "right", "l": "left", "r": "right"}
+_SIDES: Final[dict[str, Side]] = {
+    **dict.fromkeys(("left", "links", "gauche", "izquierda", "izquierdo"), "left"),
+    **dict.fromkeys(("esquerda", "esquerdo", "sinistra", "sinistro", "l"), "left"),
+    **dict.fromkeys(("right", "rechts", "droite", "droit", "derecha", "derecho"), "right"),
+    **dict.fromkeys(("direita", "direito", "destra", "destro", "r"), "right"),
+}
 _STRIKES: Final = (
     *("hs", "fs", "ic", "fc", "on", "heelstrike", "heelcontact", "footstrike", "footcontact"),
     *("footon", "initialcontact"),
@@ -20,26 +27,36 @@ _STRIKES: Final = (
 _OFFS: Final = ("to", "fo", "off", "toeoff", "footoff")
 
 
-def _event(label: str, context: str) -> tuple[Side, EventKind, bool] | None:
-    """Side and kind of an event, and whether it is a plate's contact; None for other events."""
-    # Letters only: `R-HS` and `R HS` are the same.
-    plain = re.sub(r"[^a-z]", "", label.lower())
-    named = context.strip().lower()[:1]
-    side: Side | None = "left" if named == "l" else "right" if named == "r" else None
+def _words(text: str) -> list[str]:
+    """Words of a label: `R-HS` and `R HS` are the same, and so is `HeelStrikeRight` in three."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])|[^A-Za-z]+", " ", text).lower().split()
+
+
+def _event(label: str, context: str) -> tuple[Side | None, EventKind, bool] | None:
+    """Side (None where nothing says it) and kind of an event, and whether it is a plate's contact;
+    None for other events.
+    """
+    words = _words(label)
+    side = next((_SIDES[word] for word in _words(context)[:1] if word in _SIDES), None)
+    if words and words[-1] in _SIDES:
+        side = _SIDES[words.pop()]
+    plain = "".join(words)
     # Ordered with the longest prefixes first: `left` also begins with `l`.
     for prefix, found in _SIDES.items():
         rest = plain.removeprefix(prefix)
         if rest != plain and rest in _STRIKES + _OFFS:
             plain, side = rest, found
             break
-    if side is None or plain not in _STRIKES + _OFFS:
+    if plain not in _STRIKES + _OFFS:
         return None
     return side, "heel_strike" if plain in _STRIKES else "toe_off", plain in ("on", "off")
 
 
-def stored_events(contents: Contents, start: float, duration: float) -> tuple[Event, ...]:
-    """Gait events of `contents` within the recording, which begins at `start` and lasts `duration`,
-    s; in order of time, each once.
+def stored_events(
+    path: Path, contents: Contents, start: float, duration: float
+) -> tuple[Event, ...]:
+    """Gait events of the `contents` of the file `path` within the recording, which begins at
+    `start` and lasts `duration`, s; in order of time, each once.
 
     Times are on the clock in which the trial's first frame is frame 1, even if the file has been
     cut. Some programs count from the first frame that is kept; this is assumed if no event fits
@@ -48,17 +65,26 @@ def stored_events(contents: Contents, start: float, duration: float) -> tuple[Ev
     """
     labels = labels_of(contents, "EVENT", "LABELS")
     contexts = labels_of(contents, "EVENT", "CONTEXTS")
-    times = contents.get("EVENT", "TIMES")
-    found = []
+    times = continued(contents, "EVENT", "TIMES")
+    found, no_side = [], dict[str, None]()
     for index, label in enumerate(labels[: len(times) // 2]):
         # CONTEXTS, which has the side, may be shorter than LABELS or missing.
         meaning = _event(label, contexts[index] if index < len(contexts) else "")
-        if meaning is not None:
-            side, kind, contact = meaning
+        if meaning is None:
+            continue
+        side, kind, contact = meaning
+        if side is None and not contact:  # an ON alone may be that of any device
+            no_side[label] = None
+        elif side is not None:
             # EVENT:TIMES is an array of 2 by events, minutes and seconds, with the first index
             # fastest.
             seconds = 60.0 * float(times[2 * index]) + float(times[2 * index + 1])
             found.append((Event(seconds, side, kind), contact))
+    if no_side:
+        passed_over(
+            f"{path}: gait events without a side ({', '.join(no_side)}), which are left out. Write "
+            "Left or Right into EVENT:CONTEXTS or into the label"
+        )
     inside = [pair for pair in found if start - 0.05 <= pair[0].time <= start + duration]
     if start and not inside:
         found = [(replace(event, time=event.time + start), contact) for event, contact in found]

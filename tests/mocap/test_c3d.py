@@ -620,15 +620,24 @@ class TestEvents:
             ("Right Heel Strike", "", "right", "heel_strike"),
             ("Left_Toe_Off", "General", "left", "toe_off"),
             ("R_IC", "", "right", "heel_strike"),
+            ("HS_R", "", "right", "heel_strike"),
+            ("ToeOffLeft", "", "left", "toe_off"),
+            ("Foot Strike", "Gauche", "left", "heel_strike"),
+            ("Foot Strike", "Droite", "right", "heel_strike"),
+            ("Foot Off", "Izquierda", "left", "toe_off"),
+            ("Foot Off", "Derecho", "right", "toe_off"),
+            ("Foot Off", "Rechts", "right", "toe_off"),
+            ("Foot Strike", "Esquerda", "left", "heel_strike"),
+            ("Foot Strike", "Sinistra", "left", "heel_strike"),
         ]
         path = write(
             tmp_path / "a.c3d",
             rate=1.0,
-            markers=np.full((10, 3, 3), 500.0),
+            markers=np.full((20, 3, 3), 500.0),
             parameters={
                 ("EVENT", "LABELS"): [label for label, *_ in known],
                 ("EVENT", "CONTEXTS"): [context for _, context, *_ in known],
-                ("EVENT", "TIMES"): np.array([[0.0] * 9, range(9)]),
+                ("EVENT", "TIMES"): np.array([[0.0] * len(known), range(len(known))]),
             },
         )
         assert read_c3d(path).events == tuple(
@@ -641,7 +650,7 @@ class TestEvents:
             rate=1.0,
             markers=np.full((100, 3, 3), 500.0),
             parameters={
-                ("EVENT", "LABELS"): ["LTO", "Clap", "Foot Strike", "LHS"],
+                ("EVENT", "LABELS"): ["LTO", "Clap", "On", "LHS"],
                 ("EVENT", "TIMES"): np.array([[1.0, 0, 0, 0], [5.5, 1, 2, 3]]),
             },
         )
@@ -649,6 +658,38 @@ class TestEvents:
             Event(3.0, "left", "heel_strike"),
             Event(65.5, "left", "toe_off"),
         )
+
+    @pytest.mark.parametrize("context", ["", "General"])
+    def test_one_that_names_no_side_is_left_out_and_said(self, tmp_path, context):
+        path = write(
+            tmp_path / "a.c3d",
+            rate=1.0,
+            markers=np.full((10, 3, 3), 500.0),
+            parameters={
+                ("EVENT", "LABELS"): ["Foot Strike", "LHS"],
+                ("EVENT", "CONTEXTS"): [context, "Left"],
+                ("EVENT", "TIMES"): np.array([[0.0, 0.0], [2.0, 3.0]]),
+            },
+        )
+        with pytest.warns(RecordWarning, match=r"without a side \(Foot Strike\)"):
+            assert read_c3d(path).events == (Event(3.0, "left", "heel_strike"),)
+
+    def test_more_than_255_events_continue_in_second_parameters(self, tmp_path):
+        """The format's arrays have at most 255 entries, so a long walk's go on in TIMES2."""
+        path = write(
+            tmp_path / "a.c3d",
+            rate=1.0,
+            markers=np.full((400, 3, 3), 500.0),
+            parameters={
+                ("EVENT", "LABELS"): ["LHS"] * 255,
+                ("EVENT", "LABELS2"): ["RTO"] * 45,
+                ("EVENT", "TIMES"): np.array([[0.0] * 255, range(255)]),
+                ("EVENT", "TIMES2"): np.array([[0.0] * 45, range(255, 300)]),
+            },
+        )
+        events = read_c3d(path).events
+        assert [event.time for event in events] == list(range(300))
+        assert [event.side for event in events] == ["left"] * 255 + ["right"] * 45
 
     @pytest.mark.parametrize("stored", [1.53, 0.03], ids=["from frame 1", "from what is kept"])
     def test_clock_of_a_file_that_was_cut(self, tmp_path, stored):
