@@ -70,9 +70,16 @@ def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
     labels = labels_of(contents, "POINT", "LABELS")
     count = contents.points.shape[1]
     if not count or not len(contents.points):
+        poses = labels_of(contents, "ROTATION", "LABELS")
+        instead = (
+            f"It has poses of segments instead (ROTATION: {', '.join(poses)}), as Theia3D writes "
+            "them, which are not read. Export places on these segments as points, from Visual3D."
+            if poses
+            else "Export the trial with its labelled markers."
+        )
         raise RecordError(
             f"{path}: no markers in the file ({len(contents.points)} frames, {count} points). "
-            "Export the trial with its labelled markers."
+            f"{instead}"
         )
     if len(labels) < count:
         raise RecordError(

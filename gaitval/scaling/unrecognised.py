@@ -53,6 +53,14 @@ def unknown(
     )
     twice = ", ".join(name[:-2] for name in names if name.endswith("#2"))
     said = f" Several markers have one name: {twice}." if twice else ""
+    first = names[0] if names else ""
+    begins = [first[: at + 1] for at, letter in enumerate(first) if letter == "_"]
+    shared = [begin for begin in begins if all(name.startswith(begin) for name in names)]
+    if shared and len(names) > 1:
+        said += (
+            f" All names begin with {shared[-1]}: if that is the person's name, export again "
+            f"without it, or with a colon behind it ({shared[-1][:-1]}:)."
+        )
     lines = [
         f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).{said}",
         f"  found: {', '.join(names) or 'none'}",

@@ -18,7 +18,7 @@ from scipy.signal import butter, filtfilt
 from gaitval.arrays import Array
 from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap import c3d_contents
-from gaitval.mocap.c3d import read_c3d
+from gaitval.mocap.c3d import _markers, read_c3d
 from gaitval.mocap.c3d_plates import _zero_samples
 from gaitval.mocap.c3d_process import opened, samples_of
 from gaitval.mocap.force_plates import certain_load, plate_axes
@@ -717,6 +717,19 @@ class TestEvents:
             assert min(np.diff(times)) > 1.0
         strikes = [e.time for e in recording.events if (e.side, e.kind) == ("right", "heel_strike")]
         assert strikes[1] == pytest.approx(3.3733, abs=1e-3)
+
+
+def test_a_file_of_theia_names_the_poses_that_it_has_instead_of_markers():
+    """What ezc3d finds in one: frames without points, and a group for the matrices."""
+    contents = c3d_contents.Contents(
+        parameters={"ROTATION": {"LABELS": {"value": ["pelvis_4X4", "l_thigh_4X4"]}}},
+        first_frame=0,
+        points=np.zeros((100, 0, 3)),
+        residuals=np.zeros((100, 0)),
+        analogs=np.zeros((0, 0)),
+    )
+    with pytest.raises(RecordError, match=r"ROTATION: pelvis_4X4, l_thigh_4X4\), as Theia3D"):
+        _markers(Path("walk.c3d"), contents)
 
 
 class TestRefusals:

@@ -294,6 +294,14 @@ def test_of_two_names_of_one_marker_the_sets_own_spelling_counts():
     assert found.renamed(["RKnee"]) == {"RKnee": "r_knee"}
 
 
+def test_a_prefix_that_ends_in_no_colon_is_named():
+    """OptiTrack's Motive writes asset and marker with ":" or with "_" between them."""
+    names = [f"Anna_{name}" for name in load_marker_set("wbds").markers]
+    with pytest.raises(RecordError, match=r"All names begin with Anna_: .* a colon behind it"):
+        recognise(names)
+    recognise([name.replace("_", ":", 1) for name in names])
+
+
 def test_an_unknown_set_says_what_to_do(tmp_path):
     names = ["R_ASI", "L_ASI", "R_Kne", "L_Kne", "Sternum"]
     with pytest.raises(RecordError) as error:
