@@ -37,7 +37,8 @@ def _event(label: str, context: str) -> tuple[Side | None, EventKind, bool] | No
     None for other events.
     """
     words = _words(label)
-    side = next((_SIDES[word] for word in _words(context)[:1] if word in _SIDES), None)
+    # Lt, Rt, Linker, … begin with the letter.
+    side = next((_SIDES.get(of, _SIDES.get(of[0])) for of in _words(context)[:1]), None)
     if words and words[-1] in _SIDES:
         side = _SIDES[words.pop()]
     plain = "".join(words)

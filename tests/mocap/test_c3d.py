@@ -627,6 +627,7 @@ class TestEvents:
             ("Foot Off", "Izquierda", "left", "toe_off"),
             ("Foot Off", "Derecho", "right", "toe_off"),
             ("Foot Off", "Rechts", "right", "toe_off"),
+            ("Foot Strike", "Lt.", "left", "heel_strike"),
             ("Foot Strike", "Esquerda", "left", "heel_strike"),
             ("Foot Strike", "Sinistra", "left", "heel_strike"),
         ]
