@@ -14,6 +14,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+from evidence import STARTED
 from gaitval.artefacts import read_json, write_json
 from gaitval.cli.display import live_view
 from gaitval.configuration import load_configuration
@@ -100,6 +101,7 @@ def store(kind: str, name: str, metrics: dict[str, Any], run: Run) -> None:
         "reference_errors": reference_errors(run),
         "starts": walk["starts"],
         "measures": metrics["measures"],
+        "commit": STARTED,
     }
     path = STORE / kind / f"{name}.json"
     write_json(path, kept)
