@@ -234,10 +234,10 @@ def _channel_units(
             factors.append(unit_factor(path, unit or overall or "N", NEWTONS, what))
         elif kind == 1 and place < 5:
             factors.append(METRES.get(unit_name(unit), metres))
-        elif unit:
+        elif unit and unit != "N":
             what = f"the unit of channel {number} (ANALOG:UNITS)"
             factors.append(unit_factor(path, unit, NEWTON_METRES, what))
-        else:
+        else:  # BTS writes N for all channels
             factors.append(metres)  # the format's rule: newtons times POINT:UNITS
     return np.array(factors)
 

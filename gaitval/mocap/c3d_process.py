@@ -12,6 +12,7 @@ import os
 import struct
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,23 @@ def limit_time(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (whole, whole + 1))
 
 
+def entries(data: bytes) -> Iterator[tuple[int, bytes, int, int]]:
+    """The parameters and groups of a file: number of the group, negative where it is one; name in
+    capitals; place of the step to the next; place behind the entry.
+
+    Parameters
+    ----------
+    data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
+    """
+    at, step = (data[0] - 1) * 512 + 4, 1
+    while step and data[at]:
+        length, group = struct.unpack_from("2b", data, at)
+        pointer = at + 2 + abs(length)
+        (step,) = struct.unpack_from("<H", data, pointer)
+        yield group, data[at + 2 : pointer].upper(), pointer, pointer + step
+        at = pointer + step
+
+
 def with_whole_offsets(data: bytes) -> bytes | None:
     """A file whose ANALOG:OFFSET is stored as floats, as some programs write it although the format
     wants integers, with the same numbers as integers; None for any other file.
@@ -85,14 +103,12 @@ def with_whole_offsets(data: bytes) -> bytes | None:
     data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
     """
     first = (data[0] - 1) * 512
-    at, last = first + 4, first + 512 * data[first + 2]
+    last = first + 512 * data[first + 2]
     if data[first + 3] != 84:  # of another processor, whose floats are others
         return None
-    while data[at]:
-        length, group = struct.unpack_from("2b", data, at)
-        name, pointer = data[at + 2 : at + 2 + abs(length)], at + 2 + abs(length)
-        (step,) = struct.unpack_from("<H", data, pointer)
-        if group > 0 and name.upper() == b"OFFSET" and data[pointer + 2] == 4:
+    for group, name, pointer, _ in entries(data):
+        if group > 0 and name == b"OFFSET" and data[pointer + 2] == 4:
+            (step,) = struct.unpack_from("<H", data, pointer)
             begin = pointer + 4 + data[pointer + 3]
             count = math.prod(data[pointer + 4 : begin])
             numbers = struct.unpack_from(f"<{count}f", data, begin)
@@ -108,22 +124,53 @@ def with_whole_offsets(data: bytes) -> bytes | None:
                 data[last:],
             )
             return b"".join(parts)
-        if not step:
-            return None
-        at = pointer + step
     return None
 
 
+def with_analog_rate(data: bytes) -> bytes | None:
+    """A file of BTS without ANALOG:RATE with that of its header, without which ezc3d takes the
+    channels of each frame for markers; None for any other file.
+
+    Parameters
+    ----------
+    data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
+    """
+    first = (data[0] - 1) * 512
+    last = first + 512 * data[first + 2]
+    (values,) = struct.unpack_from("<H", data, 4)
+    samples, frames = struct.unpack_from("<Hf", data, 18)
+    found = list(entries(data))
+    group = next((-group for group, name, *_ in found if group < 0 and name == b"ANALOG"), 0)
+    known = any((group, b"RATE") == each[:2] for each in found)
+    if known or not (group and values) or data[first + 3] != 84:
+        return None
+    entry = struct.pack("<bb4sHbBfB", 4, group, b"RATE", 9, 4, 0, samples * frames, 0)
+    # A last step of 0 ends the list too, and then it does not say where its entry ends.
+    pointer, end = found[-1][2:]
+    if end == pointer or any(data[end : end + len(entry) + 2]) or end + len(entry) + 2 > last:
+        return None
+    return data[:end] + entry + data[end + len(entry) :]
+
+
 def opened(path: Path) -> Any:
-    """What ezc3d finds in the file `path`. Raises what it does, but for wrong offsets."""
+    """What ezc3d finds in the file `path`, with whole offsets and an analog rate where they can be
+    had. Raises what ezc3d does.
+    """
+    file, failed = None, None
     try:
-        return ezc3d.c3d(str(path))
-    except Exception:
-        data = None
-        with contextlib.suppress(IndexError, struct.error, ValueError, OverflowError):
-            data = with_whole_offsets(path.read_bytes())
-        if data is None:
-            raise
+        file = ezc3d.c3d(str(path))
+        if file["parameters"]["ANALOG"]["RATE"]["value"][0]:
+            return file
+    except Exception as error:
+        failed = error
+    mend = with_analog_rate if failed is None else with_whole_offsets
+    data = None
+    with contextlib.suppress(IndexError, struct.error, ValueError, OverflowError):
+        data = mend(path.read_bytes())
+    if data is None:
+        if failed is not None:
+            raise failed
+        return file
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "copy.c3d"
         copy.write_bytes(data)

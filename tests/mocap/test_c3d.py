@@ -970,6 +970,26 @@ def test_counts_and_offsets_are_read_with_their_signs(
     )
 
 
+def test_the_headers_rate_counts_where_the_parameters_have_none(tmp_path):
+    """BTS writes no ANALOG:RATE: ezc3d took the channels of a frame for points of the next."""
+    counts = np.arange(60).reshape(20, 3)
+    write_integer_c3d(tmp_path / "a.c3d", counts, 0, 1.0, "SIGNED")
+    whole = (tmp_path / "a.c3d").read_bytes()
+    assert whole.count(b"\4\2RATE") == 1
+    (tmp_path / "b.c3d").write_bytes(whole.replace(b"\4\2RATE", b"\4\2NONE"))
+    file = opened(tmp_path / "b.c3d")
+    assert file["parameters"]["ANALOG"]["RATE"]["value"] == [100.0]
+    np.testing.assert_allclose(samples_of(file), counts)
+
+
+@pytest.mark.parametrize("kind", [1, 2])
+def test_a_moment_that_a_file_calls_newtons_is_newtons_times_its_unit_of_length(tmp_path, kind):
+    """BTS writes N for all channels; without a unit the format has N times POINT:UNITS, here mm."""
+    plate = replace(plate_of(kind), units=("N",) * 6)
+    (read,) = read_c3d(write(tmp_path / "a.c3d", plates=[plate])).plates
+    assert_carries(read)
+
+
 @pytest.mark.parametrize(("before", "after"), [(500.0, 1000.0), (500.0, 0.0), (100.0, 50.0)])
 def test_a_rate_that_contradicts_the_header_is_named(tmp_path, before, after):
     """The parameters decide how ezc3d cuts the data into frames: they would be read askew."""
