@@ -20,15 +20,8 @@ def is_of_another(error: Exception, path: Path) -> bool:
 
 
 def why_unwritable(error: Exception) -> str | None:
-    """Why the operating system refused to write a file, and how to fix it.
-
-    Parameters
-    ----------
-    error : any exception.
-
-    Returns
-    -------
-    Words for the middle of a message; None if the error is not about a disk or permissions.
+    """Why the operating system refused to write a file, and how to fix it, as words for the middle
+    of a message; None if the `error` is not about a disk or permissions.
     """
     # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
     number = error.errno if isinstance(error, OSError) else None

@@ -42,12 +42,8 @@ def moment_curves(moments: Array) -> list[NamedCurve]:
 def curve_frame(
     curves: Iterable[NamedCurve], *, axis: str = "percent", at: Array | None = None
 ) -> pd.DataFrame:
-    """Tidy table of curves.
-
-    Parameters
-    ----------
-    curves : name with its side's suffix, unit, values (n,).
-    axis, at : name and values (n,) of what they run over; 0 to 100 % when not given.
+    """Tidy table of `curves`, each a name with its side's suffix, a unit and values (n,), over what
+    is named `axis` and has the values `at` (n,), 0 to 100 % when not given.
     """
     parts = []
     for name, unit, values in curves:

@@ -21,11 +21,8 @@ import numpy as np
 
 
 def values(stored: Any) -> list[Any]:
-    """Values of a parameter in the file's order; texts without trailing blanks and NUL.
-
-    Parameters
-    ----------
-    stored : array of any shape, or list, as ezc3d gives it; the first index is fastest in the file.
+    """Values of a parameter in the file's order; texts without trailing blanks and NUL. `stored` is
+    an array of any shape, or a list, as ezc3d gives it; the first index is fastest in the file.
     """
     found: list[Any] = np.asarray(stored).ravel(order="F").tolist()
     return [plain(value) if isinstance(value, str) else value for value in found]
@@ -42,12 +39,8 @@ def plain(text: str) -> str:
 
 
 def limit_memory(size: int) -> None:
-    """Limit this process to the memory that a file needs, if the system can: Windows has no such
-    limit, and macOS refuses it.
-
-    Parameters
-    ----------
-    size : of the file, bytes.
+    """Limit this process to the memory that a file of a `size` in bytes needs, if the system can:
+    Windows has no such limit, and macOS refuses it.
     """
     try:
         import resource
@@ -60,11 +53,8 @@ def limit_memory(size: int) -> None:
 
 
 def limit_time(seconds: float) -> None:
-    """End this process when it has computed for too long, if the system can.
-
-    Parameters
-    ----------
-    seconds : of computing, not by the clock; rounded up to whole seconds.
+    """End this process when it has computed for so many `seconds`, not by the clock and rounded up,
+    if the system can.
     """
     try:
         import resource
@@ -78,12 +68,9 @@ def limit_time(seconds: float) -> None:
 
 
 def entries(data: bytes) -> Iterator[tuple[int, bytes, int, int]]:
-    """The parameters and groups of a file: number of the group, negative where it is one; name in
-    capitals; place of the step to the next; place behind the entry.
-
-    Parameters
-    ----------
-    data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
+    """The parameters and groups of a file, whose `data` these are: number of the group, negative
+    where it is one; name in capitals; place of the step to the next; place behind the entry. Raises
+    IndexError or struct.error if the file ends in its parameters.
     """
     at, step = (data[0] - 1) * 512 + 4, 1
     while step and data[at]:
@@ -95,12 +82,9 @@ def entries(data: bytes) -> Iterator[tuple[int, bytes, int, int]]:
 
 
 def with_whole_offsets(data: bytes) -> bytes | None:
-    """A file whose ANALOG:OFFSET is stored as floats, as some programs write it although the format
-    wants integers, with the same numbers as integers; None for any other file.
-
-    Parameters
-    ----------
-    data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
+    """The whole `data` of a file whose ANALOG:OFFSET is stored as floats, as some programs write it
+    although the format wants integers, with the same numbers as integers; None for any other file.
+    Raises as `entries`.
     """
     first = (data[0] - 1) * 512
     last = first + 512 * data[first + 2]
@@ -128,12 +112,8 @@ def with_whole_offsets(data: bytes) -> bytes | None:
 
 
 def with_analog_rate(data: bytes) -> bytes | None:
-    """A file of BTS without ANALOG:RATE with that of its header, without which ezc3d takes the
-    channels of each frame for markers; None for any other file.
-
-    Parameters
-    ----------
-    data : of the whole file. Raises IndexError or struct.error if it ends in its parameters.
+    """The whole `data` of a file of BTS without ANALOG:RATE with that of its header, without which
+    ezc3d takes the channels of each frame for markers; None for any other file. Raises as `entries`.
     """
     first = (data[0] - 1) * 512
     last = first + 512 * data[first + 2]

@@ -117,12 +117,8 @@ _LEFT_RIGHT: Final = (
 
 
 def opposite_marker(name: str, names: Iterable[str]) -> str | None:
-    """The marker at the same place on the other side of the body, by its name, if there is one.
-
-    Parameters
-    ----------
-    name : of a marker; the side is read from it.
-    names : of all markers of the trial.
+    """The marker among the `names` of a trial at the same place on the other side of the body than
+    that of this `name`, from which the side is read; None if there is none.
 
     >>> opposite_marker("R.Knee", ["R.Knee", "L.Knee"])
     'L.Knee'

@@ -10,13 +10,8 @@ from gaitval.mocap.c3d_contents import Contents
 
 
 def wrench_of_sensors(kind: int, loads: Array, origin: Array) -> tuple[Array, Array]:
-    """`force_plates.plate_wrench` of these types.
-
-    Parameters
-    ----------
-    kind : 1, 3, 6 or 7.
-    loads : (T, 6, 8 or 12) channels after the plate's calibration.
-    origin : (3,) m.
+    """`force_plates.plate_wrench` of a plate of a `kind` of 1, 3, 6 or 7: `loads` (T, 6, 8 or 12)
+    are its channels after calibration; `origin` (3,) is in m.
     """
     if kind == 1:
         force = loads[:, :3]

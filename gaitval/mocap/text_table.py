@@ -33,15 +33,8 @@ def _not_text(path: Path) -> RecordError:
 
 
 def text_lines(path: Path) -> list[str]:
-    """Lines of a text file in UTF-8 or Windows' code page.
-
-    Parameters
-    ----------
-    path : the file.
-
-    Raises
-    ------
-    RecordError : the file cannot be opened, is empty, or is not text (`_not_text`).
+    """Lines of the text file `path` in UTF-8 or Windows' code page. Raises RecordError if it cannot
+    be opened, is empty, or is not text (`_not_text`).
     """
     try:
         # Motion Analysis and Vicon write the folder's name in Windows' code page.
@@ -214,12 +207,8 @@ def sample_rate(path: Path, time: Array) -> float:
 
 
 def with_gaps(markers: Array) -> Array:
-    """The same trajectories with NaN where a marker was not seen.
-
-    Parameters
-    ----------
-    markers : (T, M, 3) in any unit; a marker that lacks a coordinate or is exactly at the origin
-        was not seen.
+    """Trajectories `markers` (T, M, 3) in any unit with NaN where one was not seen: it lacks a
+    coordinate or is exactly at the origin.
     """
     hidden = np.isnan(markers).any(axis=2) | (markers == 0).all(axis=2)
     return np.where(hidden[:, :, None], np.nan, markers)

@@ -46,22 +46,15 @@ _TOLERANCES = "height", "rotation", "drift"
 
 
 def action_size(constants: EnvironmentSettings) -> int:
-    """Size of an action: one number per joint, and the pace if the policy chooses it.
-
-    Parameters
-    ----------
-    constants : settings of the environment; the policy chooses the pace unless `pace_scale` is 0.
+    """Size of an action in an environment with these `constants`: one number per joint, and the
+    pace, which the policy chooses unless `pace_scale` is 0.
     """
     return len(ACTUATED) + (constants.pace_scale > 0.0)
 
 
 def episode_arrays(constants: EnvironmentSettings, *many: int) -> EpisodeArrays:
-    """Arrays of one environment or of several, all zero.
-
-    Parameters
-    ----------
-    constants : settings of the environment; they decide the size of the observation.
-    many : number of environments, as leading axes (many, …); none for a single environment.
+    """Arrays of one environment or of several, all zero: `constants` decide the size of the
+    observation, `many` is the number of environments, as leading axes; none for a single one.
     """
     seen = OBSERVATION_SIZES[constants.observation]
     sizes = ACTION_COUNT, ACTION_COUNT, len(PARAMETERS), seen, ERROR_COUNT, 10, ROOT_DOFS
@@ -170,15 +163,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Start in a state of the reference; see the class for `options`.
-
-        Parameters
-        ----------
-        seed : of the environment's random numbers; None continues with them.
-
-        Returns
-        -------
-        The observation, and an empty dictionary.
+        """Start in a state of the reference; see the class for `options`. `seed` is of the
+        environment's random numbers; None continues with them. Returns the observation, and an
+        empty dictionary.
         """
         super().reset(seed=seed)
         options = options or {}

@@ -225,12 +225,8 @@ class WalkingPPO(PPO):
 
 
 def walking_ppo(configuration: Configuration, device: str) -> WalkingPPO:
-    """PPO with the network and settings of a configuration, without its own environments.
-
-    Parameters
-    ----------
-    configuration : its training, environment and seed are used.
-    device : `cpu` or `cuda`.
+    """PPO with the network, training, environment's settings and seed of a `configuration`, without
+    environments of its own, on a `device`: `cpu` or `cuda`.
     """
     training = configuration.training
     layers = [training.hidden_units, training.hidden_units]
@@ -463,11 +459,8 @@ class Learner:
         return tensors
 
     def restore(self, tensors: dict[str, torch.Tensor]) -> None:
-        """Restore what `tensors` gave; the optimiser's state only if present.
-
-        Raises
-        ------
-        KeyError, RuntimeError : the tensors are of another network.
+        """Restore what `tensors` gave; the optimiser's state only if present. Raises KeyError or
+        RuntimeError if they are of another network.
         """
         policy = self.ppo.policy
         policy.load_state_dict({name: tensors[name].float() for name in policy.state_dict()})

@@ -51,13 +51,7 @@ class Layers(NamedTuple):
 
 
 def layers_of(network: Network, rows: int) -> Layers:
-    """Arrays for minibatches.
-
-    Parameters
-    ----------
-    network : whose sizes and precision they have.
-    rows : observations of a minibatch.
-    """
+    """Arrays for minibatches of so many `rows`, with the sizes and the precision of `network`."""
     kind = network.first.dtype
     units, size = network.first.shape
     outputs = len(network.last)

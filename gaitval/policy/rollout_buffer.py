@@ -238,15 +238,8 @@ class WalkingWorkers:
         self._tell("begin", seed)
 
     def walk(self, tensors: dict[str, NDArray[Any]], noise: NDArray[np.float32]) -> RolloutBuffer:
-        """Continue the walks with a policy of these `tensors`.
-
-        Parameters
-        ----------
-        noise : (T, E, A), added to the policy's actions.
-
-        Returns
-        -------
-        Views of shared memory, which the next call overwrites.
+        """Continue the walks with a policy of these `tensors`, to whose actions `noise` (T, E, A)
+        is added. Returns views of shared memory, which the next call overwrites.
         """
         self._experience.actions[:] = noise
         self._tell("walk", tensors)

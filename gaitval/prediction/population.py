@@ -39,12 +39,8 @@ def on_the_line(people: People, speed: float) -> NormalForm:
 
 
 def change_with_speed(people: People) -> NormalForm | None:
-    """Change of a person's gait per unit of dimensionless speed, by least squares within the people
-    who have several trials; None if nobody has.
-
-    Parameters
-    ----------
-    people : the gaits of every person, the own first.
+    """Change of a person's gait per unit of dimensionless speed, by least squares within those
+    `people`, each with the own gait first, who have several trials; None if nobody has.
     """
     steps = [(person[0], gait) for person in people for gait in person[1:]]
     if not steps:
@@ -59,16 +55,12 @@ def change_with_speed(people: People) -> NormalForm | None:
 
 
 def expected(people: People, speed: float) -> NormalForm:
-    """The gait to expect of someone who is only known to walk at this dimensionless speed.
+    """The gait to expect of someone who is only known to walk at this dimensionless `speed`, from
+    other `people`, each with the own gait first.
 
     The mean of two predictions: the straight line through all trials, and the mean person, moved to
     this speed as speed changes people's gait (which nine people predict a tenth better with than
     with either alone).
-
-    Parameters
-    ----------
-    people : the gaits of every person, the own first.
-    speed : dimensionless.
     """
     line = on_the_line(people, speed)
     change = change_with_speed(people)

@@ -122,13 +122,8 @@ def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:
 
 
 def change_of_others(subject: Subject, others: Sequence[Subject]) -> NormalForm:
-    """Change of other people's gait per unit of dimensionless speed.
-
-    Parameters
-    ----------
-    subject : the person to leave out.
-    others : people, with several trials each if possible: without, the change between people is
-        taken.
+    """Change of the gait of `others` per unit of dimensionless speed, without the person of
+    `subject`; between people, where nobody has several trials.
     """
     people = other_people(subject, others)
     change = change_with_speed(people)
