@@ -113,7 +113,8 @@ def with_whole_offsets(data: bytes) -> bytes | None:
 
 def with_analog_rate(data: bytes) -> bytes | None:
     """The whole `data` of a file of BTS without ANALOG:RATE with that of its header, without which
-    ezc3d takes the channels of each frame for markers; None for any other file. Raises as `entries`.
+    ezc3d takes the channels of each frame for markers; None for any other file. Raises as
+    `entries`.
     """
     first = (data[0] - 1) * 512
     last = first + 512 * data[first + 2]
