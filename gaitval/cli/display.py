@@ -108,12 +108,9 @@ class Live(Observer):
             self._show_clock()
 
     def progress(self, values: Mapping[str, float]) -> None:
-        """Show the progress of a stage.
-
-        Parameters
-        ----------
-        values : `total` and one of `samples`, `generation`, `steps`, `pushes` or `walks` count;
-            all others (`reward`, `cycles`, ...) are shown beside it.
+        """Show the progress of a stage: of its `values`, `total` and one of `samples`,
+        `generation`, `steps`, `pushes` or `walks` count; all others (`reward`, `cycles`, ...) are
+        shown beside it.
         """
         units = ("samples", "generation", "steps", "pushes", "walks")
         unit = next(name for name in units if name in values)

@@ -58,16 +58,12 @@ def empty_dynamics() -> SegmentDynamics:
 def inertial_wrenches(
     tree: Tree, q: Array, qd: Array, qdd: Array, segments: SegmentDynamics
 ) -> None:
-    """What each segment needs for its own motion, into `segments`.
+    """What each segment of the body `tree` needs for its own motion, with positions, velocities and
+    accelerations `q`, `qd`, `qdd` (31,), root convention of `model.tree`, into `segments`: `wrench`
+    gets the moment about the segment's joint and the force, world axes.
 
     It is long because it is one recursion, written out in scalars: numba would allocate vectors on
     the heap, which takes longer than the sums.
-
-    Parameters
-    ----------
-    tree : the body.
-    q, qd, qdd : (31,) positions, velocities, accelerations, root convention of `model.tree`.
-    segments : out; `wrench` gets the moment about the segment's joint and the force, world axes.
     """
     frames, turning, wrench = segments
     rotation, origin, axes, angular, _ = frames

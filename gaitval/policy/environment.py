@@ -208,17 +208,12 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         return self._seen(), {}
 
     def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
-        """Subtract `centring` times a policy's action bias from its actions from now on.
+        """Subtract `centring` times the action bias of a `policy`, from observations (100, size) to
+        actions (100, A), from its actions from now on.
 
         The action bias is the policy's action at each phase when a body with the parameters `mu`
-        (14,) is exactly on the reference. It is not used in training.
-
-        Parameters
-        ----------
-        policy : observations (100, size) to actions (100, A).
-        mu : (14,) body parameters.
-        key : which policy it is (`Policy.key`): an action bias that is known already is not
-            computed again.
+        (14,) is exactly on the reference. It is not used in training. That of a `key`
+        (`Policy.key`) which is known already is not computed again.
         """
         share = self.constants.centring
         known = None if key is None else (key, np.asarray(mu, dtype=float).tobytes())
@@ -317,16 +312,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
     def step(
         self, action: NDArray[np.float32], recording: Trajectory | None = None
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Advance by one action; see the class for `action` and `info`.
-
-        Parameters
-        ----------
-        recording : receives the physics steps of the action, if given.
-
-        Returns
-        -------
-        Observation, reward, whether the walker fell, whether the episode has its full length, and
-            `info`.
+        """Advance by one `action`, whose physics steps `recording` receives, if given. Returns
+        observation, reward, whether the walker fell, whether the episode has its full length, and
+        `info`; see the class for `action` and `info`.
         """
         if self._habit is not None:
             # The phase keeps counting over cycles; only its fraction is the place in the cycle.

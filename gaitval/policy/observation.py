@@ -399,16 +399,13 @@ def measure(
     episode: EpisodeArrays,
     work: MeasureWorkspace,
 ) -> None:
-    """Observation and squared errors of one state, or of eight in lanes, into `episode`.
+    """Observation and squared errors of one state, or of eight in lanes, into `episode`. `change`
+    is the mean squared difference of the last action from the one before; `tree`, `yardstick`,
+    `state`, `phase`, `pace`, `lift`, `ground`, `moments`, `episode`, `work` are as
+    `judgement.judge` takes them.
 
     It is long because both use the same differences from the reference and it runs at every action:
     two functions would have to pass twelve arrays.
-
-    Parameters
-    ----------
-    tree, yardstick, state, phase, pace, lift, ground, moments, episode, work : as
-        `judgement.judge` takes them.
-    change : mean squared difference of the last action from the one before.
     """
     targets, mass, weight = yardstick.targets, yardstick.mass, yardstick.weight
     observation, errors, action = episode.observation, episode.errors, episode.action

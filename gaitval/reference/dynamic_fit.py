@@ -513,15 +513,10 @@ def solve_problem(
     smallest_gain: float = SMALLEST_GAIN,
     with_covariance: bool = True,
 ) -> Solution:
-    """The change and `common` with the least sum of squares, by damped Gauss-Newton steps.
-
-    Parameters
-    ----------
-    problem : the fit.
-    start : change and `common` to start from, near the solution; else zero, and little weight on
-        Newton's laws at first.
-    smallest_gain : relative decrease of the sum of squares at which the steps end.
-    with_covariance : whether it is computed, which takes as long as two steps.
+    """The change and `common` of a `problem` with the least sum of squares, by damped Gauss-Newton
+    steps from `start`, both near the solution; else from zero, with little weight on Newton's laws
+    at first. They end at a relative decrease of the sum of `smallest_gain`. The covariance, if
+    `with_covariance`, takes as long as two steps.
     """
     dofs, terms = len(COORDINATES), problem.series[0].shape[1]
     count = len(problem.prior)

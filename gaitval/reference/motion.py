@@ -400,16 +400,13 @@ def _series(phase: Array, order: int) -> Array:
 def _pelvis_translation(
     record: GaitRecord, phase: Array, com_offset: Array, foot_offset: Array
 ) -> Array:
-    """Periodic part of the pelvis position (N, 3), mean zero.
+    """Periodic part of the pelvis position (N, 3), mean zero, at the phases `phase` of a `record`.
+    From the pelvis' origin it is `com_offset` (N, 3) m to the centre of mass, and `foot_offset`
+    (N, 2, 3) m to the right and the left ankle, world axes.
 
     Least squares over a Fourier series: the centre of mass accelerates as the recorded forces
     require (with their mean scaled to what periodic motion needs), and the flat foot is stationary
     (on a belt it moves backwards at the mean speed relative to the walker).
-
-    Parameters
-    ----------
-    com_offset : (N, 3) m, centre of mass relative to the pelvis origin, world axes.
-    foot_offset : (N, 2, 3) m, right and left ankle relative to the pelvis origin.
     """
     force = sum(
         (record.ground_reaction(side, side_phase(record, side, phase)) for side in SIDES),

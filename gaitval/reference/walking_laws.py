@@ -77,14 +77,10 @@ def _work(spheres: int) -> _Work:
 
 @njit_borrowing
 def _instant(tree: Tree, law: ContactLaw, lag: Array, work: _Work, out: Array) -> None:
-    """The terms of the laws at one instant, or in lanes at eight.
-
-    Parameters
-    ----------
-    work : its `inputs` (93,) are the coordinates (31) with the pelvis' Cardan angles first, their
-        rates, their second rates.
-    out : (48,) generalised forces (31) that must act in addition to the ground's; rotation vector
-        of the trunk; the numbers of both feet, see `FOOT`.
+    """The terms of the laws at one instant, or in lanes at eight. The `inputs` (93,) of `work` are
+    the coordinates (31) with the pelvis' Cardan angles first, their rates, their second rates; into
+    `out` (48,) go the generalised forces (31) that must act in addition to the ground's; the
+    rotation vector of the trunk; the numbers of both feet, see `FOOT`.
     """
     x, q, qd, qdd = work.inputs, work.state[0], work.state[1], work.state[2]
     root_state(

@@ -402,17 +402,9 @@ def prepared(
     file: Path,
     tell: Tell = silent,
 ) -> Recording:
-    """A walking trial turned about the vertical, so that the person walks along +x, and cleaned.
-
-    Parameters
-    ----------
-    recording : `named` after `marker_set`, in the project's axes.
-    processing : how it is cleaned.
-    file : what the trial is called when `tell` is called.
-
-    Raises
-    ------
-    RecordError : see `turn_to_walking_direction` and `clean`.
+    """A walking trial `recording`, `named` after `marker_set` and in the project's axes, turned
+    about the vertical, so that the person walks along +x, and cleaned as `processing` says; `tell`
+    calls it `file`. Raises RecordError as `turn_to_walking_direction` and `clean`.
     """
     landmarks = marker_set.landmarks
     recording, heading = turn_to_walking_direction(recording, landmarks)

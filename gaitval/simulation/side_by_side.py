@@ -51,15 +51,10 @@ class LaneArrays(NamedTuple):
 def advance_lanes(
     bodies: WalkerBody, arrays: LaneArrays, account: Account, work: Workspace
 ) -> None:
-    """All physics steps of an action of eight walkers; see `physics_steps.advance`.
-
-    Parameters
-    ----------
-    bodies : of the walkers: numbers and arrays have a last axis of eight, but for what all have in
-        common, and `phase_step` is (1, 8).
-    arrays : of the walkers; their phases and states change.
-    account : filled, with a last axis of eight; its length is the number of steps.
-    work : overwritten.
+    """All physics steps of an action of eight walkers (`physics_steps.advance`) with `bodies` whose
+    numbers and arrays have a last axis of eight, but for what all have in common; `phase_step` is
+    (1, 8). Phases and states of `arrays` change; `account`, whose length is the number of steps, is
+    filled, with a last axis of eight; `work` is overwritten.
     """
     # The same memory, seen as arrays whose elements are vectors of eight numbers (`lanes`).
     lanes = in_lanes(arrays)
