@@ -110,7 +110,7 @@ def test_every_section_says_what_the_summary_holds(page: Page) -> None:
         "2 × both feet on one plate; 1 × the trial ends before the next heel strike.",
         "Joint fit0.801.911.022.86used",
         "right thigh0.402110.4000.984",
-        "Residual force, RMS11.204.10N",
+        "residual force, RMS11.204.10N",
         "WBDS01walkT01.c3d4,325,376" + "1b" * 32,
         "gaitval 0.3.0, numpy 2.2.1.",
     ):

@@ -544,7 +544,7 @@ def import_of(recorded: Recorded) -> SimpleNamespace:
         person.model, person.measured, recorded.places, load_marker_set("wbds")
     )
     body = SimpleNamespace(placement=placement)
-    request = SimpleNamespace(aid=None)
+    request = SimpleNamespace(aid=None, consistent=False)
     return SimpleNamespace(request=request, body=body, trials=[walk], weight_ratio=None)
 
 
