@@ -144,10 +144,10 @@ def opened(path: Path) -> Any:
             return file
     except Exception as error:
         failed = error
-    mend = with_analog_rate if failed is None else with_whole_offsets
+    corrected = with_analog_rate if failed is None else with_whole_offsets
     data = None
     with contextlib.suppress(IndexError, struct.error, ValueError, OverflowError):
-        data = mend(path.read_bytes())
+        data = corrected(path.read_bytes())
     if data is None:
         if failed is not None:
             raise failed

@@ -1,5 +1,6 @@
 """Messages about markers that fit no known marker set, or two nearly equally."""
 
+import os
 from collections.abc import Sequence
 from typing import Final
 
@@ -53,13 +54,12 @@ def unknown(
     )
     twice = ", ".join(name[:-2] for name in names if name.endswith("#2"))
     said = f" Several markers have one name: {twice}." if twice else ""
-    first = names[0] if names else ""
-    begins = [first[: at + 1] for at, letter in enumerate(first) if letter == "_"]
-    shared = [begin for begin in begins if all(name.startswith(begin) for name in names)]
-    if shared and len(names) > 1:
+    # character by character is what is wanted: names are no paths
+    shared, joined, _ = os.path.commonprefix(names).rpartition("_")  # noqa: RUF071
+    if joined and len(names) > 1:
         said += (
-            f" All names begin with {shared[-1]}: if that is the person's name, export again "
-            f"without it, or with a colon behind it ({shared[-1][:-1]}:)."
+            f" All names begin with {shared}_: if that is the person's name, export again without "
+            f"it, or with a colon behind it ({shared}:)."
         )
     lines = [
         f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).{said}",

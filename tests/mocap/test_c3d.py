@@ -609,6 +609,19 @@ class TestPlates:
 
 
 class TestEvents:
+    def stored(self, folder: Path, frames: int, **values: object) -> tuple[Event, ...]:
+        """Events of a file of so many `frames`, 1 a second, with `values` of EVENT by their names,
+        in minutes and seconds of its times.
+        """
+        return read_c3d(
+            write(
+                folder / "a.c3d",
+                rate=1.0,
+                markers=np.full((frames, 3, 3), 500.0),
+                parameters={("EVENT", name): value for name, value in values.items()},
+            )
+        ).events
+
     def test_spellings(self, tmp_path):
         known = [
             ("LHS", "", "left", "heel_strike"),
@@ -631,64 +644,46 @@ class TestEvents:
             ("Foot Strike", "Esquerda", "left", "heel_strike"),
             ("Foot Strike", "Sinistra", "left", "heel_strike"),
         ]
-        path = write(
-            tmp_path / "a.c3d",
-            rate=1.0,
-            markers=np.full((20, 3, 3), 500.0),
-            parameters={
-                ("EVENT", "LABELS"): [label for label, *_ in known],
-                ("EVENT", "CONTEXTS"): [context for _, context, *_ in known],
-                ("EVENT", "TIMES"): np.array([[0.0] * len(known), range(len(known))]),
-            },
+        events = self.stored(
+            tmp_path,
+            20,
+            LABELS=[label for label, *_ in known],
+            CONTEXTS=[context for _, context, *_ in known],
+            TIMES=np.array([[0.0] * len(known), range(len(known))]),
         )
-        assert read_c3d(path).events == tuple(
+        assert events == tuple(
             Event(float(time), side, kind) for time, (_, _, side, kind) in enumerate(known)
         )
 
     def test_others_are_left_out_and_minutes_counted(self, tmp_path):
-        path = write(
-            tmp_path / "a.c3d",
-            rate=1.0,
-            markers=np.full((100, 3, 3), 500.0),
-            parameters={
-                ("EVENT", "LABELS"): ["LTO", "Clap", "On", "LHS"],
-                ("EVENT", "TIMES"): np.array([[1.0, 0, 0, 0], [5.5, 1, 2, 3]]),
-            },
-        )
-        assert read_c3d(path).events == (
+        times = np.array([[1.0, 0, 0, 0], [5.5, 1, 2, 3]])
+        assert self.stored(tmp_path, 100, LABELS=["LTO", "Clap", "On", "LHS"], TIMES=times) == (
             Event(3.0, "left", "heel_strike"),
             Event(65.5, "left", "toe_off"),
         )
 
     @pytest.mark.parametrize("context", ["", "General"])
     def test_one_that_names_no_side_is_left_out_and_said(self, tmp_path, context):
-        path = write(
-            tmp_path / "a.c3d",
-            rate=1.0,
-            markers=np.full((10, 3, 3), 500.0),
-            parameters={
-                ("EVENT", "LABELS"): ["Foot Strike", "LHS"],
-                ("EVENT", "CONTEXTS"): [context, "Left"],
-                ("EVENT", "TIMES"): np.array([[0.0, 0.0], [2.0, 3.0]]),
-            },
-        )
         with pytest.warns(RecordWarning, match=r"without a side \(Foot Strike\)"):
-            assert read_c3d(path).events == (Event(3.0, "left", "heel_strike"),)
+            events = self.stored(
+                tmp_path,
+                10,
+                LABELS=["Foot Strike", "LHS"],
+                CONTEXTS=[context, "Left"],
+                TIMES=np.array([[0.0, 0.0], [2.0, 3.0]]),
+            )
+        assert events == (Event(3.0, "left", "heel_strike"),)
 
     def test_more_than_255_events_continue_in_second_parameters(self, tmp_path):
         """The format's arrays have at most 255 entries, so a long walk's go on in TIMES2."""
-        path = write(
-            tmp_path / "a.c3d",
-            rate=1.0,
-            markers=np.full((400, 3, 3), 500.0),
-            parameters={
-                ("EVENT", "LABELS"): ["LHS"] * 255,
-                ("EVENT", "LABELS2"): ["RTO"] * 45,
-                ("EVENT", "TIMES"): np.array([[0.0] * 255, range(255)]),
-                ("EVENT", "TIMES2"): np.array([[0.0] * 45, range(255, 300)]),
-            },
+        events = self.stored(
+            tmp_path,
+            400,
+            LABELS=["LHS"] * 255,
+            LABELS2=["RTO"] * 45,
+            TIMES=np.array([[0.0] * 255, range(255)]),
+            TIMES2=np.array([[0.0] * 45, range(255, 300)]),
         )
-        events = read_c3d(path).events
         assert [event.time for event in events] == list(range(300))
         assert [event.side for event in events] == ["left"] * 255 + ["right"] * 45
 
