@@ -578,6 +578,13 @@ EQUAL: Final = (
         "the order in which a page lists speeds: tests/markers, tests/measurement, tests/patients, "
         "tests/live",
     ),
+    Equal(
+        "0c3499cb1f",
+        "e915bf33fc",
+        ("gaitval/mocap/c3d_process.py", "gaitval/scaling/unrecognised.py"),
+        "another name of a variable, and the words that names begin with by the library: "
+        "tests/mocap, tests/scaling",
+    ),
 )
 """Oldest first."""
 
