@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+from fit_table import row
 from typer.testing import CliRunner
 
 from gaitval.cli import app as cli
@@ -150,3 +152,17 @@ def test_tables_say_what_the_stored_figures_say(command):
         text=True,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_the_table_of_fits_says_how_far_the_fit_is():
+    """Of S10, whose recorded hip centres are furthest from the model's."""
+    found = row("S10")
+    page = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
+    table = page.split("<!-- fit: begin -->")[1].split("<!-- fit: end -->")[0]
+    printed = next(line for line in table.splitlines() if line.startswith("| S10 |"))
+    now, then = (
+        [float(each) for each in re.findall(r"\d+\.\d+", line)] for line in (found, printed)
+    )
+    moments = slice(6, 12)
+    assert now[moments] == pytest.approx(then[moments], abs=0.002)
+    assert now == pytest.approx(then, abs=0.11)
