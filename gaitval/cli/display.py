@@ -309,7 +309,7 @@ def print_groups(metrics: "Metrics") -> None:
     table = Table("group", "", "walker", *rows[0].guesses, title=title)
     for row in rows:
         cells = [
-            f"not recorded: {row.origin}"
+            ("none" if row.origin == "recorded" else f"not recorded: {row.origin}")
             if guess is None
             else f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
             for guess, found in zip(row.guesses.values(), row.skills().values(), strict=True)

@@ -12,12 +12,13 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
-from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, Curves, recorded_curves
+from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.record_results import Kind, PredictionErrors, PredictionResult
 from gaitval.metrics.recorded import by_kind
-from gaitval.metrics.typed import number
+from gaitval.metrics.typed import number, sided
 from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 
 
@@ -30,7 +31,8 @@ class Prediction:
     name : of the method, as shown in tables.
     told : what the method knows of the person.
     people : how many others it was made from.
-    curves : as `gait.cycle_curves.recorded_curves`.
+    curves : as `gait.cycle_curves.recorded_curves`; without moments and forces where the method's
+        trials have none.
     """
 
     name: str
@@ -73,7 +75,7 @@ def nearest_trial(subject: Subject) -> Prediction | None:
         name="nearest trial copied",
         told=f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s",
         people=0,
-        curves=recorded_curves(nearest.record()),
+        curves=_curves_of([nearest])[0],
     )
 
 
@@ -92,10 +94,7 @@ def line_of_trials(subject: Subject) -> Prediction | None:
         name="line through two trials",
         told="the person's " + " and ".join(trial.trial for trial in trials),
         people=0,
-        curves=_combined(
-            [recorded_curves(trial.record()) for trial in trials],
-            line_weights(np.array(speeds), speed),
-        ),
+        curves=_combined(_curves_of(trials), line_weights(np.array(speeds), speed)),
     )
 
 
@@ -141,11 +140,12 @@ def predicted_parts(
     origins: Origins,
 ) -> list[PredictionResult]:
     """Every prediction for `subject` from `others`, with its RMSE from the `recorded` curves in
-    their units: None where `origins` say that a curve was not recorded. Empty where no curve was.
+    their units: None where `origins` say that a curve was not recorded, and where the prediction
+    has none. Empty where no curve was recorded.
     """
 
-    def error(kind: Kind, name: str, curve: Array) -> float | None:
-        if curve_origin(kind, name, origins) != "recorded":
+    def error(kind: Kind, name: str, curve: Array | None) -> float | None:
+        if curve is None or curve_origin(kind, name, origins) != "recorded":
             return None
         return number(rms(curve - recorded[kind][name]))
 
@@ -158,7 +158,7 @@ def predicted_parts(
             people=each.people,
             rmse=PredictionErrors(
                 **{
-                    kind: {name: error(kind, name, curve) for name, curve in curves.items()}
+                    kind: {name: error(kind, name, curves.get(name)) for name in recorded[kind]}
                     for kind, curves in by_kind(each.curves).items()
                 }
             ),
@@ -168,11 +168,26 @@ def predicted_parts(
 
 
 def _other_trials(subject: Subject) -> list[Subject]:
-    return [subject.on_trial(trial.name) for trial in subject.trials]
+    """`subject` on the further trials; those without forces only where they are all there is, or
+    this trial has none to compare with either.
+    """
+    trials = [subject.on_trial(trial.name) for trial in subject.trials]
+    with_forces = [trial for trial in trials if trial.has_kinetics]
+    return with_forces if with_forces and subject.has_kinetics else trials
+
+
+def _curves_of(trials: Sequence[Subject]) -> list[Curves]:
+    """The recorded curves of each of `trials`; of all only the angles, unless all have forces."""
+    if all(trial.has_kinetics for trial in trials):
+        return [recorded_curves(trial.record()) for trial in trials]
+    phase = np.linspace(0.0, 1.0, SAMPLES)
+    names = sided((*JOINT_ANGLES, *PELVIS_ANGLES))
+    angles = [trial.gait.angles_of_both() for trial in trials]
+    return [Curves({name: each[name](phase) for name in names}, {}, {}) for each in angles]
 
 
 def _combined(curves: Sequence[Curves], weights: Array) -> Curves:
-    """Sum of curves times weights."""
+    """Sum of curves times weights; the others have at least those of the first."""
     return Curves(
         *(
             {

@@ -10,7 +10,7 @@ from gaitval.metrics.baselines import skill
 from gaitval.metrics.origin import curve_origin, furthest
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import array, sided
+from gaitval.metrics.typed import array, number, sided
 
 GROUPS: Final[Mapping[str, tuple[Kind, tuple[str, ...]]]] = {
     "sagittal angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
@@ -28,7 +28,8 @@ class GroupRow(NamedTuple):
     Attributes
     ----------
     walked : of the walk; None if it is too short.
-    guesses : by name of the prediction without a model; None where nothing was recorded.
+    guesses : by name of the prediction without a model; None where nothing was recorded, or the
+        prediction has no such curves.
     origin : where what the walk is compared with comes from. If some curves of the group were
         recorded, the means are over those.
     """
@@ -67,7 +68,9 @@ def group_rows(metrics: Metrics) -> list[GroupRow]:
         # a mean over fewer curves could not be compared with the predictions' mean
         walked = float(np.mean(array(rmse))) if len(rmse) == len(found) else None
         guesses = {
-            prediction.name: float(np.mean(array([prediction.rmse.of(kind)[c] for c in curves])))
+            prediction.name: number(
+                float(np.mean(array([prediction.rmse.of(kind)[c] for c in curves])))
+            )
             if recorded
             else None
             for prediction in metrics.predictions

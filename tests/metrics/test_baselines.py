@@ -5,6 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.baselines import (
@@ -12,10 +13,13 @@ from gaitval.metrics.baselines import (
     line_of_trials,
     nearest_trial,
     others_line,
+    predicted_parts,
     predictions,
     skill,
 )
 from gaitval.metrics.comparison import rms
+from gaitval.metrics.origin import record_origins
+from gaitval.metrics.recorded import by_kind
 from gaitval.prediction.speed_line import dimensionless_speed
 
 SUBJECTS = builtin_subjects()
@@ -211,3 +215,43 @@ def test_other_peoples_change_is_added_to_the_nearest_trial(monkeypatch):
     ]  # fmt: skip
     alone = TRIED.model_copy(update={"trials": ()})
     assert [each.name for each in predictions(alone, SUBJECTS)] == ["line through others"]
+
+
+def without_forces(trial):
+    """A subject or trial as it would be with angles and times alone."""
+    gait = trial.gait.model_copy(update={"moments": {}, "forces": None})
+    return trial.model_copy(update={"gait": gait, "plates": None})
+
+
+def test_trials_without_forces_predict_angles_alone():
+    """A person whom cameras recorded at several speeds: nothing is made up, and nothing fails."""
+    angles_only = tuple(without_forces(trial) for trial in TRIED.trials)
+    for person in (TRIED, without_forces(TRIED)):
+        of_cameras = person.model_copy(update={"trials": angles_only})
+        found, full = (predictions(each, SUBJECTS) for each in (of_cameras, TRIED))
+        assert [each.name for each in found] == [each.name for each in full]
+        for mine, theirs in zip(found, full, strict=True):
+            assert mine.told == theirs.told
+            for name, curve in theirs.curves.angles.items():
+                np.testing.assert_array_equal(mine.curves.angles[name], curve)
+        assert [bool(each.curves.moments) for each in found] == [True, False, False, False]
+    of_cameras = TRIED.model_copy(update={"trials": angles_only})
+    recorded = by_kind(recorded_curves(TRIED.record()))
+    origins = record_origins(TRIED, RecordSettings())
+    nearest = predicted_parts(of_cameras, SUBJECTS, recorded, origins)[1].rmse
+    assert nearest.angles["knee_angle_r"] > 0.0
+    assert set(nearest.forces) == set(recorded["forces"])
+    assert {*nearest.moments.values(), *nearest.forces.values()} == {None}
+
+
+def test_a_trial_with_forces_is_copied_before_a_nearer_one_without():
+    """Else moments and forces would be compared with no trial at all."""
+    near, far = sorted(
+        TRIED.trials, key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
+    )
+    mixed = TRIED.model_copy(update={"trials": (without_forces(near), far)})
+    assert nearest_trial(mixed).told.startswith(f"the person's {far.name} ")
+    assert nearest_trial(without_forces(mixed)).told.startswith(f"the person's {near.name} ")
+    # the angles of both, and no moments of only one of them
+    assert line_of_trials(mixed) is None
+    assert not line_of_trials(without_forces(mixed)).curves.moments

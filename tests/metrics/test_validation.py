@@ -19,10 +19,11 @@ from synthetic_walk import (
 )
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import SpatiotemporalResult, metrics_from
 from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.validation import spatiotemporal_measures, validate
@@ -260,7 +261,8 @@ def test_every_measure_says_whether_it_is_fitted_or_predicted(walks, settings, s
 
 def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):
     gait = SUBJECT.gait.model_copy(update={"moments": {}, "forces": None})
-    person = SUBJECT.model_copy(update={"gait": gait, "plates": None, "trials": ()})
+    further = tuple(trial.model_copy(update={"gait": gait}) for trial in SUBJECT.trials)
+    person = SUBJECT.model_copy(update={"gait": gait, "plates": None, "trials": further})
     found = validate(person, RECORD, MODEL, walks, None, CONFIGURATION).as_dict()
     assert found["recorded"] == ["angles", "timing"]
     origins = {row["measure"]: row["origin"] for row in found["measures"]}
@@ -271,6 +273,19 @@ def test_nothing_is_judged_by_kinetics_that_were_not_recorded(walks):
     assert {origins[name] for name in unrecorded} == {"expected"}
     assert origins["angle_rmse"] == "recorded"
     assert origins["falls"] is None
+
+
+def test_a_group_that_a_prediction_does_not_have_has_no_error_of_it(walks):
+    """Trials without forces, where this one has them, are an opponent in angles only."""
+    gait = SUBJECT.gait.model_copy(update={"moments": {}, "forces": None})
+    further = tuple(trial.model_copy(update={"gait": gait}) for trial in SUBJECT.trials)
+    person = SUBJECT.model_copy(update={"trials": further})
+    found = validate(person, RECORD, MODEL, walks, None, CONFIGURATION, others=builtin_subjects())
+    rows = {row.group: row for row in group_rows(found)}
+    copied = "nearest trial copied"
+    assert rows["sagittal angles"].guesses[copied] > 0.0
+    assert rows["moments"].guesses[copied] is rows["moments"].skills()[copied] is None
+    assert rows["moments"].guesses["line through others"] > 0.0
 
 
 def test_the_spread_of_cycles_is_that_of_a_sample():
