@@ -83,7 +83,7 @@ from gaitval.metrics.walk_results import (
 )
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
-from gaitval.prediction.known import is_unrecorded, quantities_recorded
+from gaitval.prediction.known import is_predicted, is_unrecorded, quantities_recorded
 from gaitval.simulation.rollout import Rollout
 
 if TYPE_CHECKING:
@@ -403,7 +403,7 @@ def _statistics(
 
 
 def _unseen(subject: "Subject", walk: WalkResult) -> list[UnseenResult]:
-    """The walk against each trial that repeats the subject's own."""
+    """The walk against each trial that repeats the subject's own, which a fit did not read."""
     if not repetitions(subject):
         return []
     from gaitval.metrics.unseen import unseen
@@ -504,7 +504,7 @@ def validate(
             recorded=[] if unrecorded_speed else list(quantities_recorded(subject)),
             told=known,
             predictions=list(of.guesses),
-            unseen=[] if unrecorded_speed else _unseen(subject, walk),
+            unseen=[] if is_predicted(configuration.record) else _unseen(subject, walk),
             prediction_errors=prediction_errors,
             walks=WalkResults(
                 nominal=walk if identified is None else _measured(nominal, of, configuration)[0],

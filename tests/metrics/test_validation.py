@@ -288,6 +288,19 @@ def test_a_group_that_a_prediction_does_not_have_has_no_error_of_it(walks):
     assert rows["moments"].guesses["line through others"] > 0.0
 
 
+def test_a_trial_that_the_prediction_knew_is_not_called_held_out(walks):
+    """Of a person with two trials at one speed: fitted to one, the other is unseen; predicted from
+    the other, it is what was known.
+    """
+    trial = SUBJECT.trials[0].model_copy(update={"walking_speed_m_s": SUBJECT.walking_speed_m_s})
+    person = SUBJECT.model_copy(update={"trials": (trial,)})
+    for holdout, unseen in (("", [trial.name]), (SUBJECT.trial, [])):
+        record = CONFIGURATION.record.model_copy(update={"holdout": holdout})
+        configuration = CONFIGURATION.model_copy(update={"record": record})
+        found = validate(person, RECORD, MODEL, walks, None, configuration)
+        assert [row.trial for row in found.unseen] == unseen
+
+
 def test_the_spread_of_cycles_is_that_of_a_sample():
     """n - 1: of ten cycles the other one is 5 % smaller."""
     walk = perfect_walk(RECORD, cycles=14.0)
