@@ -585,6 +585,17 @@ EQUAL: Final = (
         "another name of a variable, and the words that names begin with by the library: "
         "tests/mocap, tests/scaling",
     ),
+    Equal(
+        "f547c8f331",
+        "cfdd608c39",
+        (
+            *("gaitval/metrics/baselines.py", "gaitval/metrics/groups.py"),
+            *("gaitval/metrics/validation.py", "gaitval/cli/display.py"),
+        ),
+        "predictions without a model of the ten people on each of their trials, known whole and "
+        "from angles, and groups of the ten stored results are equal bit by bit; nobody's trials "
+        "of a row lack forces, or repeat one that was held out (tests/metrics)",
+    ),
 )
 """Oldest first."""
 
