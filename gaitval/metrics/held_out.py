@@ -18,6 +18,7 @@ from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.recorded import CURVE_UNITS, by_kind
+from gaitval.metrics.repetitions import repeats
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.typed import sided
 from gaitval.prediction.known import told
@@ -34,11 +35,11 @@ def prediction_errors(
     """Mean RMSE by group of curves between recorded trials and their predictions; None where no
     trial can be held out from as far as the speed of `settings` is from what is known.
 
-    Every trial of `subject` is predicted from the same person's other trials and from how other
-    people change with speed (`gaitval.prediction.speed.at_speed`; no walker has a part in it). With
-    fewer than `FEWEST_TRIALS` such trials of the person, those of all `others` are taken. The
-    predictions know the same quantities as the run (`use` of `settings`). For a speed beyond the
-    person's trials only trials beyond the others of theirs count, at least as far.
+    Every trial of `subject` is predicted from the same person's trials at other speeds and from how
+    other people change with speed (`gaitval.prediction.speed.at_speed`; no walker has a part in
+    it). With fewer than `FEWEST_TRIALS` such trials of the person, those of all `others` are taken.
+    The predictions know the same quantities as the run (`use` of `settings`). For a speed beyond
+    the person's trials only trials beyond the others of theirs count, at least as far.
     """
     known = [each.walking_speed_m_s for each in trials_told(subject, settings.holdout or None)]
     least = beyond(settings.speed, known) if settings.speed else 0.0
@@ -74,18 +75,21 @@ def beyond(speed: float, known: Sequence[float]) -> float:
 def _of_person(
     person: Subject, settings: RecordSettings, others: Sequence[Subject], least: float
 ) -> list[dict[str, float]]:
-    """Mean RMSE of each group for every trial that can be predicted from the person's others, and
-    is at least so far `beyond` them.
+    """Mean RMSE of each group for every trial that can be predicted from the person's others at
+    other speeds, and is at least so far `beyond` them.
     """
     rows = []
     for name in (person.trial, *(trial.name for trial in person.trials)):
         chosen = person.on_trial(name)
-        rest = [trial.walking_speed_m_s for trial in chosen.trials]
+        # a repetition would show how alike two walks at one speed are, not how good a prediction is
+        kept = tuple(each for each in chosen.trials if not repeats(each, chosen))
+        chosen = chosen.model_copy(update={"trials": kept})
+        rest = [trial.walking_speed_m_s for trial in kept]
         if not (chosen.has_kinetics and rest) or beyond(chosen.walking_speed_m_s, rest) < least:
             continue
         try:
             guess = told(
-                person, RecordSettings(use=settings.use, holdout=name), others, forced=True
+                chosen, RecordSettings(use=settings.use, holdout=name), others, forced=True
             ).record
         except SubjectError:  # it is the only trial, or the others do not allow a prediction
             continue

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject import Subject, Trial
 
 SAME_SPEED: Final = 0.03
 """Relative difference of speed up to which two trials are repetitions of one another."""
@@ -11,9 +11,9 @@ SAME_SPEED: Final = 0.03
 def repetitions(subject: Subject) -> list[Subject]:
     """`subject` on each further trial with kinetics at the speed of its own."""
     trials = [subject.on_trial(trial.name) for trial in subject.trials]
-    return [
-        trial
-        for trial in trials
-        if trial.has_kinetics
-        and abs(trial.walking_speed_m_s / subject.walking_speed_m_s - 1.0) <= SAME_SPEED
-    ]
+    return [trial for trial in trials if trial.has_kinetics and repeats(trial, subject)]
+
+
+def repeats(trial: Subject | Trial, subject: Subject) -> bool:
+    """Whether a `trial` is at the speed of the own one of `subject`."""
+    return abs(trial.walking_speed_m_s / subject.walking_speed_m_s - 1.0) <= SAME_SPEED

@@ -53,6 +53,23 @@ def test_the_persons_own_trials_are_held_out_one_by_one(people):
         assert group.sd == pytest.approx(np.std(values, ddof=1))
 
 
+def test_a_trial_is_not_predicted_from_its_own_repetition(people):
+    """Two walks at one speed are alike, which says nothing about another speed: each trial is
+    predicted as if it had been walked once.
+    """
+    person = with_trials(people, 2)
+    first = person.trials[0]
+    again = first.model_copy(
+        update={"name": "again", "walking_speed_m_s": 1.01 * first.walking_speed_m_s}
+    )
+    twice = person.model_copy(update={"trials": (*person.trials, again)})
+    rows = expected(person, people)
+    found = prediction_errors(twice, RecordSettings(), people)
+    assert found.trials == len(rows) + 1
+    # the trial and its copy, predicted from the others: nearly the same error twice
+    assert found.groups[0].mean >= 0.9 * np.mean([row["sagittal angles"] for row in rows])
+
+
 def test_of_somebody_with_one_trial_the_others_are_held_out(people):
     """Those who can be: each by their own other trials."""
     several = [each for each in people if each.trials][:2]
