@@ -587,7 +587,7 @@ EQUAL: Final = (
     ),
     Equal(
         "f547c8f331",
-        "cfdd608c39",
+        "ff12beed35",
         (
             *("gaitval/metrics/baselines.py", "gaitval/metrics/groups.py"),
             *("gaitval/metrics/validation.py", "gaitval/cli/display.py"),
