@@ -5,9 +5,11 @@ Imported only by `engine`, after it has seen that Dask is installed.
 """
 
 import os
+import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing.resource_tracker import ensure_running
 from pathlib import Path
 from typing import Any, Final
 
@@ -100,7 +102,7 @@ def client_of(
             own_folder(Path(tempfile.gettempdir()), OF_CLUSTER) as own,
             # Dask's own folder has a name that anybody can know, and plant a link of
             dask.config.set({**ours, "temporary-directory": str(own)}),
-            _local(count, security) as cluster,
+            _started_deaf(count, security) as cluster,
             _client(cluster, security=security) as client,
         ):
             yield client
@@ -155,6 +157,21 @@ def _environment_kept() -> Iterator[None]:
 
 def _client(to: Any, **settings: Any) -> Client:
     return Client(to, serializers=PLAIN, deserializers=PLAIN, **settings)
+
+
+def _started_deaf(workers: int, security: Security) -> LocalCluster:
+    """As `_local`, with processes that a terminal's Ctrl-C, which goes to all of its group, does
+    not end with a traceback: this process ends them. They have the signals that are blocked in the
+    thread that starts them, which has those of this one.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        return _local(workers, security)
+    ensure_running()  # its start in that thread would let through what is blocked there
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        return _local(workers, security)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _local(workers: int, security: Security) -> LocalCluster:

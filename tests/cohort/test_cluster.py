@@ -67,6 +67,18 @@ def test_workers_of_this_machine_do_not_watch_themselves():
     assert dask.config.get("distributed.worker.profile.enabled") is True  # ours alone
 
 
+@pytest.mark.skipif(os.name != "posix", reason="Windows blocks no signals")
+def test_the_ctrl_c_of_a_terminal_is_not_for_the_workers():
+    """It goes to all processes of the group: a worker would end with Dask's traceback."""
+    with client_of(None, 1, 1, 0) as client:
+        client.wait_for_workers(1)
+        (worker,) = client.run(os.getpid).values()
+        os.kill(worker, signal.SIGINT)
+        time.sleep(0.5)
+        assert list(client.run(os.getpid).values()) == [worker]
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
 def test_a_cohort_leaves_the_environment_as_it_was(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
