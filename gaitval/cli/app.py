@@ -464,7 +464,10 @@ def main() -> None:
 def _what_to_do(error: Exception) -> str:
     from concurrent.futures import BrokenExecutor
 
-    if isinstance(error, BrokenExecutor | MemoryError):
+    # A library that does not fit into memory says so in an error below its own.
+    told = "".join(traceback.format_exception(error))
+    no_room = "failed to map segment" in told or "annot allocate memory" in told
+    if no_room or isinstance(error, BrokenExecutor | MemoryError):
         return (
             "Memory ran out, most likely, or somebody killed a worker process. Free some memory, "
             "or take fewer processes (--set training.workers=1), and run the same command again"

@@ -332,12 +332,18 @@ def test_ctrl_c_says_that_the_same_command_resumes(
     assert "interrupted; the same command resumes" in plain_messages.getvalue()
 
 
+UNLOADED = ImportError("in the middle")
+UNLOADED.__cause__ = OSError("liblapack.so: failed to map segment from shared object")
+"""What a library raises that does not fit into memory."""
+
+
 @pytest.mark.parametrize(
     ("error", "told"),
     [
         (ZeroDivisionError("in the middle"), "This is a fault of gaitval or of this machine"),
         (BrokenProcessPool("in the middle"), "Memory ran out, most likely, or somebody killed a"),
         (MemoryError("in the middle"), "Memory ran out, most likely, or somebody killed a"),
+        (UNLOADED, "Memory ran out, most likely, or somebody killed a"),
     ],
 )
 def test_a_fault_of_ours_shows_no_traceback(
