@@ -296,6 +296,8 @@ def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
         ("≤ 2.5 % BW", "≤ 2,5 % KG"),
         ("0.0779 Nm/kg", "0,0779 Nm/kg"),
         ("right hip flexion: -0.0986; and 3 more", "Hüftbeugung rechts: -0,0986; und 3 weitere"),
+        ("right medial force", "mediale Kraft rechts"),
+        ("left vertical force", "Vertikalkraft links"),
         ("the person's T06 at 1.29 m/s", "T06 der Person bei 1,29 m/s"),
         ("54.8–96.7 %, 6 of 7 pushes", "54,8–96,7 %, 6 von 7 Stößen"),
         ("0.351–0.565 % of cycle, 8 of 8 walks", "0,351–0,565 % Zyklus, 8 von 8 Gängen"),
