@@ -9,7 +9,7 @@ from gaitval.cli import display
 from gaitval.cli.app import added_command
 
 
-@added_command("gaitval estimate reports/S05", after="report")
+@added_command("gaitval estimate reports/S05-kinematics", after="report")
 def estimate(
     run: Annotated[
         Path,
