@@ -7,6 +7,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from gaitval.errors import count_of
+
 FEWEST_PEOPLE: Final = 5
 """Fewest people for a random effect of the person; with fewer levels its variance is not to be
 estimated (Gelman and Hill 2007, Data Analysis Using Regression and Multilevel Models, 12.9)."""
@@ -113,7 +115,8 @@ def one_of_each_record(rows: pd.DataFrame, *also: str) -> pd.DataFrame:
 def _too_few(records: pd.DataFrame) -> str:
     count, people = len(records), records["person"].nunique()
     if people < FEWEST_PEOPLE:
-        return f"not fitted: {people} people, and a random effect needs {FEWEST_PEOPLE}"
+        seen = count_of(people, "person", "people")
+        return f"not fitted: {seen}, and a random effect needs {FEWEST_PEOPLE}"
     if people == count:
         return "not fitted: one record of each person, so person and error are the same"
     if count < 2 * ROWS_PER_TERM:

@@ -154,6 +154,7 @@ def test_equal_values_are_not_fitted():
 @pytest.mark.parametrize(
     ("people", "trials", "told"),
     [
+        (1, 5, "1 person, and a random effect needs 5"),
         (4, 5, "4 people, and a random effect needs 5"),
         (12, 1, "one record of each person"),
         (5, 1, "one record of each person"),
