@@ -13,7 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from evidence.fit import MOMENTS, SKILLS
+from evidence.fit import SKILLS
+from evidence.fitted import MOMENTS
 from evidence.marked_table import with_table
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings, RecordSettings

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
-from fit_table import row
+from fit_table import row as fit_row
 from typer.testing import CliRunner
 
 from gaitval.cli import app as cli
@@ -156,7 +156,7 @@ def test_tables_say_what_the_stored_figures_say(command):
 
 def test_the_table_of_fits_says_how_far_the_fit_is():
     """Of S10, whose recorded hip centres are furthest from the model's."""
-    found = row("S10")
+    found = fit_row("S10")
     page = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
     table = page.split("<!-- fit: begin -->")[1].split("<!-- fit: end -->")[0]
     printed = next(line for line in table.splitlines() if line.startswith("| S10 |"))
