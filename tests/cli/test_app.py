@@ -309,6 +309,17 @@ def test_what_is_no_number_is_shown(words: tuple[str, ...], told: str) -> None:
     assert told in " ".join(result.stderr.replace("│", "").split())
 
 
+@pytest.mark.parametrize("words", [("--out", ""), ("--out=",), ("-o", "")])
+def test_an_empty_folder_is_not_the_current_one(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = gaitval("scale", "5", *words)
+    assert result.exit_code == 2
+    assert "is empty" in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_tilde_that_a_shell_leaves_is_the_home_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
