@@ -553,7 +553,7 @@ def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text)
     ],
 )
 def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, told, subtitle, sentence):
-    """And shows the other half of the cycles, which it was not."""
+    """And shows the other half of the cycles, which it was not; a prediction knows that trial."""
     only_html(monkeypatch)
     without_figures(monkeypatch)
     person = load_subject("S05")
@@ -566,5 +566,5 @@ def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, told, sub
     text = " ".join(found.text.split())
     assert subtitle in text
     assert sentence in text
-    assert "Held-out trial even" in text
+    assert ("Held-out trial even" in text) == ("holdout" not in told)
     assert "Nearest trial copied" in text
