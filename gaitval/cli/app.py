@@ -96,7 +96,7 @@ class Command(TyperCommand):
             if flag in flags and value.lower() in _YES_OR_NO:
                 ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
             # a folder without a name would be the current one
-            if flag.startswith("-") and not value:
+            if flag in ("--out", "-o") and not value:
                 ctx.fail(f"{flag} is empty: a shell variable that is not set? Give a value.")
         try:
             rest: list[str] = super().parse_args(ctx, [_with_home(each) for each in args])
