@@ -14,6 +14,7 @@ import numpy as np
 
 from experiments.fit_weights import Errors, group_means
 from gaitval.configuration import ContactSettings, RecordSettings
+from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import SubjectError
 from gaitval.gait.accuracy import RecordAccuracy
@@ -48,22 +49,28 @@ SETS: Final = {
 """Moments in Nm/kg; forces fore-aft, sideways, vertical in % of body weight."""
 
 
+def held_out_trials() -> Iterator[tuple[Subject, str, GaitRecord]]:
+    """People with several trials, the name of each that their others predict, and the record that
+    they predict.
+    """
+    for subject in builtin_subjects():
+        for name in [subject.trial, *(each.name for each in subject.trials)]:
+            try:
+                known = told(subject, RecordSettings(holdout=name), builtin_subjects())
+            except SubjectError:  # the only trial, or too far from every other speed
+                continue
+            yield subject, name, known.record
+
+
 def trials() -> Iterator[tuple[str, Errors, dict[str, Errors]]]:
     """Each person with a trial's errors: of the prediction, and of the fit of each of `SETS`."""
-    for subject in builtin_subjects():
-        names = [subject.trial, *(each.name for each in subject.trials)] if subject.trials else []
-        for name in names:
-            try:
-                known = told(subject, RecordSettings(holdout=name), builtin_subjects()).record
-            except SubjectError:  # too far from every other speed
-                continue
-            truth = recorded_curves(subject.on_trial(name).record())
-            model = scale_subject(subject).model
-            fits = {
-                each: _errors(_fit(known, model, accuracy), truth)
-                for each, accuracy in SETS.items()
-            }
-            yield subject.identifier, _errors(recorded_curves(known), truth), fits
+    for subject, name, known in held_out_trials():
+        truth = recorded_curves(subject.on_trial(name).record())
+        model = scale_subject(subject).model
+        fits = {
+            each: errors(_fit(known, model, accuracy), truth) for each, accuracy in SETS.items()
+        }
+        yield subject.identifier, errors(recorded_curves(known), truth), fits
 
 
 def _fit(known: GaitRecord, model: BodyModel, accuracy: RecordAccuracy) -> Curves:
@@ -71,7 +78,8 @@ def _fit(known: GaitRecord, model: BodyModel, accuracy: RecordAccuracy) -> Curve
     return reference_curves(reference, model.mass, known.left_phase)
 
 
-def _errors(curves: Curves, truth: Curves) -> Errors:
+def errors(curves: Curves, truth: Curves) -> Errors:
+    """RMSE of `curves` against `truth` by group."""
     ours, theirs = by_kind(curves), by_kind(truth)
     return group_means(lambda kind, name: rms(ours[kind][name] - theirs[kind][name]))
 

@@ -8,21 +8,21 @@ coordinate is a line or a parabola over the logarithm of speed, about the same h
 are the errors at the speed that is held out, and how far the separate fits are from a parabola.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 from unittest.mock import patch
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from evidence.marked_table import with_table
-from experiments.fit_weights import Errors, group_means
+from experiments.fit_weights import Errors
+from experiments.predicted_fits import errors, held_out_trials
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.comparison import rms
@@ -55,40 +55,18 @@ _HIPS = slice(3, 7)
 """Of `Solution.common`."""
 
 
-class HeldOut(NamedTuple):
-    """A trial that is held out; `speeds` are of the trials that are known, of the range, and of the
-    trial itself, which comes last.
+def speeds_of(subject: Subject, trial: str) -> list[Told]:
+    """What a run that holds out `trial` fits: the trials that are known, the speeds of the range,
+    and the trial itself, which comes last.
     """
-
-    person: str
-    truth: Curves
-    model: BodyModel
-    speeds: list[Told]
-
-
-def held_out() -> Iterator[HeldOut]:
-    """Every trial of people with several that can be predicted from the others."""
-    people = builtin_subjects()
-    for subject in people:
-        for name in [subject.trial, *(each.name for each in subject.trials)]:
-            settings = RecordSettings(holdout=name)
-            try:
-                wanted = told(subject, settings, people)
-            except SubjectError:  # the only trial, or too far from every other speed
-                continue
-            known = trials_told(subject, name)
-            speeds = [
-                *(told(trial, RecordSettings(), people) for trial in known),
-                *_range(subject, settings, known),
-                wanted,
-            ]
-            truth = recorded_curves(subject.on_trial(name).record())
-            yield HeldOut(subject.identifier, truth, scale_subject(subject).model, speeds)
-
-
-def _range(subject: Subject, settings: RecordSettings, known: Sequence[Subject]) -> list[Told]:
-    speeds = range_speeds([each.walking_speed_m_s for each in known])
-    return [told(subject, settings, builtin_subjects(), speed=speed) for speed in speeds]
+    people, settings = builtin_subjects(), RecordSettings(holdout=trial)
+    known = trials_told(subject, trial)
+    between = range_speeds([each.walking_speed_m_s for each in known])
+    return [
+        *(told(each, RecordSettings(), people) for each in known),
+        *(told(subject, settings, people, speed=speed) for speed in between),
+        told(subject, settings, people),
+    ]
 
 
 def surface(
@@ -181,18 +159,14 @@ def roughness(curves: Sequence[Curves], speeds: Sequence[float]) -> dict[str, fl
     }
 
 
-def errors(curves: Curves, truth: Curves) -> Errors:
-    """RMSE of `curves` against `truth` by group."""
-    ours, theirs = by_kind(curves), by_kind(truth)
-    return group_means(lambda kind, name: rms(ours[kind][name] - theirs[kind][name]))
-
-
 def main() -> None:
     """Write the table."""
     found: dict[str, list[Errors]] = {}
     rough: dict[str, list[dict[str, float]]] = {"predicted": [], "fitted": []}
     hips = []
-    for person, truth, model, speeds in held_out():
+    for subject, trial, last in held_out_trials():
+        truth = recorded_curves(subject.on_trial(trial).record())
+        model, speeds = scale_subject(subject).model, speeds_of(subject, trial)
 
         def curves(
             reference: ReferenceMotion, record: GaitRecord, mass: float = model.mass
@@ -202,13 +176,13 @@ def main() -> None:
         singles = [
             consistent_reference(each.record, model, CONTACT, each.accuracy) for each in speeds
         ]
-        last = speeds[-1].record
         motions = {"each speed by itself": singles[-1]} | {
             name: on_one_surface(model, speeds, singles, degree) for name, degree in DEGREES.items()
         }
-        found.setdefault("the prediction", []).append(errors(recorded_curves(last), truth))
-        for name, motion in motions.items():
-            found.setdefault(name, []).append(errors(curves(motion, last), truth))
+        now = {name: errors(curves(motion, last), truth) for name, motion in motions.items()}
+        now["the prediction"] = errors(recorded_curves(last), truth)
+        for name, each in now.items():
+            found.setdefault(name, []).append(each)
         part = slice(-1 - SPEEDS, -1)
         walked = [each.record for each in speeds[part]]
         at = [each.speed for each in walked]
@@ -216,24 +190,20 @@ def main() -> None:
         fits = [curves(*each) for each in zip(singles[part], walked, strict=True)]
         rough["fitted"].append(roughness(fits, at))
         hips.append(float(np.ptp([each.hip_centre for each in singles[part]], axis=0).max()))
-        now = {
-            name: errors(curves(each, last), truth)["sagittal angles"]
-            for name, each in motions.items()
-        }
-        print(f"{person} {last.speed:g} m/s: sagittal angles {now}", flush=True)
-    groups = list(found["the prediction"][0])
+        print(f"{subject.identifier} {trial}: {now}", flush=True)
+    predicted = found.pop("the prediction")
+    groups = list(predicted[0])
     table = [f"| fit | {' | '.join(groups)} |", f"|{'---|' * (1 + len(groups))}"]
-    for name in list(found)[1:]:
+    for name, fitted in found.items():
         ratios = [
-            np.mean([each[group] for each in found[name]])
-            / np.mean([each[group] for each in found["the prediction"]])
+            np.mean([each[group] for each in fitted]) / np.mean([each[group] for each in predicted])
             for group in groups
         ]
         table.append(f"| {name} | {' | '.join(f'{each:.2f}' for each in ratios)} |")
     text = PAGE.read_text(encoding="utf-8")
     PAGE.write_text(with_table(text, "surface", "\n".join(table)), encoding="utf-8")
-    for name, each in rough.items():
-        means = {kind: float(np.mean([one[kind] for one in each])) for kind in each[0]}
+    for name, rows in rough.items():
+        means = {kind: float(np.mean([row[kind] for row in rows])) for kind in rows[0]}
         print(f"{name}: mean distance from a parabola {means}")
     print(f"hip centres differ over the range by {1000 * np.mean(hips):.0f} mm at most (mean)")
 

@@ -24,7 +24,7 @@ from gaitval.gait.record import GaitRecord, PeriodicCurve, periodic_through
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.prediction.known import Told, told
-from gaitval.prediction.normal_form import normal_form
+from gaitval.prediction.normal_form import SAMPLES, normal_form
 from gaitval.scaling.scaling import scale_subject
 from gaitval_estimate.deviations import KINETICS, kinetics_of, kinetics_of_curves, units
 from gaitval_estimate.stage import of_known
@@ -32,11 +32,10 @@ from gaitval_estimate.stage import of_known
 PAGE = Path(__file__).parents[1] / "docs" / "held-out.md"
 LATE: Final = (-0.02, -0.01, -0.005, 0.0, 0.005, 0.01, 0.02)
 """Shares of the cycle by which the strikes are called too late."""
-SAMPLES = 100
 
 
 def errors(subject: Subject, late: float) -> Array:
-    """RMSE (6,) of the estimate of `KINETICS`, mean of both sides, in Nm/kg and body weights."""
+    """RMSE (7,) of the estimate of `KINETICS`, mean of both sides, in Nm/kg and body weights."""
     known = told(subject, RecordSettings(use="kinematics"), builtin_subjects())
     model = scale_subject(subject).model
     heard = Told(_called(known.record, late), known.accuracy)

@@ -92,12 +92,12 @@ class Command(TyperCommand):
             for name in parameter.opts
         }
         # `--force yes` would otherwise be read as a flag and an unexpected argument
-        for flag, value in pairwise(part for word in args for part in _empty_apart(word)):
+        for flag, value in pairwise(args):
             if flag in flags and value.lower() in _YES_OR_NO:
                 ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
-            # a folder without a name would be the current one
-            if flag in ("--out", "-o") and not value:
-                ctx.fail(f"{flag} is empty: a shell variable that is not set? Give a value.")
+        # a folder without a name would be the current one
+        if "--out=" in args or not {("--out", ""), ("-o", "")}.isdisjoint(pairwise(args)):
+            ctx.fail("--out is empty: a shell variable that is not set? Give a value.")
         try:
             rest: list[str] = super().parse_args(ctx, [_with_home(each) for each in args])
         except typer.BadParameter as error:
@@ -111,11 +111,6 @@ class Command(TyperCommand):
                     )
             raise
         return rest
-
-
-def _empty_apart(word: str) -> list[str]:
-    """`--out=` as `--out` and nothing."""
-    return [word[:-1], ""] if re.fullmatch(r"--[\w-]+=", word) else [word]
 
 
 def _with_home(word: str) -> str:
