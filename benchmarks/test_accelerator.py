@@ -16,7 +16,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.lanes import WIDTH
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Walker, WalkingTask
-from gaitval_accelerator.walkers import AcceleratedWalkers
+from gaitval.apps.accelerator.walkers import AcceleratedWalkers
 
 WALKERS = {True: (1024, 4096, 16384), False: (64,)}
 """How many at once, on a GPU and on the processor."""

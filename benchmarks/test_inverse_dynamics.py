@@ -14,14 +14,14 @@ from evidence.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
-from gaitval_export.opensim.coordinates import TO_OPENSIM
-from gaitval_export.opensim.motion import (
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_moments,
     write_motion,
 )
-from gaitval_export.opensim.osim import write_osim
+from gaitval.opensim.osim import write_osim
 
 
 class Dynamics(Trial):

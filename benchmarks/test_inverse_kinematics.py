@@ -12,9 +12,9 @@ from opensim_peer import inverse_kinematics_tool, run
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.mocap.trc import read_trc
-from gaitval_export.opensim.coordinates import TO_OPENSIM
-from gaitval_export.opensim.motion import write_markers, write_motion
-from gaitval_export.opensim.osim import write_osim
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion import write_markers, write_motion
+from gaitval.opensim.osim import write_osim
 
 SHIPPED_ACCURACY = 1e-5
 

@@ -21,8 +21,8 @@ import evidence
 from evidence import ROOT, option
 
 if TYPE_CHECKING:
-    from gaitval_devices.device import Device
-    from gaitval_devices.study import Wearer
+    from gaitval.model.devices.device import Device
+    from gaitval.apps.devices.study import Wearer
 
 EIGHT = (
     *("hip_exo", "knee_exo", "ankle_exo", "ankle_spring"),
@@ -42,18 +42,18 @@ MEASURES = {
     "composite body*": {
         "code": (
             "@body",
-            "extras/gaitval_devices/composite.py",
-            "extras/gaitval_devices/engines.py",
+            "gaitval/model/devices/composite.py",
+            "gaitval/apps/devices/engines.py",
             "evidence/devices.py:bodies",
         ),
-        "data": ("extras/gaitval_devices/shipped/*.toml", "models/xacro/devices/*"),
+        "data": ("gaitval/apps/devices/shipped/*.toml", "models/xacro/devices/*"),
     },
     "shipped devices*": {
         "code": (
             "@device walk",
             "evidence/devices.py:walks,_walks,CYCLES,EIGHT",
         ),
-        "data": ("extras/gaitval_devices/shipped/*.toml", "reports/S*/baseline/policy/*"),
+        "data": ("gaitval/apps/devices/shipped/*.toml", "reports/S*/baseline/policy/*"),
         "allowed": 40,
         "why": "tests/devices/test_walking.py walks with devices at every change",
     },
@@ -62,21 +62,21 @@ MEASURES = {
             "@device walk",
             "evidence/devices.py:torque",
         ),
-        "data": ("extras/gaitval_devices/shipped/*.toml",),
+        "data": ("gaitval/apps/devices/shipped/*.toml",),
         "allowed": 40,
         "why": "tests/devices/test_walking.py walks with devices at every change",
     },
     "published experiments*": {
         "code": (
             "@device walk",
-            "extras/gaitval_devices/adaptation.py",
-            "extras/gaitval_devices/curves.py",
-            "extras/gaitval_devices/experiments.py",
+            "gaitval/apps/devices/adaptation.py",
+            "gaitval/apps/devices/curves.py",
+            "gaitval/apps/devices/experiments.py",
             "evidence/devices.py:experiments",
         ),
         "data": (
-            "extras/gaitval_devices/shipped/*.toml",
-            "extras/gaitval_devices/experiments.toml",
+            "gaitval/apps/devices/shipped/*.toml",
+            "gaitval/apps/devices/experiments.toml",
         ),
         "allowed": 40,
         "why": "tests/devices/test_experiments.py computes the quantities at every change",
@@ -84,12 +84,12 @@ MEASURES = {
     "above-knee prosthesis*": {
         "code": (
             "@device walk",
-            "extras/gaitval_devices/experiments.py:effects,measured",
+            "gaitval/apps/devices/experiments.py:effects,measured",
             "evidence/devices.py:transfemoral",
         ),
         "data": (
-            "extras/gaitval_devices/shipped/above_knee.toml",
-            "extras/gaitval_devices/experiments_above_knee.toml",
+            "gaitval/model/devices/shipped/above_knee.toml",
+            "gaitval/apps/devices/experiments_above_knee.toml",
         ),
         "allowed": 40,
         "why": "tests/devices/test_walking.py walks with devices at every change",
@@ -97,28 +97,28 @@ MEASURES = {
     "strategy search*": {
         "code": (
             "@device walk",
-            "extras/gaitval_devices/search.py",
+            "gaitval/apps/devices/search.py",
             "evidence/devices.py:search",
         ),
         "allowed": 60,
         "why": "tests/devices/test_search.py searches at every change",
     },
     "gaitval * hip_exo*": {
-        "code": ("extras/gaitval_devices/*.py", "evidence/devices.py:seconds,_minutes"),
+        "code": ("gaitval/apps/devices/*.py", "evidence/devices.py:seconds,_minutes"),
         "allowed": 150,
         "why": "a time of half a minute changes little by a change of a few lines",
     },
     "own controller*": {
-        "code": ("extras/gaitval_devices/controllers.py", "evidence/devices.py:controller"),
+        "code": ("gaitval/model/devices/controllers.py", "evidence/devices.py:controller"),
     },
     "bad input*": {
         "code": (
-            "extras/gaitval_devices/device.py",
-            "extras/gaitval_devices/controllers.py",
-            "extras/gaitval_devices/tables.py",
+            "gaitval/model/devices/device.py",
+            "gaitval/model/devices/controllers.py",
+            "gaitval/model/devices/tables.py",
             "evidence/devices.py:refused,_faults,_leaves,_changed,NAMED",
         ),
-        "data": ("extras/gaitval_devices/shipped/*.toml",),
+        "data": ("gaitval/apps/devices/shipped/*.toml",),
     },
 }
 """What the rows depend on; see evidence/stale.py."""
@@ -126,14 +126,14 @@ MEASURES = {
 
 @cache
 def _person(name: str) -> "Wearer":
-    from gaitval_devices.study import wearer
+    from gaitval.apps.devices.study import wearer
 
     return wearer(name)
 
 
 @cache
 def _device(name: str) -> "Device":
-    from gaitval_devices.device import shipped_device
+    from gaitval.model.devices.device import shipped_device
 
     return shipped_device(name)
 
@@ -157,7 +157,7 @@ def bodies(_: Namespace) -> list[evidence.Row]:
     """The body with each shipped device in yourdfpy, DART, MuJoCo and the compiled engine."""
     from gaitval.datasets.subject_file import load_subject
     from gaitval.scaling.scaling import scale_subject
-    from gaitval_devices.engines import differences, in_engines
+    from gaitval.apps.devices.engines import differences, in_engines
 
     largest: dict[str, float] = {}
     for number, name in enumerate(EIGHT):
@@ -178,9 +178,9 @@ def bodies(_: Namespace) -> list[evidence.Row]:
 
 def _walks(person: str, device: str, samples: int) -> dict[str, float]:
     """Gait cycles of a person with a device: as they are and, if they fall, after learning."""
-    from gaitval_devices.learning import adapt
-    from gaitval_devices.tracking import torque_errors
-    from gaitval_devices.walking import DeviceEnvironment, walk_with, with_devices
+    from gaitval.apps.devices.learning import adapt
+    from gaitval.apps.devices.tracking import torque_errors
+    from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 
     who, worn = _person(person), _device(device)
     task = with_devices(who.task, [worn])
@@ -265,7 +265,7 @@ def experiments(arguments: Namespace) -> list[evidence.Row]:
 
     One that half of the people or more do not walk for counts as missed.
     """
-    from gaitval_devices.experiments import ASSUMED, effects, quantities, within
+    from gaitval.apps.devices.experiments import ASSUMED, effects, quantities, within
 
     people = arguments.people
     found = {
@@ -317,8 +317,8 @@ def experiments(arguments: Namespace) -> list[evidence.Row]:
 @evidence.measurement(PEOPLE, SAMPLES, WORK)
 def transfemoral(arguments: Namespace) -> list[evidence.Row]:
     """The sound side's load with an above-knee prosthesis, after a long training."""
-    from gaitval_devices.experiments import effects, quantities
-    from gaitval_devices.study import PROSTHETIC_EFFORT as EFFORT
+    from gaitval.apps.devices.experiments import effects, quantities
+    from gaitval.apps.devices.study import PROSTHETIC_EFFORT as EFFORT
 
     file, people = "experiments_above_knee", arguments.people
     (quantity,) = quantities(file)
@@ -376,8 +376,8 @@ def _share(people: list[list[tuple[float, float]]]) -> tuple[float, float, float
 @evidence.measurement(WORK)
 def search(arguments: Namespace) -> list[evidence.Row]:
     """A search over eight parameters of a controller for one person."""
-    from gaitval_devices.aim import Aim
-    from gaitval_devices.search import search_spline
+    from gaitval.model.devices.aim import Aim
+    from gaitval.apps.devices.search import search_spline
 
     who = _person("5")
     began = time.process_time()
@@ -466,7 +466,7 @@ def refused(_: Namespace) -> evidence.Row:
     """Faults in the tables of shipped devices: refused with file, key and remedy."""
     from gaitval.artefacts import parse_toml
     from gaitval.errors import ConfigurationError
-    from gaitval_devices.device import devices_of
+    from gaitval.model.devices.device import devices_of
 
     missed, count = [], 0
     for what, text in _faults():
@@ -491,7 +491,7 @@ def _faults() -> Iterator[tuple[str, str]]:
     """
     import tomli_w
 
-    folder = ROOT / "extras" / "gaitval_devices" / "shipped"
+    folder = ROOT / "extras" / "gaitval.apps.devices" / "shipped"
     hip = (folder / "hip_exo.toml").read_text(encoding="utf-8")
     for what, (old, new) in NAMED.items():
         assert old in hip, old

@@ -48,19 +48,19 @@ MEASURES = {
         "data": ("reports/S??/baseline/metrics.json",),
     },
     "comparisons *": {
-        "code": ("gaitval/metrics/*.py", "gaitval/reporting/*.py", "extras/gaitval_cohort/study.py",
-                 "gaitval/cli/display.py", "evidence/first.py:comparisons,unrecorded"),
+        "code": ("gaitval/metrics/*.py", "gaitval/reporting/*.py", "gaitval/apps/cohort/study.py",
+                 "gaitval/terminal/display.py", "evidence/first.py:comparisons,unrecorded"),
         "allowed": 60,
         "why": "a test finds the same at every change, with walks that are made up",
     },
     "mirrored *": {
-        "code": ("gaitval/metrics/*.py", "gaitval/reporting/*.py", "extras/gaitval_cohort/study.py",
-                 "gaitval/cli/display.py", "evidence/first.py:mirrored,unrecorded"),
+        "code": ("gaitval/metrics/*.py", "gaitval/reporting/*.py", "gaitval/apps/cohort/study.py",
+                 "gaitval/terminal/display.py", "evidence/first.py:mirrored,unrecorded"),
         "allowed": 60,
         "why": "a test finds the same at every change, with walks that are made up",
     },
     "outputs *": {
-        "code": ("@judged", "gaitval/session/summary.py", "gaitval/reporting/recording_report.py",
+        "code": ("@judged", "gaitval/importing/summary.py", "gaitval/reporting/recording_report.py",
                  "gaitval/cli/recording.py", "evidence/first.py:outputs"),
         "allowed": 60,
         "why": "a test finds the same at every change, with a recording that is made up",
@@ -82,7 +82,7 @@ MEASURES = {
         "why": "tests/test_evidence_fresh.py counts them in every run",
     },
     "wheel in an empty folder: *": {
-        "code": ("@checked", "extras/gaitval_gate/plugin.py", "hatch_build.py",
+        "code": ("@checked", "gaitval/apps/regression/plugin.py", "hatch_build.py",
                  "evidence/first.py:wheel,lines_of,unpacked"),
         "data": ("README.md",),
     },
@@ -276,7 +276,7 @@ def wheel(_: argparse.Namespace) -> evidence.Row:
             raise SystemExit("wheel: Python takes another gaitval than the wheel's.")
         failed = sum(ended(["-m", "gaitval", *line[1:]]) != 0 for line in lines)
         (empty / "test_walk.py").write_text(test, encoding="utf-8")
-        failed += ended(["-m", "pytest", "-q", "-p", "gaitval_gate.plugin"]) != 0
+        failed += ended(["-m", "pytest", "-q", "-p", "gaitval.apps.regression.plugin"]) != 0
     what = "wheel in an empty folder: README's lines for check and plug-in that fail"
     return evidence.none_may(what, failed, "lines", len(lines) + 1)
 

@@ -46,7 +46,7 @@ from gaitval.prediction.known import told
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, moment_units, normal_form
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.servo import closed_cycle
-from gaitval_estimate.deviations import (
+from gaitval.prediction.deviations import (
     KINETICS,
     Trial,
     kinetics_of,
@@ -56,8 +56,8 @@ from gaitval_estimate.deviations import (
     trial_of,
     units,
 )
-from gaitval_estimate.estimate import WIDER_ELSEWHERE, Estimate, estimate
-from gaitval_estimate.stage import of_known
+from gaitval.prediction.estimate import WIDER_ELSEWHERE, Estimate, estimate
+from gaitval.study.estimate_stage import of_known
 
 BOUNDS = {
     "sagittal angles": (1.0, 1.15),
@@ -130,13 +130,13 @@ MEASURES = {
             "@errors",
             "gaitval/prediction/*.py",
             "gaitval/study/stages.py:_reference_of",
-            "extras/gaitval_estimate/*.py",
+            "gaitval/prediction/*.py",
             "experiments/held_out_runs.py:walked,kinematics,store",
             "evidence/held_out.py:mean,rmse_of,split_by_speed,stored",
             "evidence/fit.py:kinematics,lower_end,SKILLS",
             "evidence/skill_interval.py",
         ),
-        "data": ("reports/general/policy.safetensors", "extras/gaitval_estimate/fits.json"),
+        "data": ("reports/general/policy.safetensors", "gaitval/prediction/fits.json"),
         "results": ("reports/held_out/kinematics/*.json",),
         "allowed": 130,
         "why": "the URDF is read by Python's XML, scaling.csv written without pandas, and speeds "
@@ -146,9 +146,9 @@ MEASURES = {
         "code": (
             "gaitval/prediction/normal_form.py",
             "gaitval/prediction/population.py",
-            "extras/gaitval_estimate/body.py",
-            "extras/gaitval_estimate/deviations.py",
-            "extras/gaitval_estimate/estimate.py",
+            "gaitval/prediction/body.py",
+            "gaitval/prediction/deviations.py",
+            "gaitval/prediction/estimate.py",
             "evidence/fit.py:laboratory,_means_elsewhere",
         ),
     },
@@ -158,11 +158,11 @@ MEASURES = {
             "gaitval/prediction/*.py",
             "gaitval/session/subject.py:total_force",
             "gaitval/metrics/reference_curves.py",
-            "extras/gaitval_estimate/*.py",
+            "gaitval/prediction/*.py",
             "evidence/fit.py:seen,_wider,_without_plates,_subject_of,_without_markers_say,lower_end,SKILLS",
             "evidence/skill_interval.py",
         ),
-        "data": ("extras/gaitval_estimate/fits.json",),
+        "data": ("gaitval/prediction/fits.json",),
         "allowed": 30,
         "why": "both sides of each ratio are of the same imports",
     },
@@ -171,15 +171,15 @@ MEASURES = {
             "@reference",
             "gaitval/prediction/*.py",
             "gaitval/metrics/reference_curves.py",
-            "extras/gaitval_estimate/body.py",
-            "extras/gaitval_estimate/deviations.py",
-            "extras/gaitval_estimate/estimate.py",
+            "gaitval/prediction/body.py",
+            "gaitval/prediction/deviations.py",
+            "gaitval/prediction/estimate.py",
             "experiments/estimate_fits.py",
             "gaitval/metrics/baselines.py",
             "evidence/fit.py:estimates,_estimate_of,lower_end,SKILLS",
             "evidence/skill_interval.py",
         ),
-        "data": ("extras/gaitval_estimate/fits.json",),
+        "data": ("gaitval/prediction/fits.json",),
     },
     "left-right difference *": {
         "code": (

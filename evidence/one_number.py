@@ -133,8 +133,8 @@ def _sessions(
 
 def _outputs(out: Path, options: Mapping[str, Any]) -> Outputs:
     from gaitval.configuration import load_configuration
-    from gaitval.session.importing import import_files
-    from gaitval_formats.batch_person import BatchPerson
+    from gaitval.importing.importing import import_files
+    from gaitval.importing.batch_person import BatchPerson
 
     request = options["request"]
     person = BatchPerson(
@@ -164,7 +164,7 @@ def _terminal(imported: Any, out: Path) -> dict[str, Said]:
     """Of the table and of the last lines, which name everything that failed."""
     from rich.console import Console
 
-    from gaitval.cli import display
+    from gaitval.terminal import display
     from gaitval.cli.recording import say_what_was_made
 
     text = io.StringIO()
@@ -208,7 +208,7 @@ def _rows(rows: Any) -> dict[str, Said]:
 
 
 def _python(out: Path) -> dict[str, Said]:
-    from gaitval.session.stored import Session
+    from gaitval.importing.stored import Session
 
     return _rows(Session.load(out).overview().to_dict("records"))
 
@@ -217,8 +217,8 @@ def _judged(folder: Path, trial: str, *, reduced: bool) -> dict[str, Said]:
     """Of the files of the first trial, which with `--consistent` have a model of their own."""
     from gaitval.metrics.recording_limits import CONSISTENT
     from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
-    from gaitval_judge.judge import Request, judge
-    from gaitval_judge.write import result_of
+    from gaitval.apps.judge.judge import Request, judge
+    from gaitval.apps.judge.write import result_of
 
     found = judge(
         Request(
@@ -248,7 +248,7 @@ def _judged(folder: Path, trial: str, *, reduced: bool) -> dict[str, Said]:
 def _table(person: Any, imported: Any, target: Path, known: Mapping[str, Said]) -> dict[str, Said]:
     """Of `batch.csv`, which names what failed and counts the others."""
     from gaitval.configuration import load_configuration
-    from gaitval_formats import batch_imports as batch
+    from gaitval.importing import batch_imports as batch
 
     with patch.object(batch, "import_files", return_value=imported):
         batch.import_batch([person], target, load_configuration())
@@ -272,6 +272,6 @@ def _table(person: Any, imported: Any, target: Path, known: Mapping[str, Said]) 
 def _cohort(out: Path) -> dict[str, Said]:
     """Of the rows that a study of a recording adds to the cohort's tables."""
     from gaitval.artefacts import read_json
-    from gaitval.session.stored import limits_of_record
+    from gaitval.importing.stored import limits_of_record
 
     return _rows(limits_of_record(read_json(out / "recording" / "import.json")))

@@ -26,7 +26,7 @@ from gaitval.mocap.mot import read_ground_reaction, read_storage
 
 if TYPE_CHECKING:
     from gaitval.mocap.recording import Recording
-    from gaitval_export.walked import Walked
+    from gaitval.apps.export.walked import Walked
 
 PERSON = "5"
 CYCLES = 100
@@ -79,8 +79,8 @@ MEASURES = {
             "@walk",
             "gaitval/metrics/comparison.py:simulated_curves",
             "gaitval/metrics/cycles.py:find_cycles,cut",
-            "extras/gaitval_export/walk.py",
-            "extras/gaitval_export/mujoco_folder.py",
+            "gaitval/apps/export/walk.py",
+            "gaitval/apps/export/mujoco_folder.py",
             "evidence/page.py:mujoco,_walked_in_mujoco",
         ),
         "data": ("reports/S05/baseline/*",),
@@ -90,7 +90,7 @@ MEASURES = {
     "gaitval/Walker-v0: objections *": {
         "code": (
             "gaitval/policy/environment.py",
-            "extras/gaitval_export/environment.py",
+            "gaitval/apps/export/environment.py",
             "evidence/page.py:gymnasium",
         ),
         "allowed": 20,
@@ -101,8 +101,8 @@ MEASURES = {
             "gaitval/policy/environment.py",
             "gaitval/policy/observation.py",
             "gaitval/policy/reward.py",
-            "extras/gaitval_export/environment.py",
-            "extras/gaitval_export/train.py",
+            "gaitval/apps/export/environment.py",
+            "gaitval/apps/export/train.py",
             "evidence/page.py:learning",
         ),
         "allowed": 20,
@@ -112,7 +112,7 @@ MEASURES = {
         "code": (
             "@judged",
             "gaitval/inverse/inverse_dynamics.py",
-            "extras/gaitval_export/opensim_folder.py",
+            "gaitval/apps/export/opensim_folder.py",
             "evidence/page.py:opensim",
         ),
         "allowed": 60,
@@ -122,10 +122,10 @@ MEASURES = {
         "code": (
             "gaitval/mocap/c3d*.py",
             "gaitval/mocap/mot*.py",
-            "extras/gaitval_export/opensim/motion*.py",
-            "extras/gaitval_export/*_f*.py",
-            "extras/gaitval_export/walk.py",
-            "extras/gaitval_export/locohub.py",
+            "gaitval/apps/export/opensim/motion*.py",
+            "gaitval/apps/export/*_f*.py",
+            "gaitval/apps/export/walk.py",
+            "gaitval/apps/export/locohub.py",
             "evidence/page.py:round_trips,_relative,_first_second",
         ),
         "allowed": 60,
@@ -134,7 +134,7 @@ MEASURES = {
     "formats read in*": {
         "code": (
             "gaitval/mocap/*.py",
-            "extras/gaitval_formats/*.py",
+            "gaitval/mocap/*.py",
             "evidence/page.py:formats,_formats,_trial_off,_people_off,_further",
         ),
         "data": ("tests/support/format_files.py", "tests/support/locohub_files.py"),
@@ -294,14 +294,14 @@ def languages(_: Namespace) -> list[evidence.Row]:
 
 
 def _walker() -> "Walked":
-    from gaitval_export.walked import Walked
+    from gaitval.apps.export.walked import Walked
 
     return Walked.of(PERSON)
 
 
 def _walked_in_mujoco(walked: "Walked", cycles: int) -> tuple[dict[str, NDArray[Any]], bool]:
     """The walk of the exported script, run without gaitval in a process of its own."""
-    from gaitval_export.mujoco_folder import write_mujoco
+    from gaitval.apps.export.mujoco_folder import write_mujoco
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -384,7 +384,7 @@ def gymnasium(_: Namespace) -> evidence.Row:
     import gymnasium as library
     from gymnasium.utils.env_checker import check_env
 
-    made = library.make("gaitval_export.environment:gaitval/Walker-v0", walker=PERSON)
+    made = library.make("gaitval.apps.export.environment:gaitval/Walker-v0", walker=PERSON)
     with warnings.catch_warnings():
         # Advice on spaces without bounds, which a normaliser answers.
         warnings.filterwarnings("ignore", message=".*Box.*")
@@ -403,7 +403,7 @@ def gymnasium(_: Namespace) -> evidence.Row:
 @evidence.measurement(STEPS)
 def learning(arguments: Namespace) -> evidence.Row:
     """Return of the last hundred episodes over that of the first, with plain PPO."""
-    from gaitval_export.training_folder import write_training
+    from gaitval.apps.export.training_folder import write_training
 
     with tempfile.TemporaryDirectory() as name:
         write_training(Path(name), _walker())
@@ -425,9 +425,9 @@ def round_trips(_: Namespace) -> list[evidence.Row]:
     """What is read of each format again, against what was written."""
     import pandas as pd
 
-    from gaitval_export.c3d_file import recording_of, write_c3d_file
-    from gaitval_export.locohub import locohub_frame, write_locohub
-    from gaitval_export.opensim_folder import foot_forces, write_opensim
+    from gaitval.apps.export.c3d_file import recording_of, write_c3d_file
+    from gaitval.apps.export.locohub import locohub_frame, write_locohub
+    from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
 
     walked = _walker()
     differences: dict[str, float] = {"MJCF": _first_second(walked)}
@@ -481,7 +481,7 @@ def opensim(_: Namespace) -> evidence.Row:
 
     from gaitval.coordinates import ACTUATED
     from gaitval.inverse.inverse_dynamics import inverse_dynamics
-    from gaitval_export.opensim_folder import foot_forces, write_opensim
+    from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
 
     walked = _walker()
     with tempfile.TemporaryDirectory() as name:
@@ -574,7 +574,7 @@ def _trial_off(read: "Recording", written: "Recording") -> float:
 def _people_off(folder: Path, written: "Recording") -> float:
     """Of the one person of another program's folder, as `gaitval imports` reads them."""
     from gaitval.mocap.reading import read_recording
-    from gaitval_formats.batch_imports import read_batch
+    from gaitval.importing.batch_imports import read_batch
 
     (person,) = read_batch(folder)
     known = max(abs(person.mass / 63.2 - 1.0), abs(person.height / 1.66 - 1.0))
@@ -590,7 +590,7 @@ def _further(folder: Path, trial: "Recording") -> dict[str, float]:
     from gaitval.mocap.mot_writing import StorageTable, write_storage
     from gaitval.mocap.reading import read_recording
     from gaitval.mocap.trc_writing import write_trc
-    from gaitval_formats.locohub import read_locohub_trials
+    from gaitval.datasets.locohub import read_locohub_trials
 
     (person,) = read_locohub_trials(data_set(folder / "a_phase.parquet", "right", "left"))
     curves, record = person.curves(), PERSON.record()
@@ -646,7 +646,7 @@ def install(_: Namespace) -> evidence.Row:
     from gaitval.configuration import ContactSettings
     from gaitval.datasets.subject_file import load_subject
     from gaitval.scaling.scaling import scale_subject
-    from gaitval_export.opensim.osim import write_osim
+    from gaitval.opensim.osim import write_osim
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -98,7 +98,7 @@ MEASURES = {
         "code": (
             "@walk",
             "evidence/seconds.py:strangers,adults,drawn_stranger,_stranger,_child,task_of,_fell",
-            "extras/gaitval_virtual/person.py:on_legs",
+            "gaitval/apps/virtual/person.py:on_legs",
         ),
         "data": ("reports/general/policy.safetensors",),
         "results": ("reports/general/strangers.json",),
@@ -125,10 +125,10 @@ MEASURES = {
     },
     "live page*": {
         "code": (
-            "extras/gaitval_live/*.py",
+            "gaitval/apps/live/*.py",
             "evidence/seconds.py:live,_looked_at,_pictures,_pushed",
         ),
-        "data": ("extras/gaitval_live/live.*", "gaitval/reporting/vendor/*"),
+        "data": ("gaitval/apps/live/live.*", "gaitval/reporting/vendor/*"),
         "allowed": 60,
         "why": "tests/live/test_page.py looks at the page in a browser when slow tests run",
     },
@@ -408,7 +408,7 @@ def _child(person: "Subject", random: "Generator") -> "Subject":
     """A child of a drawn age and size who walks as the `person` does at the same dimensionless
     speed, with the same share of leg in stature.
     """
-    from gaitval_virtual.person import on_legs
+    from gaitval.apps.virtual.person import on_legs
 
     years, median, spread, skew, index, scatter = GROWTH[person.sex][random.integers(6)]
     height = 0.01 * median * (1.0 + spread * random.standard_normal())
@@ -468,7 +468,7 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     at the same dimensionless speed; only stature, leg and mass are known of the body.
     """
     from gaitval.datasets.subject_file import load_subject
-    from gaitval_virtual.person import on_legs
+    from gaitval.apps.virtual.person import on_legs
 
     leg, person = float(row["trochanterionheight"]) / 1000.0, load_subject(gait).by_stature()
     return on_legs(person, leg, leg / person.leg_length_m).model_copy(

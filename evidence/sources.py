@@ -41,19 +41,19 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "experiments/general_policy.py:train_general",
         "gaitval/learning_control/*.py",
         "gaitval/metrics/reference_curves.py",
-        "extras/gaitval_predict/centring.py",
+        "gaitval/learning_control/centring.py",
     ),
     "walk": ("@physics", "@scaled", "@reference", "@learned"),
     "device walk": (
         "@physics",
         "@reference",
-        "extras/gaitval_devices/composite.py",
-        "extras/gaitval_devices/controllers.py",
-        "extras/gaitval_devices/device.py",
-        "extras/gaitval_devices/hinge_step.py",
-        "extras/gaitval_devices/learning.py",
-        "extras/gaitval_devices/phase_estimate.py",
-        "extras/gaitval_devices/walking.py",
+        "gaitval/model/devices/composite.py",
+        "gaitval/model/devices/controllers.py",
+        "gaitval/model/devices/device.py",
+        "gaitval/apps/devices/hinge_step.py",
+        "gaitval/apps/devices/learning.py",
+        "gaitval/apps/devices/phase_estimate.py",
+        "gaitval/apps/devices/walking.py",
     ),
     "body with shared errors": (
         "@body",
@@ -61,8 +61,8 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "@reference",
         "gaitval/identification/body_fit.py",
         "gaitval/identification/prior.py",
-        "extras/gaitval_bodies/verdicts.py",
-        "extras/gaitval_bodies/shared_errors.py",
+        "gaitval/identification/verdicts.py",
+        "gaitval/identification/shared_errors.py",
     ),
     "errors": (
         "gaitval/gait/cycle_curves.py",
@@ -90,8 +90,8 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "gaitval/study/stages.py",
     ),
     "read": (
-        "extras/gaitval_curves/wbds.py",
-        "extras/gaitval_curves/wbds_files.py",
+        "gaitval/datasets/wbds.py",
+        "gaitval/datasets/wbds_files.py",
         "gaitval/mocap/*.py",
         "gaitval/session/read.py",
     ),
@@ -99,8 +99,8 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "@body",
         "@read",
         "@scaled",
-        "extras/gaitval_consistent/*.py",
-        "extras/gaitval_measurement/*_checks.py",
+        "gaitval/inverse/*.py",
+        "gaitval/measurement/*_checks.py",
         "gaitval/gait/*.py",
         "gaitval/inverse/*.py",
         "gaitval/session/average.py",
@@ -111,7 +111,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     ),
     "warnings": (
         "@read",
-        "extras/gaitval_measurement/*checks.py",
+        "gaitval/measurement/*checks.py",
         "gaitval/gait/agreement.py",
         "gaitval/gait/*_checks.py",
         "gaitval/gait/quality_flags.py",
@@ -127,20 +127,20 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "judged": (
         "@body",
         "gaitval/inverse/newton_euler.py",
-        "extras/gaitval_judge/[!cmw]*.py",  # all but command, write and the bands of moments
-        "extras/gaitval_judge/markers.py",
+        "gaitval/apps/judge/[!cmw]*.py",  # all but command, write and the bands of moments
+        "gaitval/apps/judge/markers.py",
         "gaitval/mocap/mot*.py",
-        "extras/gaitval_export/opensim/[!_]*[!t].py",  # all but of an import
+        "gaitval/apps/export/opensim/[!_]*[!t].py",  # all but of an import
     ),
     "checked": (
-        "extras/gaitval_gate/regression.py",
-        "extras/gaitval_gate/baseline.py",
-        "extras/gaitval_gate/seal.py",
+        "gaitval/apps/regression/regression.py",
+        "gaitval/apps/regression/baseline.py",
+        "gaitval/apps/regression/seal.py",
         "gaitval/study/inputs.py:STORED_FILES",
     ),
     "cohort": (
-        "extras/gaitval_cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds
-        "extras/gaitval_cohort/cluster.py",
+        "gaitval/apps/cohort/[!cfrw]*.py",  # not command, figures, report, results, wbds
+        "gaitval/apps/cohort/cluster.py",
     ),
 }
 

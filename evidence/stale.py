@@ -92,7 +92,7 @@ EQUAL: Final = (
         (
             "gaitval/model/tree.py",
             *("gaitval/policy/observation.py", "gaitval/study/sources.py"),
-            *("extras/gaitval_bodies/*.py", "extras/gaitval_estimate/stage.py"),
+            *("gaitval/identification/*.py", "gaitval/study/estimate_stage.py"),
         ),
         "a function that only a test called is gone, and what was written twice is written once: "
         "tests/bodies, tests/identification, tests/estimate, tests/policy, tests/study",
@@ -105,9 +105,9 @@ EQUAL: Final = (
             *("gaitval/identification/begin.py", "gaitval/identification/body_fit.py"),
             *("gaitval/memory.py", "gaitval/reporting/page.py"),
             *("gaitval/mocap/*.py", "gaitval/policy/observation.py", "gaitval/policy/storage.py"),
-            *("gaitval/scaling/*.py", "gaitval/study/run.py", "extras/gaitval_cohort/*.py"),
-            *("extras/gaitval_formats/vicon_csv.py", "extras/gaitval_markers/files.py"),
-            "extras/gaitval_measurement/estimate.py",
+            *("gaitval/scaling/*.py", "gaitval/study/run.py", "gaitval/apps/cohort/*.py"),
+            *("gaitval/mocap/vicon_csv.py", "gaitval/scaling/markers/files.py"),
+            "gaitval/measurement/estimate.py",
         ),
         "files that could be read are read as before, others are no longer refused (tests/mocap, "
         "tests/formats, tests/scaling, tests/measurement; the recordings of 13 sources have the "
@@ -120,12 +120,12 @@ EQUAL: Final = (
         "ec95f87c12",
         "d121acf504",
         (
-            *("gaitval/cli/app.py", "gaitval/gait/force_check?.py", "gaitval/memory.py"),
+            *("gaitval/terminal/app.py", "gaitval/gait/force_check?.py", "gaitval/memory.py"),
             *("gaitval/metrics/curve_statistics.py", "gaitval/metrics/push_recovery.py"),
             *("gaitval/policy/*.py", "gaitval/reference/motion.py", "gaitval/reporting/*.py"),
             *("gaitval/scaling/scaling.py", "gaitval/session/*.py", "gaitval/study/sources.py"),
-            *("gaitval/simulation/mujoco_body.py", "extras/gaitval_cohort/*.py"),
-            *("extras/gaitval_devices/*.py", "evidence/report/curve_statistics.py"),
+            *("gaitval/simulation/mujoco_body.py", "gaitval/apps/cohort/*.py"),
+            *("gaitval/apps/devices/*.py", "evidence/report/curve_statistics.py"),
         ),
         "walks, pushes and metrics.json of the ten were equal before and after; a plate is read "
         "otherwise only with --plate-axis; messages; tests/metrics/test_curve_statistics.py",
@@ -135,12 +135,12 @@ EQUAL: Final = (
         "b521cee121",
         (
             *("gaitval/gait/force_check?.py", "gaitval/gait/mean_curves.py"),
-            "extras/gaitval_bodies/*.py",
+            "gaitval/identification/*.py",
             *("gaitval/mocap/c3d_plates.py", "gaitval/scaling/scaling.py"),
             *("gaitval/session/*.py", "gaitval/study/stage.py"),
             "gaitval/simulation/mujoco_body.py",
-            *("extras/gaitval_export/*.py", "extras/gaitval_markers/*.py"),
-            "extras/gaitval_virtual/*.py",
+            *("gaitval/apps/export/*.py", "gaitval/scaling/markers/*.py"),
+            "gaitval/apps/virtual/*.py",
         ),
         "plates are read otherwise only where the load was beside them or a channel jumped by 16 "
         "bits, and a force only where its fit was refused (tests/mocap, tests/gait; the recordings "
@@ -155,7 +155,7 @@ EQUAL: Final = (
             *("gaitval/metrics/validation.py", "gaitval/metrics/verdict_rows.py"),
             *("gaitval/metrics/walk_results.py", "gaitval/mocap/*.py", "gaitval/scaling/*.py"),
             *("gaitval/policy/training.py", "gaitval/session/*.py", "gaitval/study/stages.py"),
-            *("extras/gaitval_formats/*.py", "extras/gaitval_markers/*.py"),
+            *("gaitval/mocap/*.py", "gaitval/scaling/markers/*.py"),
         ),
         "plates without a fault are read as before, and who stands flat and walks steadily is "
         "scaled as before (tests/datasets/test_wbds.py builds the ten again; the recordings of 13 "
@@ -204,7 +204,7 @@ EQUAL: Final = (
     Equal(
         "b9e819ab74",
         "50309ab51f",
-        ("extras/gaitval_markers/command.py",),
+        ("gaitval/cli/markers.py",),
         "what the command prints below the guesses; the drafts are as before (tests/markers)",
     ),
     Equal(
@@ -223,11 +223,11 @@ EQUAL: Final = (
             *("gaitval/gait/foot_forces.py", "gaitval/gait/plate_contacts.py"),
             *("gaitval/prediction/unusua?.py", "gaitval/study/one_stage.py"),
             *("gaitval/study/run.py", "gaitval/study/stage.py", "gaitval/study/stages.py"),
-            *("extras/gaitval_devices/device.py", "extras/gaitval_devices/hinge_step.py"),
-            *("extras/gaitval_devices/walking.py", "extras/gaitval_markers/files.py"),
-            *("extras/gaitval_measurement/divided.py", "extras/gaitval_measurement/standing.py"),
-            *("extras/gaitval_patients/estimates.py", "extras/gaitval_patients/passive_foot.py"),
-            "extras/gaitval_patients/records.py",
+            *("gaitval/model/devices/device.py", "gaitval/apps/devices/hinge_step.py"),
+            *("gaitval/apps/devices/walking.py", "gaitval/scaling/markers/files.py"),
+            *("gaitval/gait/divided.py", "gaitval/measurement/standing.py"),
+            *("gaitval/apps/patients/estimates.py", "gaitval/apps/patients/passive_foot.py"),
+            "gaitval/apps/patients/records.py",
         ),
         "the wrench of a plate is put together once (tests/gait; the figures of a divided one are "
         "equal to the last digit); all files of a study of S05 but times and pages are equal to "
@@ -250,9 +250,9 @@ EQUAL: Final = (
             *("gaitval/mocap/exchanges.py", "gaitval/mocap/recording.py"),
             *("gaitval/mocap/separate_forces.py", "gaitval/reporting/report.py"),
             *("gaitval/session/session.py", "gaitval/study/*.py"),
-            *("extras/gaitval_formats/batch_imports.py", "extras/gaitval_judge/command.py"),
-            *("extras/gaitval_measurement/correct.py", "extras/gaitval_measurement/measured.py"),
-            *("extras/gaitval_measurement/standing.py", "extras/gaitval_patients/records.py"),
+            *("gaitval/importing/batch_imports.py", "gaitval/apps/judge/command.py"),
+            *("gaitval/measurement/correct.py", "gaitval/measurement/measured.py"),
+            *("gaitval/measurement/standing.py", "gaitval/apps/patients/records.py"),
         ),
         "what was written twice is written once: curves of imports of the sample and of WBDS01 "
         "and everything of the 104 records of gps/ are equal to the last bit; tests/measurement, "
@@ -265,10 +265,10 @@ EQUAL: Final = (
             *("gaitval/configuration.py", "gaitval/datasets/*.py", "gaitval/gait/record.py"),
             *("gaitval/interface/*.py", "gaitval/metrics/*.py", "gaitval/metrics/*.toml"),
             *("gaitval/mocap/recording.py", "gaitval/model/rotations.py", "gaitval/policy/*.py"),
-            *("gaitval/reporting/*", "gaitval/session/*.py", "extras/gaitval_cohort/table.py"),
-            *("extras/gaitval_curves/*.py", "extras/gaitval_export/*.py"),
-            *("extras/gaitval_formats/*.py", "extras/gaitval_judge/judge_page.py"),
-            *("extras/gaitval_patients/one_stride.py", "extras/gaitval_virtual/*.py"),
+            *("gaitval/reporting/*", "gaitval/session/*.py", "gaitval/apps/cohort/table.py"),
+            *("gaitval/datasets/*.py", "gaitval/apps/export/*.py"),
+            *("gaitval/mocap/*.py", "gaitval/apps/judge/judge_page.py"),
+            *("gaitval/apps/patients/one_stride.py", "gaitval/apps/virtual/*.py"),
         ),
         "a study of S05 is equal to the last digit but foot progression, the score that it is part "
         "of, texts and the interval of falls; an import of WBDS01 but the angles of the feet, and "
@@ -286,8 +286,8 @@ EQUAL: Final = (
         (
             *("gaitval/gait/mean_curves.py", "gaitval/interface/*.py"),
             *("gaitval/session/subject.py", "gaitval/mocap/c3d_process.py"),
-            *("gaitval/study/stages.py", "extras/gaitval_curves/*.py"),
-            *("extras/gaitval_formats/locohub_subject.py", "extras/gaitval_virtual/person.py"),
+            *("gaitval/study/stages.py", "gaitval/datasets/*.py"),
+            *("gaitval/datasets/locohub_subject.py", "gaitval/apps/virtual/person.py"),
         ),
         "a class that moved; no recording of a row has unsigned counts or negative offsets (18 "
         "looked at)",
@@ -298,7 +298,7 @@ EQUAL: Final = (
         (
             *("gaitval/prediction/speed.py", "gaitval/mocap/c3d_contents.py"),
             *("gaitval/artefacts.py", "gaitval/study/stage.py"),
-            *("extras/gaitval_markers/*.py", "extras/gaitval_formats/batch_imports.py"),
+            *("gaitval/scaling/markers/*.py", "gaitval/importing/batch_imports.py"),
         ),
         "predictions of the ten people at seven speeds, each trial held out, are equal bit by bit; "
         "no C3D file of 24 of shared/data and public repositories is refused; markers are drafted "
@@ -330,7 +330,7 @@ EQUAL: Final = (
         "3f244f6c3a",
         (
             *("gaitval/datasets/subject.py", "gaitval/datasets/identity.py"),
-            *("gaitval/prediction/unusua?.py", "extras/gaitval_estimate/*.py"),
+            *("gaitval/prediction/unusua?.py", "gaitval/prediction/*.py"),
             *("gaitval/session/*.py", "gaitval/mocap/axes.py", "gaitval/mocap/recording.py"),
             "gaitval/gait/events.py",
         ),
@@ -344,7 +344,7 @@ EQUAL: Final = (
         (
             *("gaitval/model/urdf.py", "gaitval/compiled.py", "gaitval/study/sources.py"),
             *("gaitval/datasets/subject_file.py", "gaitval/interface/*.py"),
-            "extras/gaitval_devices/device_urdf.py",
+            "gaitval/model/devices/device_urdf.py",
         ),
         "files are kept elsewhere where a folder's name is evaluated or there is no home folder: "
         "model, reference, policy, walk and metrics.json of a study of S05 were equal",
@@ -359,7 +359,7 @@ EQUAL: Final = (
         "c0241df2d1",
         "cb5c4b3f6c",
         (
-            *("gaitval/session/read.py", "gaitval/session/trial.py", "gaitval/session/write.py"),
+            *("gaitval/session/read.py", "gaitval/session/trial.py", "gaitval/importing/write.py"),
             *("gaitval/datasets/subject.py", "gaitval/study/stages.py"),
         ),
         "what writes OpenSim's files, warns of a recording and remarks on a person moved to wings: "
@@ -376,7 +376,7 @@ EQUAL: Final = (
     Equal(
         "a427576373",
         "f71e63bc5a",
-        ("extras/gaitval_devices/walking.py", "gaitval/scaling/*.py"),
+        ("gaitval/apps/devices/walking.py", "gaitval/scaling/*.py"),
         "what is logged of a hinge without strap or socket changed, and how hinges are led along a "
         "kept motion; walks of S05 and S07 with four devices were equal before and after. Bodies "
         "of who has a prosthesis, or masses that differ between the sides, and the unit of "
@@ -392,7 +392,7 @@ EQUAL: Final = (
     Equal(
         "b7f1df4361",
         "965f7c7053",
-        ("evidence/held_out.py", "gaitval/cli/display.py", "gaitval/mocap/units.py"),
+        ("evidence/held_out.py", "gaitval/terminal/display.py", "gaitval/mocap/units.py"),
         "inches and feet are read, which were refused: the walks of halves were made again, and "
         "their files are the same; a table stands elsewhere; names are printed as they are "
         "(tests/cli)",
@@ -417,15 +417,15 @@ EQUAL: Final = (
             "docs/build/recording_tables.py",
             *("evidence/held_out.py", "evidence/sources.py"),
             "experiments/peer_results.py",
-            "extras/gaitval_devices/page.py",
-            *("extras/gaitval_formats/batch_person.py", "extras/gaitval_formats/kistler_text.py"),
-            "extras/gaitval_gate/stored.py",
-            "extras/gaitval_judge/gait.py",
-            "extras/gaitval_measurement/bands.py",
-            *("extras/gaitval_predict/centring.py", "extras/gaitval_predict/study.py"),
+            "gaitval/apps/devices/page.py",
+            *("gaitval/importing/batch_person.py", "gaitval/mocap/kistler_text.py"),
+            "gaitval/apps/regression/stored.py",
+            "gaitval/apps/judge/gait.py",
+            "gaitval/measurement/bands.py",
+            *("gaitval/learning_control/centring.py", "gaitval/study/predicted_study.py"),
             *(
-                "gaitval/cli/app.py",
-                "gaitval/cli/display.py",
+                "gaitval/terminal/app.py",
+                "gaitval/terminal/display.py",
                 "gaitval/cli/recording.py",
                 "gaitval/cli/study.py",
             ),
@@ -457,9 +457,9 @@ EQUAL: Final = (
         "a34e8bf58a",
         "f4e3a7088f",
         (
-            *("extras/gaitval_measurement/checks.py", "extras/gaitval_measurement/force_checks.py"),
-            "extras/gaitval_measurement/marker_checks.py",
-            *("extras/gaitval_measurement/measured.py", "extras/gaitval_measurement/said.py"),
+            *("gaitval/checks/checks.py", "gaitval/checks/force_checks.py"),
+            "gaitval/checks/marker_checks.py",
+            *("gaitval/measurement/measured.py", "gaitval/measurement/said.py"),
             *("gaitval/gait/plate_offset.py", "gaitval/gait/zeroed_plate.py"),
             *("gaitval/mocap/cut_spikes.py", "gaitval/mocap/lost_frames.py"),
         ),
@@ -470,8 +470,8 @@ EQUAL: Final = (
         "0fb32b1e44",
         "bfc6457f12",
         (
-            *("evidence/seconds.py", "extras/gaitval_cohort/identity.py"),
-            "extras/gaitval_devices/study.py",
+            *("evidence/seconds.py", "gaitval/apps/cohort/identity.py"),
+            "gaitval/apps/devices/study.py",
             *("gaitval/prediction/normal_form.py", "gaitval/study/run.py"),
             "gaitval/study/stored_policy.py",
         ),
@@ -491,12 +491,12 @@ EQUAL: Final = (
         (
             *(
                 "docs/build/speed_tables.py",
-                "extras/gaitval_consistent/residual_derivatives.py",
-                "extras/gaitval_consistent/residual_reduction.py",
-                "extras/gaitval_devices/adaptation.py",
-                "extras/gaitval_devices/engines.py",
-                "extras/gaitval_devices/walking.py",
-                "extras/gaitval_virtual/standing.py",
+                "gaitval/inverse/residual_derivatives.py",
+                "gaitval/inverse/residual_reduction.py",
+                "gaitval/apps/devices/adaptation.py",
+                "gaitval/apps/devices/engines.py",
+                "gaitval/apps/devices/walking.py",
+                "gaitval/apps/virtual/standing.py",
                 "gaitval/contact/forces.py",
                 "gaitval/contact/hunt_crossley.py",
                 "gaitval/coordinates.py",
@@ -538,7 +538,7 @@ EQUAL: Final = (
     Equal(
         "283f0df7ec",
         "c1c0d15516",
-        ("extras/gaitval_devices/controllers.py", "extras/gaitval_devices/walking.py"),
+        ("gaitval/model/devices/controllers.py", "gaitval/apps/devices/walking.py"),
         "only gravity compensation reads the inclination, and no device of a row has it",
     ),
     Equal(
@@ -547,7 +547,7 @@ EQUAL: Final = (
         (
             "gaitval/gait/foot_forces.py",
             *("gaitval/interface/motions.py", "gaitval/session/session.py"),
-            *("gaitval/inverse/marker_derivatives.py", "extras/gaitval_judge/gait.py"),
+            *("gaitval/inverse/marker_derivatives.py", "gaitval/apps/judge/gait.py"),
         ),
         "the contact of a light person has the same rule in another room, no model that is judged "
         "in a row weighs less than 41 kg, and empty arrays are made by name",
@@ -556,7 +556,7 @@ EQUAL: Final = (
         "c0b2072a07",
         "b11afa2318",
         (
-            *("extras/gaitval_estimate/seen.py", "gaitval/gait/dimensionless.py"),
+            *("gaitval/prediction/seen.py", "gaitval/gait/dimensionless.py"),
             *("gaitval/inverse/marker_placement.py", "gaitval/metrics/curve_statistics.py"),
             *("gaitval/metrics/cycles.py", "gaitval/metrics/norms.py"),
             *("gaitval/metrics/validation.py", "gaitval/prediction/normal_form.py"),
@@ -571,8 +571,8 @@ EQUAL: Final = (
         "5941c727ba",
         "53d6162810",
         (
-            *("extras/gaitval_markers/picture.py", "extras/gaitval_measurement/said.py"),
-            *("extras/gaitval_patients/*.py", "extras/gaitval_live/*"),
+            *("gaitval/scaling/markers/picture.py", "gaitval/measurement/said.py"),
+            *("gaitval/apps/patients/*.py", "gaitval/apps/live/*"),
         ),
         "the axes of a picture, the words of a warning's remedy and of where a speed is from, and "
         "the order in which a page lists speeds: tests/markers, tests/measurement, tests/patients, "
@@ -590,7 +590,7 @@ EQUAL: Final = (
         "ff12beed35",
         (
             *("gaitval/metrics/baselines.py", "gaitval/metrics/groups.py"),
-            *("gaitval/metrics/validation.py", "gaitval/cli/display.py"),
+            *("gaitval/metrics/validation.py", "gaitval/terminal/display.py"),
         ),
         "predictions without a model of the ten people on each of their trials, known whole and "
         "from angles, and groups of the ten stored results are equal bit by bit; nobody's trials "

@@ -21,7 +21,7 @@ import pandas as pd
 from rich.console import Console
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.cli import display
+from gaitval.terminal import display
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -39,11 +39,11 @@ from gaitval.metrics.walk_results import StoredPushes
 from gaitval.reporting.report import write_report
 from gaitval.study.stage import Run
 from gaitval.study.stages import metrics_of
-from gaitval_cohort.study import summary_of
-from gaitval_gate.comparison_page import write_comparison
-from gaitval_gate.regression import compare, write_junit
-from gaitval_gate.versions import StoredWalk, matched
-from gaitval_predict.command import print_distances
+from gaitval.apps.cohort.study import summary_of
+from gaitval.apps.regression.comparison_page import write_comparison
+from gaitval.apps.regression.regression import compare, write_junit
+from gaitval.apps.regression.versions import StoredWalk, matched
+from gaitval.cli.predict import print_distances
 
 Json = Mapping[str, Any]
 

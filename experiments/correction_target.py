@@ -47,9 +47,9 @@ from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import general_walker
-from gaitval_estimate.deviations import kinetics_of
-from gaitval_estimate.seen import at_own_contacts
-from gaitval_estimate.stage import ESTIMATE_ACCURACY, of_known, with_kinetics
+from gaitval.prediction.deviations import kinetics_of
+from gaitval.prediction.seen import at_own_contacts
+from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, of_known, with_kinetics
 
 STORE: Final = ROOT / "reports" / "general" / "correction_target.json"
 PAGE: Final = ROOT / "docs" / "learning.md"

@@ -1,8 +1,8 @@
-"""Fit every trial of the built-in people as if their forces were unknown, for `gaitval_estimate`.
+"""Fit every trial of the built-in people as if their forces were unknown, for `gaitval.prediction`.
 
     python -m experiments.estimate_fits
 
-Writes `extras/gaitval_estimate/fits.json`: by person and trial, how the kinetics of the dynamic fit
+Writes `gaitval/prediction/fits.json`: by person and trial, how the kinetics of the dynamic fit
 differ from the expected ones that it began from, in units of `UNIT`. About a minute.
 """
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-import gaitval_estimate
+import gaitval.prediction
 from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.datasets.subject import Subject
@@ -19,9 +19,9 @@ from gaitval.metrics.reference_curves import reference_curves
 from gaitval.prediction.known import told
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval_estimate.deviations import UNIT, fit_of
+from gaitval.prediction.deviations import UNIT, fit_of
 
-STORE = Path(gaitval_estimate.__file__).parent / "fits.json"
+STORE = Path(gaitval.prediction.__file__).parent / "fits.json"
 
 
 def whole_numbers(subject: Subject) -> list[list[list[int]]]:

@@ -34,8 +34,8 @@ from gaitval.metrics.reference_curves import reference_curves
 from gaitval.prediction.known import told
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval_estimate.seen import at_own_contacts
-from gaitval_estimate.stage import ESTIMATE_ACCURACY, of_known, with_kinetics
+from gaitval.prediction.seen import at_own_contacts
+from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, of_known, with_kinetics
 
 PRICE: Final = 0.05
 """Degrees."""

@@ -40,7 +40,7 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.run import GENERAL
-from gaitval_virtual.person import drawn_parameters, of_another_size
+from gaitval.apps.virtual.person import drawn_parameters, of_another_size
 
 TARGET: Final = Path(__file__).parent.parent / "reports" / GENERAL
 

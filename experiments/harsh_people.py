@@ -35,10 +35,10 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.joints import ANKLE, KNEE, FunctionalLeg, judged_lengths, lengths, with_joints
-from gaitval_bodies.shared_errors import identified
-from gaitval_virtual.harsh import HarshPerson, harsh_person
-from gaitval_virtual.range_of_motion import functional_legs
+from gaitval.identification.joints import ANKLE, KNEE, FunctionalLeg, judged_lengths, lengths, with_joints
+from gaitval.identification.shared_errors import identified
+from gaitval.apps.virtual.harsh import HarshPerson, harsh_person
+from gaitval.apps.virtual.range_of_motion import functional_legs
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"

@@ -16,7 +16,7 @@ import numpy as np
 
 from evidence import STARTED
 from gaitval.artefacts import read_json, write_json
-from gaitval.cli.display import live_view
+from gaitval.terminal.display import live_view
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
@@ -28,7 +28,7 @@ from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
 from gaitval.prediction.known import told
 from gaitval.reference.motion import ReferenceMotion
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 from gaitval.session.request import Halves, ImportOptions
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, open_run, run_stage
@@ -45,7 +45,7 @@ from gaitval.study.stages import (
     simulate_stage,
     train_stage,
 )
-from gaitval_predict.study import run_prediction, run_range
+from gaitval.study.predicted_study import run_prediction, run_range
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "held_out"
 

@@ -35,8 +35,8 @@ from gaitval.policy.storage import Policy, load_start
 from gaitval.policy.training import train
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval_bodies.posterior import walked_with
-from gaitval_bodies.verdicts import judged
+from gaitval.identification.posterior import walked_with
+from gaitval.identification.verdicts import judged
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ablation.json"

@@ -48,7 +48,7 @@ MEASURES = {
     "*": {
         "code": (
             "@walk",
-            "extras/gaitval_virtual/person.py",
+            "gaitval/apps/virtual/person.py",
             "experiments/general_policy.py",
             "experiments/own_training.py:study,figures,pairs,walking,handed_on,ratio,kept",
         ),

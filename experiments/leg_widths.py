@@ -35,9 +35,9 @@ from gaitval.errors import GaitvalError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.combinations import combinations
-from gaitval_bodies.shared_errors import NAMES, NARROWER, SKIN, STUCK
-from gaitval_virtual.harsh import harsh_person
+from gaitval.identification.combinations import combinations
+from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, STUCK
+from gaitval.apps.virtual.harsh import harsh_person
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "leg_widths.json"

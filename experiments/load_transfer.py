@@ -32,8 +32,8 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.population import with_others_kinetics
-from gaitval_estimate.deviations import stored_fits
-from gaitval_estimate.seen import contacts, shared
+from gaitval.prediction.deviations import stored_fits
+from gaitval.prediction.seen import contacts, shared
 
 PAGE: Final = Path(__file__).resolve().parent.parent / "docs" / "held-out.md"
 PHASES: Final = np.arange(400) / 400.0

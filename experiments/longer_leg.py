@@ -24,8 +24,8 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.scaling.joint_centres import locate
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.offsets import offset_of
-from gaitval_bodies.shared_errors import identified
+from gaitval.identification.offsets import offset_of
+from gaitval.identification.shared_errors import identified
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "longer_leg.json"

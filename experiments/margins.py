@@ -46,8 +46,8 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Observer, Run, open_run, run_stage
-from gaitval_gate.baseline import walking_stages
-from gaitval_gate.regression import LONG_MEASURES
+from gaitval.apps.regression.baseline import walking_stages
+from gaitval.apps.regression.regression import LONG_MEASURES
 
 ROOT = Path(__file__).parent.parent
 SCATTER = ROOT / "benchmarks" / "margins.json"

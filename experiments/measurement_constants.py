@@ -1,4 +1,4 @@
-"""Print the means and spreads of `gaitval_measurement.expected` from sound recordings.
+"""Print the means and spreads of `gaitval.measurement.expected` from sound recordings.
 
     python -m experiments.measurement_constants --from FOLDER
 
@@ -23,9 +23,9 @@ import numpy as np
 from evidence.measurement.faults import CHOSEN_ON, _imported, _read, _recordings
 from gaitval.arrays import Array
 from gaitval.errors import GaitvalError
-from gaitval_measurement.balance import NEWTON, PRESSURE, STRIDE_BINS, Data, data_of, trials_of
-from gaitval_measurement.estimate import acceleration_of
-from gaitval_measurement.expected import ODD, relative
+from gaitval.measurement.balance import NEWTON, PRESSURE, STRIDE_BINS, Data, data_of, trials_of
+from gaitval.measurement.estimate import acceleration_of
+from gaitval.measurement.expected import ODD, relative
 
 WITH_A_FAULT = "HC040A|NP101[0134]"
 """Markers that jump; a plate (3) whose fore-aft force holds 3 to 5 % of the vertical one in whole

@@ -1,4 +1,4 @@
-"""Shipped: writes extras/gaitval_judge/schwartz2008.csv, from normative/Schwartz2008.json.
+"""Shipped: writes gaitval/apps/judge/schwartz2008.csv, from normative/Schwartz2008.json.
 
     python -m experiments.moment_bands ../shared/data/normative/Schwartz2008.json [--check]
 
@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-OUT = Path(__file__).resolve().parent.parent / "extras/gaitval_judge/schwartz2008.csv"
+OUT = Path(__file__).resolve().parent.parent / "gaitval/apps/judge/schwartz2008.csv"
 
 SPEEDS = {
     "very slow": "VerySlow",

@@ -117,7 +117,7 @@ def imported(recording: Mapping[str, Any], clones: Path, work: Path) -> Path:
     """The file of a subject; the `recording` is imported if that has not been done."""
     from experiments.public_recordings import OPTIONS, _marker_set, local_file, several
     from gaitval.configuration import load_configuration
-    from gaitval.session.importing import import_files
+    from gaitval.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
 
     folder = work / "people" / short(recording["name"])

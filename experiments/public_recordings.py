@@ -29,7 +29,7 @@ from experiments.zoo_to_c3d import zoo_to_c3d
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 from gaitval.session.request import ImportOptions, checked
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -25,7 +25,7 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.verdicts import IDENTIFIED
+from gaitval.identification.verdicts import IDENTIFIED
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"

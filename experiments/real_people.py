@@ -28,9 +28,9 @@ from gaitval.model.tree import segment_frames
 from gaitval.reference.dynamic_fit import Solution, consistent_reference
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.combinations import judged_combinations
-from gaitval_bodies.posterior import Profile, search, walked_with
-from gaitval_bodies.verdicts import judged
+from gaitval.identification.combinations import judged_combinations
+from gaitval.identification.posterior import Profile, search, walked_with
+from gaitval.identification.verdicts import judged
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "real.json"

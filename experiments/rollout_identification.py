@@ -3,7 +3,7 @@
     python -m experiments.rollout_identification --seeds 2 --generations 30
 
 For three people and several seeds of the search: mu* and epsilon by rollouts of the general policy.
-Then, always anew, epsilon of its walk with the posterior mean of `gaitval_bodies.shared_errors`.
+Then, always anew, epsilon of its walk with the posterior mean of `gaitval.identification.shared_errors`.
 Writes `reports/identification/rollouts.json` after every search; interrupted, the same command
 resumes.
 """
@@ -21,9 +21,9 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.offsets import offset_of
-from gaitval_bodies.rollouts import Walks, identified_by_rollouts
-from gaitval_bodies.shared_errors import identified
+from gaitval.identification.offsets import offset_of
+from gaitval.identification.rollouts import Walks, identified_by_rollouts
+from gaitval.identification.shared_errors import identified
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "rollouts.json"

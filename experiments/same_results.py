@@ -25,7 +25,7 @@ from typing import Any
 import evidence
 from gaitval.artefacts import write_json
 from gaitval.metrics.results import Metrics, metrics_from
-from gaitval_gate.regression import compare
+from gaitval.apps.regression.regression import compare
 
 ROOT = Path(__file__).resolve().parent.parent
 WALK = """
@@ -33,7 +33,7 @@ import json, sys
 from pathlib import Path
 from unittest.mock import MagicMock
 try:
-    from gaitval_gate.baseline import walk_again
+    from gaitval.apps.regression.baseline import walk_again
 except ModuleNotFoundError:  # before the package had its present layout
     from gaitval.pipeline import walk_again
 found = walk_again(Path(sys.argv[1]), MagicMock())

@@ -33,7 +33,7 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
 from gaitval.study.run import SLOW
-from gaitval_virtual.person import drawn_parameters, of_another_size
+from gaitval.apps.virtual.person import drawn_parameters, of_another_size
 
 TARGET: Final = GENERAL / SLOW
 SAMPLES: Final = 20_000_000

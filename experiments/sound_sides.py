@@ -1,4 +1,4 @@
-"""Shipped: writes extras/gaitval_patients/sound_sides.csv, what amputees' sound sides do.
+"""Shipped: writes gaitval/apps/patients/sound_sides.csv, what amputees' sound sides do.
 
     python -m experiments.sound_sides ../shared/data          # the file
     python -m experiments.sound_sides ../shared/data --check  # fails if it is another
@@ -21,13 +21,13 @@ from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
-from gaitval_patients.cohort import found_patients
-from gaitval_patients.records import Patient, two_sided
-from gaitval_patients.rolling_foot import feet
-from gaitval_patients.sound_side import TABLE
-from gaitval_patients.told import expected_record, over_stance, rolled_ankle
+from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.records import Patient, two_sided
+from gaitval.apps.patients.rolling_foot import feet
+from gaitval.apps.patients.sound_side import TABLE
+from gaitval.apps.patients.told import expected_record, over_stance, rolled_ankle
 
-FILE = Path(__file__).resolve().parent.parent / "extras" / "gaitval_patients" / TABLE
+FILE = Path(__file__).resolve().parent.parent / "extras" / "gaitval.apps.patients" / TABLE
 
 ENDED = 0.05
 """Of the largest plantarflexor moment, below which it has ended."""

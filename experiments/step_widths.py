@@ -5,7 +5,7 @@
 Of subjects with forces on both sides that `gaitval import` wrote (those of
 `experiments/public_recordings.toml`, each person once), prints the size of the medial force over
 what is expected of anybody at the speed, the distance sideways between the ankles and between the
-lines from ankle to metatarsal heads (`gaitval_estimate.body`), both over leg length, and the
+lines from ankle to metatarsal heads (`gaitval.prediction.body`), both over leg length, and the
 correlations. Where on the foot the width is taken was chosen by them.
 """
 
@@ -18,8 +18,8 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
 from gaitval.prediction.normal_form import normal_form, symmetric
 from gaitval.prediction.population import expected, gaits_of
-from gaitval_estimate.body import step_width
-from gaitval_estimate.deviations import KINETICS, kinetics_of
+from gaitval.prediction.body import step_width
+from gaitval.prediction.deviations import KINETICS, kinetics_of
 
 MEDIAL = KINETICS.index(("forces", "medial"))
 

@@ -26,8 +26,8 @@ from gaitval.metrics.comparison import rms
 from gaitval.prediction.known import Told, told
 from gaitval.prediction.normal_form import SAMPLES, normal_form
 from gaitval.scaling.scaling import scale_subject
-from gaitval_estimate.deviations import KINETICS, kinetics_of, kinetics_of_curves, units
-from gaitval_estimate.stage import of_known
+from gaitval.prediction.deviations import KINETICS, kinetics_of, kinetics_of_curves, units
+from gaitval.study.estimate_stage import of_known
 
 PAGE = Path(__file__).parents[1] / "docs" / "held-out.md"
 LATE: Final = (-0.02, -0.01, -0.005, 0.0, 0.005, 0.01, 0.02)

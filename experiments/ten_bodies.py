@@ -1,9 +1,9 @@
-"""Shipped: extras/gaitval_bodies/offsets.json, of what ten records say with shared errors.
+"""Shipped: gaitval/identification/offsets.json, of what ten records say with shared errors.
 
     python -m experiments.ten_bodies
 
 First without an offset, also of their further trials; from these the offsets that
-`gaitval_bodies.offsets` ships, of all and of all but one, and then again, each with the offset of
+`gaitval.identification.offsets` ships, of all and of all but one, and then again, each with the offset of
 the others. Writes `reports/identification/ten_shared.json` after every record; interrupted, the
 same command resumes. Nothing of a stored run is changed.
 """
@@ -20,13 +20,13 @@ from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.offsets import MOVED, OFFSETS, estimated
-from gaitval_bodies.shared_errors import identified
-from gaitval_bodies.words import sentences
+from gaitval.identification.offsets import MOVED, OFFSETS, estimated
+from gaitval.identification.shared_errors import identified
+from gaitval.reporting.body_words import sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ten_shared.json"
-SHIPPED = ROOT / "extras" / "gaitval_bodies" / "offsets.json"
+SHIPPED = ROOT / "extras" / "gaitval.identification" / "offsets.json"
 
 
 def one(subject: Subject, offset: Array | None = None) -> dict[str, Any]:

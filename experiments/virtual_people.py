@@ -34,10 +34,10 @@ from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_start
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval_bodies.combinations import combinations, judged_combinations
-from gaitval_bodies.posterior import walked_with
-from gaitval_bodies.verdicts import judged
-from gaitval_virtual.person import virtual_person
+from gaitval.identification.combinations import combinations, judged_combinations
+from gaitval.identification.posterior import walked_with
+from gaitval.identification.verdicts import judged
+from gaitval.apps.virtual.person import virtual_person
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "virtual.json"

@@ -11,7 +11,7 @@ from typing import Any, Final
 from gaitval.errors import ConfigurationError
 
 COMMANDS: Final = "gaitval.commands"
-"""Group of the commands: each an `gaitval.cli.app.Added`, by the name of the command."""
+"""Group of the commands: each an `gaitval.terminal.app.Added`, by the name of the command."""
 PARTS: Final = "gaitval.parts"
 """Group of functions and modules that the core, or another wing, asks for by name."""
 RECORDINGS: Final = "gaitval.recordings"

@@ -18,8 +18,8 @@ from gaitval.metrics.results import (
     Metrics,
 )
 from gaitval.metrics.typed import schema
-from gaitval.session.results import IMPORT_VERSION, ImportResult
-from gaitval_judge.results import JUDGE_VERSION, JudgeResult
+from gaitval.importing.results import IMPORT_VERSION, ImportResult
+from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 
 PACKAGE = Path(__file__).parent.parent / "gaitval"
 
@@ -33,7 +33,7 @@ def schemas() -> dict[Path, dict[str, Any]]:
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
         ),
-        PACKAGE.parent / "extras/gaitval_judge/judge.schema.json": schema(
+        PACKAGE.parent / "gaitval/apps/judge/judge.schema.json": schema(
             JudgeResult, name="judge", version=JUDGE_VERSION
         ),
         PACKAGE / "session/import.schema.json": schema(

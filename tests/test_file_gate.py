@@ -26,21 +26,21 @@ from gaitval.policy.storage import load_policy
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.simulation.rollout import Rollout
-from gaitval_cohort.store import Store
-from gaitval_cohort.table import read_table
-from gaitval_curves.curve_files import read_mean_curves
-from gaitval_curves.unpacking import unpack
-from gaitval_curves.wbds_files import table_rows
-from gaitval_formats.batch_imports import read_batch
-from gaitval_formats.folders import opencap_sessions
-from gaitval_formats.kistler_text import read_kistler_text
-from gaitval_formats.locohub import read_locohub_trials
-from gaitval_formats.motion_analysis import read_motion_analysis_forces
-from gaitval_formats.qualisys_tsv import read_qualisys_forces
-from gaitval_gate import history
-from gaitval_judge.opensim.fields import read_document
-from gaitval_patients.people import read_people
-from gaitval_patients.strides import read_strides
+from gaitval.apps.cohort.store import Store
+from gaitval.apps.cohort.table import read_table
+from gaitval.datasets.curve_files import read_mean_curves
+from gaitval.datasets.unpacking import unpack
+from gaitval.datasets.wbds_files import table_rows
+from gaitval.importing.batch_imports import read_batch
+from gaitval.importing.program_folders import opencap_sessions
+from gaitval.mocap.kistler_text import read_kistler_text
+from gaitval.datasets.locohub import read_locohub_trials
+from gaitval.mocap.motion_analysis import read_motion_analysis_forces
+from gaitval.mocap.qualisys_tsv import read_qualisys_forces
+from gaitval.apps.regression import history
+from gaitval.apps.judge.opensim.fields import read_document
+from gaitval.apps.patients.people import read_people
+from gaitval.apps.patients.strides import read_strides
 
 ROOT = Path(__file__).parents[1]
 NOBODY = Recording("nobody", "laboratory", ("a",), np.zeros((1, 1, 3)), 100.0)
@@ -283,7 +283,7 @@ def test_a_table_of_many_rows_in_few_bytes_is_refused(tmp_path):
 
 
 def test_a_workbook_that_unpacks_to_too_much_is_refused(tmp_path, little_unpacks):
-    from gaitval_curves.wbds_archive import _rows
+    from gaitval.datasets.wbds_archive import _rows
 
     path = tmp_path / "WBDSinfo.xlsx"
     with (

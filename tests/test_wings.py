@@ -13,12 +13,12 @@ from quick_settings import QUICK
 from typer.main import get_command
 
 from gaitval import wings
-from gaitval.cli.app import app
+from gaitval.terminal.app import app
 from gaitval.configuration import ContactSettings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.scaling.scaling import scale_subject
-from gaitval_export.opensim.osim import write_osim
+from gaitval.opensim.osim import write_osim
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -110,7 +110,7 @@ def test_a_wing_that_is_not_installed_is_named_with_what_to_do() -> None:
 def test_a_wing_that_cannot_be_imported_breaks_no_other_command(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(sys.modules, "gaitval_judge.command", None)
+    monkeypatch.setitem(sys.modules, "gaitval.apps.judge.command", None)
     root = get_command(app)
     assert "judge" not in root.commands
     assert {"subject", "compare"} <= set(root.commands)

@@ -21,7 +21,7 @@ COUNTERPARTS = {
     **{file: page for page, file in BORROWED.items()},
     **{place(folder).relative_to(ROOT).as_posix(): f"reference/{folder}.md" for folder in FOLDERS},
     "README.md": "index.md",
-    "gaitval/cli/app.py": "reference/commands.md",
+    "gaitval/terminal/app.py": "reference/commands.md",
     "gaitval/configuration.py": "reference/configuration.md",
     "gaitval/metrics/tolerances.toml": "reference/limits.md",
 }
@@ -79,7 +79,7 @@ def commands_page() -> str:
     """The help of every command, as `gaitval COMMAND --help` shows it."""
     from typer.main import get_command
 
-    from gaitval.cli.app import app
+    from gaitval.terminal.app import app
 
     root: Any = get_command(app)
     parts = ["# Commands", plain(root.help)]

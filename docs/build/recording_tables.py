@@ -70,7 +70,7 @@ def figures_of(identifier: str, data: Path) -> dict[str, Any]:
 
     from gaitval.configuration import ProcessingSettings
     from gaitval.session.session import work_out
-    from gaitval.session.summary import limit_rows
+    from gaitval.importing.summary import limit_rows
 
     treadmill = identifier == "WBDS01"
     request = wbds01_t01(data) if treadmill else rajagopal_walk(data)
@@ -219,11 +219,11 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
     from evidence.opensim_motion import read_motion
     from gaitval.configuration import Configuration, ContactSettings
     from gaitval.inverse.inverse_kinematics import inverse_kinematics
-    from gaitval.session.write import FOLDER as EXPORT
-    from gaitval.session.write import write_import
-    from gaitval_export.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
-    from gaitval_export.opensim.motion import write_markers
-    from gaitval_export.opensim.osim import write_osim
+    from gaitval.importing.write import FOLDER as EXPORT
+    from gaitval.importing.write import write_import
+    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
+    from gaitval.opensim.motion import write_markers
+    from gaitval.opensim.osim import write_osim
 
     walk, body = found.trials[0], found.body
     markers = [marker for marker in body.markers if marker.name in walk.recording.names]

@@ -16,16 +16,16 @@ MEASURES = {
     "*": {
         "code": (
             "evidence/anybody/patients.py:ankle_errors,true_moments,tables,SPEEDS",
-            "extras/gaitval_patients/estimates.py",
-            "extras/gaitval_patients/one_stride.py",
-            "extras/gaitval_patients/passive_foot.py",
-            "extras/gaitval_patients/prosthesis.py",
-            "extras/gaitval_patients/records.py",
-            "extras/gaitval_patients/rolling_foot.py",
-            "extras/gaitval_patients/sound_side.py",
-            "extras/gaitval_patients/told.py",
+            "gaitval/apps/patients/estimates.py",
+            "gaitval/apps/patients/one_stride.py",
+            "gaitval/apps/patients/passive_foot.py",
+            "gaitval/apps/patients/prosthesis.py",
+            "gaitval/apps/patients/records.py",
+            "gaitval/apps/patients/rolling_foot.py",
+            "gaitval/apps/patients/sound_side.py",
+            "gaitval/apps/patients/told.py",
         ),
-        "data": ("extras/gaitval_patients/sound_sides.csv",),
+        "data": ("gaitval/apps/patients/sound_sides.csv",),
     },
 }
 """What the rows depend on; see evidence/stale.py."""
@@ -35,9 +35,9 @@ MEASURES = {
 def ankles(arguments: Namespace) -> list[evidence.Row]:
     """Amputees' ankle moments to expect before they are walked, a prosthetic foot's as springs'."""
     from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval_patients.cohort import found_patients
-    from gaitval_patients.passive_foot import expected_ankles
-    from gaitval_patients.told import expected_record
+    from gaitval.apps.patients.cohort import found_patients
+    from gaitval.apps.patients.passive_foot import expected_ankles
+    from gaitval.apps.patients.told import expected_record
 
     strides, people = tables(arguments.data)
     others, phase = builtin_subjects(), np.linspace(0.0, 1.0, 101)

@@ -36,8 +36,8 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import plain_name
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval_markers.draft import Draft, Guess, Places, draft_of, places_of
-from gaitval_markers.names import computed
+from gaitval.scaling.markers.draft import Draft, Guess, Places, draft_of, places_of
+from gaitval.scaling.markers.names import computed
 
 LIST: Final = ROOT / "evidence" / "anybody" / "markers.toml"
 UNSEEN: Final = ROOT / "evidence" / "anybody" / "unseen_markers.toml"
@@ -49,21 +49,21 @@ NOT_OF_THE_BODY: Final = ("FHD", "BHD", "HEAD", "TEMP", "FIN", "HMC")
 Truth = Mapping[str, tuple[str, str | None]]
 MEASURES = {
     "markers of public sets*": {
-        "code": ("evidence/anybody/markers.py", "extras/gaitval_markers/*.py"),
+        "code": ("evidence/anybody/markers.py", "gaitval/scaling/markers/*.py"),
         "data": (
             "evidence/anybody/markers.toml",
             "evidence/anybody/languages.toml",
-            "extras/gaitval_markers/*.toml",
+            "gaitval/scaling/markers/*.toml",
         ),
         "allowed": 1,
         "why": "where the help shows the command",
     },
     "markers of *looked at*": {
-        "code": ("evidence/anybody/markers.py", "extras/gaitval_markers/*.py"),
+        "code": ("evidence/anybody/markers.py", "gaitval/scaling/markers/*.py"),
         "data": (
             "evidence/anybody/unseen_markers.toml",
             "evidence/anybody/languages.toml",
-            "extras/gaitval_markers/*.toml",
+            "gaitval/scaling/markers/*.toml",
         ),
         "allowed": 1,
         "why": "where the help shows the command",

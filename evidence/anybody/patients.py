@@ -30,28 +30,28 @@ HEALTHY = "control"
 MEASURES = {
     "speed of a stride*": {
         "code": (
-            "extras/gaitval_patients/estimates.py",
-            "extras/gaitval_patients/one_stride.py",
-            "extras/gaitval_patients/records.py",
-            "extras/gaitval_patients/rolling_foot.py",
+            "gaitval/apps/patients/estimates.py",
+            "gaitval/apps/patients/one_stride.py",
+            "gaitval/apps/patients/records.py",
+            "gaitval/apps/patients/rolling_foot.py",
         ),
     },
     "*": {
         "code": (
-            "extras/gaitval_patients/estimates.py",
-            "extras/gaitval_patients/gentle_fit.py",
-            "extras/gaitval_patients/one_stride.py",
-            "extras/gaitval_patients/passive_foot.py",
-            "extras/gaitval_patients/prosthesis.py",
-            "extras/gaitval_patients/records.py",
-            "extras/gaitval_patients/rolling_foot.py",
-            "extras/gaitval_patients/sound_side.py",
-            "extras/gaitval_patients/told.py",
-            "extras/gaitval_patients/turned_feet.py",
-            "extras/gaitval_patients/walk.py:walk",
+            "gaitval/apps/patients/estimates.py",
+            "gaitval/apps/patients/gentle_fit.py",
+            "gaitval/apps/patients/one_stride.py",
+            "gaitval/apps/patients/passive_foot.py",
+            "gaitval/apps/patients/prosthesis.py",
+            "gaitval/apps/patients/records.py",
+            "gaitval/apps/patients/rolling_foot.py",
+            "gaitval/apps/patients/sound_side.py",
+            "gaitval/apps/patients/told.py",
+            "gaitval/apps/patients/turned_feet.py",
+            "gaitval/apps/patients/walk.py:walk",
             "@walk",
         ),
-        "data": ("extras/gaitval_patients/sound_sides.csv",),
+        "data": ("gaitval/apps/patients/sound_sides.csv",),
         "allowed": 50,
         "why": "a function of policy/rollouts.py that only tests called is theirs now, and "
         "forefeet without markers on the heads: bodies by stature keep their hashes",
@@ -122,7 +122,7 @@ def ankle_errors(walks: Sequence[dict[str, Any]], data: Path) -> dict[str, Array
 @evidence.measurement(DATA, FOLDER, FINISHED)
 def walks(arguments: Namespace) -> list[evidence.Row]:
     """The 104 records of `gps/` walked from angles alone: falls, angles, scores, ankle moments."""
-    from gaitval_patients.cohort import found_patients, walked
+    from gaitval.apps.patients.cohort import found_patients, walked
 
     strides, people = tables(arguments.data)
     patients = found_patients(strides, people, SPEEDS, [HEALTHY])
@@ -184,9 +184,9 @@ def walks(arguments: Namespace) -> list[evidence.Row]:
 def speed(arguments: Namespace) -> list[evidence.Row]:
     """Speed estimated from a stride of healthy people whose speed is known, none of the ten."""
     from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval_patients.people import read_people
-    from gaitval_patients.records import patient
-    from gaitval_patients.strides import read_strides
+    from gaitval.apps.patients.people import read_people
+    from gaitval.apps.patients.records import patient
+    from gaitval.apps.patients.strides import read_strides
 
     strides, people = tables(arguments.data)
     known = read_people(people[-1])
@@ -219,7 +219,7 @@ def speed(arguments: Namespace) -> list[evidence.Row]:
 def walk_ratio(arguments: Namespace) -> evidence.Row:
     """Stride time from stride length: the line of people of odd number, on those of even number."""
     from gaitval.constants import GRAVITY
-    from gaitval_patients.estimates import STRIDE_OF_LINE, WALK
+    from gaitval.apps.patients.estimates import STRIDE_OF_LINE, WALK
 
     rows = []
     path = arguments.data / "wbds" / "h2a_allspeeds_43subs.csv"

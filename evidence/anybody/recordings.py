@@ -20,8 +20,8 @@ from evidence import ROOT, option
 from experiments.public_recordings import right, work
 from gaitval.artefacts import read_json, write_json
 from gaitval.mocap.reading import read_recording
-from gaitval_markers.draft import draft_markers
-from gaitval_markers.files import as_toml
+from gaitval.scaling.markers.draft import draft_markers
+from gaitval.scaling.markers.files import as_toml
 
 LIST: Final = ROOT / "evidence" / "anybody" / "recordings.toml"
 STORE: Final = ROOT / "reports" / "recordings" / "anybody.json"
@@ -32,12 +32,12 @@ MEASURES = {
             "@motion",
             "evidence/anybody/recordings.py",
             "experiments/public_recordings.py",
-            "extras/gaitval_markers/*.py",
+            "gaitval/scaling/markers/*.py",
         ),
         "data": (
             "evidence/anybody/recordings.toml",
             "gaitval/scaling/markersets/*.toml",
-            "extras/gaitval_markers/*.toml",
+            "gaitval/scaling/markers/*.toml",
         ),
         "allowed": 20,
         "why": "of 5,000 statements; a recording is refused or not, which such a change does not "

@@ -23,11 +23,12 @@ from evidence import ROOT, option
 from evidence.marked_table import with_table
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.stage import Observer
-from gaitval_cohort import cluster, task
-from gaitval_cohort.engine import outcomes_of, run_cohort
-from gaitval_cohort.identity import REAL, fingerprint
-from gaitval_cohort.store import FINISHED, SUMMARY, Store
-from gaitval_cohort.table import Study
+from gaitval.apps.cohort import cluster
+from gaitval.apps.cohort import task
+from gaitval.apps.cohort.engine import outcomes_of, run_cohort
+from gaitval.apps.cohort.identity import REAL, fingerprint
+from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
+from gaitval.apps.cohort.table import Study
 
 sys.path.insert(0, str(ROOT / "tests" / "support"))  # it is no package: pytest finds it so too
 
@@ -316,7 +317,7 @@ def _slow_messages(latency: float) -> None:
 def _sizes(work: Path) -> dict[str, float]:
     """Bytes of what a study sends and leaves, and seconds of reading a summary."""
     from gaitval.artefacts import write_json
-    from gaitval_cohort.study import summary_of
+    from gaitval.apps.cohort.study import summary_of
 
     baseline = ROOT / "reports" / "S05" / "baseline"
     metrics = json.loads((baseline / "metrics.json").read_text())

@@ -18,25 +18,25 @@ from evidence.marked_table import with_table
 from experiments.harsh_people import PEOPLE
 from gaitval.artefacts import write_text
 from gaitval.model.parameters import PARAMETERS
-from gaitval_bodies.legs import LegDifference
-from gaitval_bodies.offsets import OFFSETS, estimated
-from gaitval_bodies.shared_errors import NARROWER
-from gaitval_bodies.verdicts import IDENTIFIED
+from gaitval.identification.legs import LegDifference
+from gaitval.identification.offsets import OFFSETS, estimated
+from gaitval.identification.shared_errors import NARROWER
+from gaitval.identification.verdicts import IDENTIFIED
 
 Row = evidence.Row
 DISTANCES = ("hip to knee", "knee to ankle", "hip to ankle, straight leg")
-"""Of `gaitval_bodies.joints.lengths`, which a range-of-motion trial measures."""
+"""Of `gaitval.identification.joints.lengths`, which a range-of-motion trial measures."""
 MEASURES = {
     "harsh world*": {
         "code": (
             "@body with shared errors",
-            "extras/gaitval_bodies/legs.py",
-            "extras/gaitval_bodies/joints.py",
+            "gaitval/identification/legs.py",
+            "gaitval/identification/joints.py",
             "gaitval/gait/accuracy.py",
             "gaitval/scaling/functional.py",
-            "extras/gaitval_virtual/harsh.py",
-            "extras/gaitval_virtual/person.py",
-            "extras/gaitval_virtual/range_of_motion.py",
+            "gaitval/apps/virtual/harsh.py",
+            "gaitval/apps/virtual/person.py",
+            "gaitval/apps/virtual/range_of_motion.py",
             "experiments/harsh_people.py",
         ),
         "data": ("reports/general/policy.safetensors",),
@@ -48,7 +48,7 @@ MEASURES = {
     "shared errors, the ten: *": {
         "code": (
             "@body with shared errors",
-            "extras/gaitval_bodies/offsets.py",
+            "gaitval/identification/offsets.py",
             "experiments/ten_bodies.py",
             "evidence/identification/strangers.py:shift_errors",
             "evidence/identification/strangers.py:unseen_halves",

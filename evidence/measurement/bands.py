@@ -1,7 +1,7 @@
 """Whether the bands of 90 % hold what they say, and how wide they are.
 
 The truth is that of the sample, a virtual person whose angles and moments are known. Discrepancies
-are drawn, of the sizes of `gaitval_measurement.sources`: markers beside their landmarks, soft
+are drawn, of the sizes of `gaitval.measurement.sources`: markers beside their landmarks, soft
 tissue that moves with the joints, plates that are not where and as they should be. Then the whole
 import works on it, the joint fit included, which the bands leave out. So this tests how errors are
 propagated, not how large they are in a laboratory.
@@ -30,9 +30,9 @@ from gaitval.model.tree import segment_frames
 from gaitval.session.read import SessionRecordings
 from gaitval.session.session import Import
 from gaitval.session.trial import valid_cycles
-from gaitval_measurement.bands import ABOVE
-from gaitval_measurement.expected import USUAL
-from gaitval_measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN, of_stature
+from gaitval.measurement.bands import ABOVE
+from gaitval.measurement.expected import USUAL
+from gaitval.measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN, of_stature
 
 DRAWS = option("--draws", type=int, default=20, help="virtual people")
 SEED = option("--seed", type=int, default=39_000_001, help="of the first draw")
@@ -40,8 +40,8 @@ SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 MEASURES = {
     "*": {
         "code": (
-            "extras/gaitval_measurement/bands.py",
-            "extras/gaitval_measurement/sources.py",
+            "gaitval/measurement/bands.py",
+            "gaitval/measurement/sources.py",
             "evidence/measurement/bands.py",
         ),
         "data": ("gaitval/samples/truth.csv",),
@@ -178,7 +178,7 @@ def widths(arguments: Namespace) -> list[evidence.Row]:
         measurement = found.measurement
         if measurement is None or measurement.bands is None:
             continue
-        from gaitval_measurement.measured import measured
+        from gaitval.measurement.measured import measured
 
         begin = time.process_time()
         measured(replace(found, of_means=()), lambda *_: None)

@@ -1,6 +1,6 @@
 """Faults planted in public recordings: which are warned of, and by which name.
 
-The constants of `gaitval_measurement.expected` and its thresholds were chosen on recordings of
+The constants of `gaitval.measurement.expected` and its thresholds were chosen on recordings of
 McGill (biomechZoo), Stanford (OpenCap) and Basel; the rows are of other laboratories and of the
 sample. A recording that has a warning of its own when it is clean is not planted with another:
 WBDS01's right plate, of which the shift that the built-in subject S01 corrects (23 mm, of other
@@ -20,7 +20,7 @@ from unittest.mock import patch
 import numpy as np
 
 import evidence
-import gaitval_measurement.measured as wing
+import gaitval.measurement.measured as wing
 from evidence import ROOT, option
 from evidence.measurement.planting import SIZES, Fault, Sizes, drawn_sizes, faults, moved
 from evidence.rows import STARTED
@@ -30,15 +30,15 @@ from gaitval.errors import GaitvalError
 from gaitval.mocap.recording import Recording
 from gaitval.session import session as importing
 from gaitval.session import trial as trials
-from gaitval.session.importing import request_of
+from gaitval.importing.importing import request_of
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import ImportOptions, Request, checked
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import speed
-from gaitval_measurement.balance import STEPPED_ON
-from gaitval_measurement.estimate import alone
-from gaitval_measurement.said import CHECK, named
-from gaitval_measurement.standing import KINDS, with_plates
+from gaitval.measurement.balance import STEPPED_ON
+from gaitval.measurement.estimate import alone
+from gaitval.measurement.said import CHECK, named
+from gaitval.measurement.standing import KINDS, with_plates
 
 FROM: Final = option(
     "--from",
@@ -86,9 +86,9 @@ markers that jump, which the import says."""
 MEASURES = {
     "*": {
         "code": (
-            "extras/gaitval_measurement/balance.py", "extras/gaitval_measurement/estimate.py",
-            "extras/gaitval_measurement/expected.py", "extras/gaitval_measurement/said.py",
-            "extras/gaitval_measurement/standing.py",
+            "gaitval/measurement/balance.py", "gaitval/measurement/estimate.py",
+            "gaitval/measurement/expected.py", "gaitval/measurement/said.py",
+            "gaitval/measurement/standing.py",
             "evidence/measurement/faults.py", "evidence/measurement/planting.py",
         ),
         "data": ("experiments/public_recordings.toml",),

@@ -25,17 +25,17 @@ from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Recording
 from gaitval.session import trial
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 from gaitval.session.request import ImportOptions
 from gaitval.study.stored_policy import general_walker
-from gaitval_export.c3d_writing import write_c3d
-from gaitval_measurement import divided
-from gaitval_virtual.recording import recorded_person
+from gaitval.mocap.c3d_writing import write_c3d
+from gaitval.gait import divided
+from gaitval.apps.virtual.recording import recorded_person
 
 MEASURES = {
     "*": {
         "code": (
-            "extras/gaitval_measurement/divided.py", "gaitval/gait/foot_forces.py",
+            "gaitval/gait/divided.py", "gaitval/gait/foot_forces.py",
             "gaitval/gait/plate_contacts.py", "gaitval/gait/feet_on_plates.py",
             "evidence/measurement/one_plate.py",
         ),

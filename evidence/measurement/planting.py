@@ -32,7 +32,7 @@ class Fault:
     causes : names of the right cause, as the warnings call it.
     change : what it does to a session.
     mass : factor of the mass that is given with it.
-    size : of the parameter, in the units of `gaitval_measurement.expected.USUAL`.
+    size : of the parameter, in the units of `gaitval.measurement.expected.USUAL`.
     plate : number of the plate; None of all.
     """
 

@@ -40,7 +40,7 @@ from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.session.importing import request_of
+from gaitval.importing.importing import request_of
 from gaitval.session.request import ImportOptions, checked
 from gaitval.session.session import work_out
 from gaitval.session.trial import WalkingTrial
@@ -65,8 +65,8 @@ MEASURES = {
             "@motion",
             "gaitval/session/standing_pose.py",
             "gaitval/session/whole_stride.py",
-            "extras/gaitval_measurement/bands.py",
-            "extras/gaitval_measurement/sources.py",
+            "gaitval/measurement/bands.py",
+            "gaitval/measurement/sources.py",
             "evidence/measurement/synthetic.py",
         ),
         "allowed": 80,

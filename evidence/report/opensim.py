@@ -16,9 +16,9 @@ import evidence
 from experiments import opensim_pipeline
 from gaitval.metrics.tolerances import evaluate, measured
 from gaitval.mocap.mot import read_storage
-from gaitval_judge.judge import Judgement, Request, judge
-from gaitval_judge.markers import logged_errors
-from gaitval_judge.opensim.placing import marker_places, place
+from gaitval.apps.judge.judge import Judgement, Request, judge
+from gaitval.apps.judge.markers import logged_errors
+from gaitval.apps.judge.opensim.placing import marker_places, place
 
 MODELS = ("Rajagopal2016.osim", "RajagopalLaiUhlrich2023.osim")
 MASS, HEIGHT = 85.0668, 1.829

@@ -21,7 +21,7 @@ from evidence import ROOT
 BASELINE = "reports/S05/baseline"
 GOAL, MUST = 5, 10
 MEASURES = {
-    "*": {"code": ("extras/gaitval_gate/plugin.py", "@checked", "evidence/report/plugin.py")},
+    "*": {"code": ("gaitval/apps/regression/plugin.py", "@checked", "evidence/report/plugin.py")},
 }
 """What the rows depend on; see evidence/stale.py."""
 
@@ -57,7 +57,7 @@ def example(readme: str) -> str:
 def run(project: Path) -> int:
     """Exit code of pytest in the project."""
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval_gate.plugin"],
+        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval.apps.regression.plugin"],
         cwd=project,
         # The plug-in of this checkout, whichever gaitval is installed, and no other.
         env={**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONPATH": str(ROOT)},

@@ -15,7 +15,7 @@ from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
 from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_statistics import multiple_correlation
-from gaitval_gate.agreement import bland_altman
+from gaitval.apps.regression.agreement import bland_altman
 
 Verdict = Literal["agrees", "agrees in part", "does not agree", "cannot be judged"]
 Stored = Mapping[str, Any]

@@ -9,12 +9,12 @@ import typer
 from rich.table import Table
 
 from gaitval import wings
-from gaitval.cli import display
-from gaitval.cli.app import ConfigOption, Function, SetOption, command
+from gaitval.terminal import display
+from gaitval.terminal.app import ConfigOption, Function, SetOption, command
 from gaitval.coordinates import SIDES
 
 if TYPE_CHECKING:
-    from gaitval.session.importing import Imported
+    from gaitval.importing.importing import Imported
 
 
 @command("gaitval subjects", "gaitval subjects --build ../shared/data/wbds --out /tmp/subjects")
@@ -57,7 +57,7 @@ def subjects(
 
 
 def _with_import_options(function: Function) -> Function:
-    from gaitval.cli.model_options import with_fields
+    from gaitval.terminal.model_options import with_fields
     from gaitval.session.request import ImportOptions
 
     return with_fields(function, ImportOptions)
@@ -91,9 +91,9 @@ def import_command(
     decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
     the model, motion, moments and forces as OpenSim files.
     """
-    from gaitval.cli.model_options import flag_of
+    from gaitval.terminal.model_options import flag_of
     from gaitval.configuration import load_configuration
-    from gaitval.session.importing import import_files
+    from gaitval.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
 
     # errors name the flag that the user typed, not the field
@@ -110,7 +110,7 @@ def import_command(
 
 def say_what_was_made(imported: "Imported", out: Path) -> None:
     """Print tables, files, next steps, warnings and failures of `imported`, made into `out`."""
-    from gaitval.session.write import FOLDER
+    from gaitval.importing.write import FOLDER
 
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"

@@ -13,8 +13,8 @@ import typer
 
 from gaitval import wings
 from gaitval.artefacts import read_json
-from gaitval.cli import display
-from gaitval.cli.app import (
+from gaitval.terminal import display
+from gaitval.terminal.app import (
     ConfigOption,
     ForceOption,
     LanguageOption,

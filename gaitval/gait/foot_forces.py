@@ -96,7 +96,7 @@ def assign_forces(
     processing : cut-offs and order of the low-pass, and the force threshold.
     landmarks : see `foot_markers`.
     cutoff_hz : Hz; `force_cutoff_hz` if not given, `moment_force_cutoff_hz` for inverse dynamics.
-    divide : the force of a plate under both feet between them (`gaitval_measurement.divided`).
+    divide : the force of a plate under both feet between them (`gaitval.gait.divided`).
 
     Returns
     -------

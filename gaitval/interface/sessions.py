@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from gaitval.configuration import load_configuration
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 from gaitval.session.request import ImportOptions, Tell, checked, silent
-from gaitval.session.stored import Session
+from gaitval.importing.stored import Session
 
 
 def import_session(

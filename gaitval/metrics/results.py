@@ -205,7 +205,7 @@ class Round(OpenResult):
 
 
 Determination = Literal["identified", "weak", "not identified", "at its bound"]
-"""What the record says about a parameter, see extras/gaitval_bodies/verdicts.py."""
+"""What the record says about a parameter, see gaitval/identification/verdicts.py."""
 
 _Parameters = Annotated[list[Number], Field(min_length=len(PARAMETERS), max_length=len(PARAMETERS))]
 

@@ -221,7 +221,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
-    measurement : of the wing `gaitval_measurement`, with its template and drawings; or None.
+    measurement : of the wing `gaitval.measurement`, with its template and drawings; or None.
     missing : data of one side that were not recorded, why, and what can be done; sentences.
     doubts : warnings where data contradict physics or normal gait, a sentence each.
     findings : what cleaning found and did, one sentence each.

@@ -2,7 +2,7 @@
 
 What `gaitval import` does, in the order of the stages: read, name and turn the trials; clean the
 markers; scale the body and fit it to both trials; inverse kinematics; forces to feet; inverse
-dynamics; gait cycles. `gaitval.session.write` writes the results.
+dynamics; gait cycles. `gaitval.importing.write` writes the results.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -49,7 +49,7 @@ class Import:
     of_means : warnings about the mean curves.
     functional : what the range-of-motion trials show of hips and knees.
     decisions : what was decided: the step, and a sentence.
-    measurement : faults of the session that the wing `gaitval_measurement` looked for; or None.
+    measurement : faults of the session that the wing `gaitval.measurement` looked for; or None.
     """
 
     request: Request

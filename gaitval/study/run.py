@@ -59,7 +59,7 @@ people of `experiments/slow_policy.py --try`, the general one walks all 20 up to
 6 of 10 from 6.72 on."""
 
 STATE = "identification_state.json"
-"""What an identification that runs has found, beside its results (`gaitval_bodies.posterior`)."""
+"""What an identification that runs has found, beside its results (`gaitval.identification.posterior`)."""
 
 IN_WORKERS = (
     "gaitval.cli",  # a worker begins with what the main program imports

@@ -6,7 +6,7 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval_bodies.command import _check_same
+from gaitval.cli.body import _check_same
 
 
 def test_a_session_of_somebody_else_is_refused():

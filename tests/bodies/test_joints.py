@@ -16,7 +16,7 @@ from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.measurements import with_fitted_lengths
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.joints import (
+from gaitval.identification.joints import (
     ANKLE,
     KNEE,
     MISSED,
@@ -26,7 +26,7 @@ from gaitval_bodies.joints import (
     lengths,
     with_joints,
 )
-from gaitval_bodies.verdicts import IDENTIFIED
+from gaitval.identification.verdicts import IDENTIFIED
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model

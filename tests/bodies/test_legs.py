@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval_bodies.legs import ODDS, LegDifference
+from gaitval.identification.legs import ODDS, LegDifference
 
 PRIOR, NOISE = 0.0086, 0.004
 
@@ -22,7 +22,7 @@ def test_what_the_record_alone_says_is_found_again(alone):
 def test_odds_are_the_ratio_of_two_gaussians():
     from scipy.stats import norm
 
-    from gaitval_bodies.legs import MORE
+    from gaitval.identification.legs import MORE
 
     usual = np.hypot(PRIOR, NOISE)
     expected = norm.pdf(0.02, 0.0, np.hypot(usual, MORE)) / norm.pdf(0.02, 0.0, usual)

@@ -16,9 +16,9 @@ from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study import stages
-from gaitval_bodies import methods
-from gaitval_bodies.methods import MOST, WIDE, _bounded, with_legs
-from gaitval_bodies.offsets import offset_of
+from gaitval.identification import methods
+from gaitval.identification.methods import MOST, WIDE, _bounded, with_legs
+from gaitval.identification.offsets import offset_of
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval_bodies.offsets import MOVED, OFFSETS, estimated, offset_of
+from gaitval.identification.offsets import MOVED, OFFSETS, estimated, offset_of
 
 ROOT = Path(__file__).parents[2]
 STORED = json.loads((ROOT / "reports" / "identification" / "ten_shared.json").read_text())

@@ -4,7 +4,7 @@ import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
-from gaitval_bodies.plausible import implausible
+from gaitval.identification.plausible import implausible
 
 CONFIGURATION = load_configuration()
 

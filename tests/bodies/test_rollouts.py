@@ -11,7 +11,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.rollouts import Walks, identified_by_rollouts
+from gaitval.identification.rollouts import Walks, identified_by_rollouts
 
 GENERAL = Path(__file__).parents[2] / "reports" / "general"
 CONFIGURATION = load_configuration()

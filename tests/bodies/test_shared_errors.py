@@ -13,7 +13,7 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.shared_errors import NAMES, NARROWER, SKIN, SharedFit, identified
+from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, SharedFit, identified
 
 CONFIGURATION = load_configuration()
 

@@ -14,11 +14,11 @@ from gaitval.metrics.results import read_metrics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import write_urdf
 from gaitval.reporting.report import _parameters
-from gaitval_bodies import stage as body_stage
-from gaitval_bodies.bars import bars, in_words
-from gaitval_bodies.methods import WORDS
-from gaitval_bodies.offsets import offset_of
-from gaitval_bodies.words import sentences
+from gaitval.study import body_stage
+from gaitval.reporting.body_bars import bars, in_words
+from gaitval.identification.methods import WORDS
+from gaitval.identification.offsets import offset_of
+from gaitval.reporting.body_words import sentences
 
 STORED = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline" / "metrics.json"
 
@@ -27,7 +27,7 @@ STORED = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline" / 
 def written(tmp_path, monkeypatch):
     """A folder with the file of a made-up result."""
     found = made_up(0.5, 0.004)
-    monkeypatch.setattr("gaitval_bodies.shared_errors.identified", lambda *_: found)
+    monkeypatch.setattr("gaitval.identification.shared_errors.identified", lambda *_: found)
     monkeypatch.setattr("gaitval.identification.begin.begin", lambda *_: (None, None))
     monkeypatch.setattr("gaitval.reference.motion.ReferenceMotion.load", lambda _: None)
     write_urdf(MODEL, tmp_path / "model.urdf")
@@ -57,7 +57,7 @@ def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
 
 def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written, monkeypatch):
     folder, found = written
-    monkeypatch.setattr("gaitval_bodies.shared_errors.identified", None)  # is not asked again
+    monkeypatch.setattr("gaitval.identification.shared_errors.identified", None)  # is not asked again
     (folder / body_stage.FOUND).parent.mkdir(parents=True)
     write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
     before, *_ = body_stage.shown(folder)

@@ -11,7 +11,7 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, Curve
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.tape import measure_by_tape
-from gaitval_bodies.unusual import remarks_before_scaling, remarks_on_body, remarks_on_gait
+from gaitval.identification.unusual import remarks_before_scaling, remarks_on_body, remarks_on_gait
 
 PEOPLE = builtin_subjects()
 

@@ -20,16 +20,17 @@ from typer.testing import CliRunner
 
 from gaitval import __version__
 from gaitval.artefacts import read_json, write_json, write_text
-from gaitval.cli import app as cli
-from gaitval.cli import display, study
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
+from gaitval.cli import study
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import BESIDE
-from gaitval_curves import archive
-from gaitval_curves.download import Progress
-from gaitval_gate import regression
+from gaitval.datasets import archive
+from gaitval.datasets.download import Progress
+from gaitval.apps.regression import regression
 
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),
@@ -444,9 +445,9 @@ def row(change: regression.Outcome, current: float | None) -> regression.Row:
 @pytest.fixture
 def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(
-        "gaitval_gate.baseline.stored_metrics", lambda file, *, fewer: read_json(file)
+        "gaitval.apps.regression.baseline.stored_metrics", lambda file, *, fewer: read_json(file)
     )
-    monkeypatch.setattr("gaitval_gate.baseline.changed_inputs", lambda *_: [])
+    monkeypatch.setattr("gaitval.apps.regression.baseline.changed_inputs", lambda *_: [])
     for name in STORED_FILES:
         write_json(tmp_path / "baseline" / name, {})
     return tmp_path / "baseline" / "metrics.json"
@@ -464,7 +465,7 @@ def test_check_passes_where_nothing_was_lost(
         return [row("kept", 4.1)]
 
     monkeypatch.setattr(
-        "gaitval_gate.baseline.walk_again", lambda *_, **options: asserted(options, quick=quick)
+        "gaitval.apps.regression.baseline.walk_again", lambda *_, **options: asserted(options, quick=quick)
     )
     monkeypatch.setattr(regression, "compare", compare)
     given = stored.parent if folder else stored
@@ -483,8 +484,8 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
 ) -> None:
     """What was changed is reported, and fails nothing: the figures say whether it matters."""
     changed = ["numpy 2.1.0, now 2.2.0", "the code in gaitval/policy"]
-    monkeypatch.setattr("gaitval_gate.baseline.walk_again", lambda *_, **__: {})
-    monkeypatch.setattr("gaitval_gate.baseline.changed_inputs", lambda *_: changed)
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: {})
+    monkeypatch.setattr("gaitval.apps.regression.baseline.changed_inputs", lambda *_: changed)
     monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("kept", 4.1)])
     junit = tmp_path / "accuracy.xml"
     result = gaitval("check", "--baseline", str(stored), "--junit", str(junit))
@@ -498,7 +499,7 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
 def test_a_baseline_with_fewer_measures_needs_a_reason(
     stored: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
 ) -> None:
-    monkeypatch.setattr("gaitval_gate.baseline.walk_again", lambda *_, **__: {})
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: {})
     new = replace(row("improved", 4.1), baseline=None)
     monkeypatch.setattr(regression, "compare", lambda *_, **__: [new])
     assert gaitval("check", "--baseline", str(stored)).exit_code == 2
@@ -509,7 +510,7 @@ def test_a_baseline_with_fewer_measures_needs_a_reason(
 def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    monkeypatch.setattr("gaitval_gate.baseline.walk_again", lambda *_, **__: {})
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: {})
     rows = [row("kept", 4.1), row("lost", 5.25), row("lost", None)]
     monkeypatch.setattr(regression, "compare", lambda *_, **__: rows)
     junit = tmp_path / "accuracy.xml"
@@ -526,7 +527,7 @@ def test_a_check_is_kept_in_a_history_also_where_it_fails(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, way: str
 ) -> None:
     walked = SimpleNamespace(subject=SimpleNamespace(identifier="S05"))
-    monkeypatch.setattr("gaitval_gate.baseline.walk_again", lambda *_, **__: walked)
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: walked)
     monkeypatch.setattr(regression, "compare", lambda *_, **__: [row("lost", 5.25)])
     file = tmp_path / "accuracy.db"
     if way == "variable":
@@ -543,7 +544,7 @@ def test_a_check_is_kept_in_a_history_also_where_it_fails(
 def test_a_file_that_is_no_history_ends_a_check_before_it_walks(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    monkeypatch.setattr("gaitval_gate.baseline.walk_again", lambda *_, **__: pytest.fail("walks"))
+    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: pytest.fail("walks"))
     file = tmp_path / "accuracy.db"
     file.write_text("accuracy\n" * 1000)
     result = gaitval("check", "--baseline", str(stored), "--history", str(file))
@@ -559,7 +560,7 @@ REPORTS = Path(__file__).parents[2] / "reports"
 def _compared(monkeypatch: pytest.MonkeyPatch, worse: float, tmp_path: Path) -> tuple[str, ...]:
     """Arguments of `compare` with a run whose epsilon is worse than the stored one; without the
     page, which has tests of its own."""
-    monkeypatch.setattr("gaitval_gate.comparison_page.write_comparison", lambda *_, **__: None)
+    monkeypatch.setattr("gaitval.apps.regression.comparison_page.write_comparison", lambda *_, **__: None)
     stored = REPORTS / "S05" / "baseline"
     metrics = read_json(stored / "metrics.json")
     for each in metrics["measures"]:

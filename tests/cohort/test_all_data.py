@@ -10,9 +10,9 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.mocap.reading import read_recording
-from gaitval_cohort.all_data import virtual_people, wbds_studies
-from gaitval_curves import wbds_archive
-from gaitval_curves.wbds_archive import holdings, stride_time, trial_values
+from gaitval.apps.cohort.all_data import virtual_people, wbds_studies
+from gaitval.datasets import wbds_archive
+from gaitval.datasets.wbds_archive import holdings, stride_time, trial_values
 
 INFO = (
     "Subject", "FileName", "AgeGroup", "Age", "Height", "Mass", "Gender", "Dominance", "LegLength",

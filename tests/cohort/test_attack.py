@@ -18,13 +18,14 @@ from distributed import Client, LocalCluster
 from killed_cohort import SUPPORT, environment
 
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval_cohort import cluster, task
-from gaitval_cohort.answers import outcome_of
-from gaitval_cohort.cluster import client_of
-from gaitval_cohort.engine import outcomes_of, run_cohort
-from gaitval_cohort.results import tables_of
-from gaitval_cohort.store import FINISHED, SUMMARY, Store
-from gaitval_cohort.table import Study
+from gaitval.apps.cohort import cluster
+from gaitval.apps.cohort import task
+from gaitval.apps.cohort.answers import outcome_of
+from gaitval.apps.cohort.cluster import client_of
+from gaitval.apps.cohort.engine import outcomes_of, run_cohort
+from gaitval.apps.cohort.results import tables_of
+from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
+from gaitval.apps.cohort.table import Study
 
 KINDS = ("scheduler", "worker", "nanny")
 WAYS = ("plain", "no certificate", "another certificate")
@@ -97,7 +98,7 @@ def ran(tmp_path_factory):
     before = listening()
     planted_modules = folder / "cwd"
     planted_modules.mkdir()
-    for name in ("pickle", "json", "tokenize", "numpy", "distributed", "gaitval_cohort"):
+    for name in ("pickle", "json", "tokenize", "numpy", "distributed", "gaitval.apps.cohort"):
         (planted_modules / f"{name}.py").write_text(f"import os; os.mkdir({str(folder / name)!r})")
     with planted(folder / "tmp") as victim, pytest.MonkeyPatch.context() as patch:
         patch.chdir(planted_modules)

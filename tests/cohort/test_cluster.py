@@ -14,9 +14,9 @@ import psutil
 import pytest
 from killed_cohort import environment, finished, quick, started
 
-from gaitval_cohort.cluster import client_of
-from gaitval_cohort.engine import run_cohort
-from gaitval_cohort.table import Study
+from gaitval.apps.cohort.cluster import client_of
+from gaitval.apps.cohort.engine import run_cohort
+from gaitval.apps.cohort.table import Study
 
 
 def free_port():

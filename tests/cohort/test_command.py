@@ -6,11 +6,12 @@ import pytest
 from killed_cohort import environment
 from typer.testing import CliRunner
 
-from gaitval.cli import display
-from gaitval.cli.app import app
-from gaitval_cohort import command, engine
-from gaitval_cohort.store import Store
-from gaitval_cohort.table import read_table
+from gaitval.terminal import display
+from gaitval.terminal.app import app
+from gaitval.apps.cohort import command
+from gaitval.apps.cohort import engine
+from gaitval.apps.cohort.store import Store
+from gaitval.apps.cohort.table import read_table
 
 
 @pytest.fixture

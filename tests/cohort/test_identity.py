@@ -3,13 +3,13 @@
 import pytest
 
 from gaitval.errors import ConfigurationError, SubjectError
-from gaitval_cohort.identity import (
+from gaitval.apps.cohort.identity import (
     configuration_of,
     fingerprint,
     record_hash,
     settings_hash,
 )
-from gaitval_cohort.table import Study, Virtual
+from gaitval.apps.cohort.table import Study, Virtual
 
 
 def of(**values):
@@ -81,12 +81,12 @@ def test_virtual_people_differ():
 
 def test_the_code_of_the_study_counts(monkeypatch):
     before = of(subject="5")
-    monkeypatch.setattr("gaitval_cohort.identity.code_of", lambda function, *packages: {"a": "b"})
+    monkeypatch.setattr("gaitval.apps.cohort.identity.code_of", lambda function, *packages: {"a": "b"})
     assert of(subject="5") != before
 
 
 def test_the_code_of_training_and_of_this_study_is_among_it(monkeypatch):
-    from gaitval_cohort import identity
+    from gaitval.apps.cohort import identity
 
     found = {}
     real = identity.code_of
@@ -97,7 +97,7 @@ def test_the_code_of_training_and_of_this_study_is_among_it(monkeypatch):
 
     monkeypatch.setattr(identity, "code_of", code_of)
     of(subject="5")
-    assert {"gaitval/policy/learner.py", "gaitval_cohort/study.py"} <= set(found)
+    assert {"gaitval/policy/learner.py", "gaitval.apps.cohort/study.py"} <= set(found)
 
 
 def test_processes_make_no_difference():

@@ -13,10 +13,10 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.page import write_html
 from gaitval.study.stored_policy import stored_baseline
-from gaitval_cohort.report import context_of, strategies, write_report
-from gaitval_cohort.results import COLUMNS, people_of, records_of, tables_of
-from gaitval_cohort.store import SUMMARY, Store
-from gaitval_cohort.study import summary_of
+from gaitval.apps.cohort.report import context_of, strategies, write_report
+from gaitval.apps.cohort.results import COLUMNS, people_of, records_of, tables_of
+from gaitval.apps.cohort.store import SUMMARY, Store
+from gaitval.apps.cohort.study import summary_of
 
 
 def outcome(name, status="finished", reason=""):
@@ -144,7 +144,7 @@ def test_a_small_p_is_no_zero(seeded):
     tables["groups"]["rmse"] = 2.0 + 0.001 * values
     context = context_of(folder, store, tables)
     assert any(effect.p < 0.0005 for model in context["models"] for effect in model.effects)
-    page = write_html(folder, "small", "gaitval_cohort:cohort.html.j2", context).read_text()
+    page = write_html(folder, "small", "gaitval.apps.cohort:cohort.html.j2", context).read_text()
     assert '<td class="n">&lt; 0.001</td>' in page
     assert all(f">{each}</th>" in page for each in ("Age, years", "Speed, m/s", "Memory, MB"))
     assert '<td class="n">0.000</td></tr>' not in page

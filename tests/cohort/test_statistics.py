@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gaitval_cohort import statistics
-from gaitval_cohort.statistics import mixed_model, outliers
+from gaitval.apps.cohort import statistics
+from gaitval.apps.cohort.statistics import mixed_model, outliers
 
 SPEED, AGE, MAN, BETWEEN, WITHIN = 2.0, 0.3, -0.5, 0.4, 0.2
 """Planted: per m/s, per 10 years, of men; SD between people, and within a person."""

@@ -13,8 +13,8 @@ from killed_cohort import environment
 from moto.server import ThreadedMotoServer
 
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval_cohort import task
-from gaitval_cohort.store import FINISHED, LOG, SUMMARY, Store, alone
+from gaitval.apps.cohort import task
+from gaitval.apps.cohort.store import FINISHED, LOG, SUMMARY, Store, alone
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +123,7 @@ def test_an_address_of_no_kind_is_refused():
 HOLDS = """
 import sys, time
 from pathlib import Path
-from gaitval_cohort.store import alone
+from gaitval.apps.cohort.store import alone
 
 with alone(Path(sys.argv[1])):
     print("ready", flush=True)

@@ -3,7 +3,7 @@
 import pytest
 
 from gaitval.errors import ConfigurationError
-from gaitval_cohort.table import Study, read_table, with_settings, write_table
+from gaitval.apps.cohort.table import Study, read_table, with_settings, write_table
 
 
 def written(folder, text, name="table.csv"):

@@ -6,11 +6,11 @@ import quick_study
 from gaitval.artefacts import write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
-from gaitval_cohort.answers import Summary
-from gaitval_cohort.identity import record_parts
-from gaitval_cohort.table import Study
-from gaitval_cohort.worn import figures, identity_of, wearing
-from gaitval_devices import results
+from gaitval.apps.cohort.answers import Summary
+from gaitval.apps.cohort.identity import record_parts
+from gaitval.apps.cohort.table import Study
+from gaitval.apps.cohort.worn import figures, identity_of, wearing
+from gaitval.apps.devices import results
 
 PERSON = load_subject(5)
 
@@ -46,7 +46,7 @@ def test_code_and_whole_tables_count():
     named = identity_of(["hip_exo"])
     assert named == identity_of([{"name": "hip_exo"}])
     assert named["tables"][0]["hinges"]
-    assert "gaitval_devices/search.py" in named["code"]
+    assert "gaitval.apps.devices/search.py" in named["code"]
     with pytest.raises(ConfigurationError, match="no such device"):
         identity_of(["jetpack"])
 

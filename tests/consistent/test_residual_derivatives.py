@@ -9,7 +9,7 @@ from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval_consistent.residual_derivatives import marker_metric, moved_by
+from gaitval.inverse.residual_derivatives import marker_metric, moved_by
 
 
 def test_markers_move_with_the_coordinates_as_the_metric_says():

@@ -17,7 +17,7 @@ from gaitval.model.tree import tree_arrays
 from gaitval.simulation.side_by_side import SideBySide
 from gaitval.simulation.walker import Walker
 from gaitval.study.unread import unread
-from gaitval_export.opensim.osim import write_osim
+from gaitval.opensim.osim import write_osim
 
 R = 0.02
 

@@ -24,11 +24,13 @@ import requests
 from pooch.downloaders import FigshareRepository
 
 from gaitval.errors import ArchiveError, GaitvalError
-from gaitval_curves import archive, download, unpacking
-from gaitval_curves import repository as repository_module
-from gaitval_curves.archive import datasets, fetch, fetch_dataset
-from gaitval_curves.download import CHUNK
-from gaitval_curves.registry import ArchiveFile, Dataset, registry
+from gaitval.datasets import archive
+from gaitval.datasets import download
+from gaitval.datasets import unpacking
+from gaitval.datasets import repository as repository_module
+from gaitval.datasets.archive import datasets, fetch, fetch_dataset
+from gaitval.datasets.download import CHUNK
+from gaitval.datasets.registry import ArchiveFile, Dataset, registry
 
 
 def zip_of(members: dict[str, bytes]) -> bytes:

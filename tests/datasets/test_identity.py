@@ -8,7 +8,7 @@ from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
 from gaitval.prediction.population import other_people
-from gaitval_cohort.results import people_of
+from gaitval.apps.cohort.results import people_of
 
 PERSON = load_subject("S05")
 FIELDS = ("person =", "trial =", "laboratory =", "source =", "identifier =")

@@ -9,12 +9,12 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
-from gaitval_devices.adaptation import kinematics_kept, walk_without
-from gaitval_devices.curves import walk_curves
-from gaitval_devices.device import Device, load_devices
-from gaitval_devices.page import strap_loads
-from gaitval_devices.study import Outcome
-from gaitval_devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
+from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
+from gaitval.apps.devices.curves import walk_curves
+from gaitval.model.devices.device import Device, load_devices
+from gaitval.apps.devices.page import strap_loads
+from gaitval.apps.devices.study import Outcome
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 
 CYCLES = 8.0
 

@@ -3,8 +3,8 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.scaling.scaling import scale_subject
-from gaitval_devices.composite import fitted, parallel_axes, part_place, stumps_only, united
-from gaitval_devices.device import Device, Part, load_devices
+from gaitval.model.devices.composite import fitted, parallel_axes, part_place, stumps_only, united
+from gaitval.model.devices.device import Device, Part, load_devices
 
 
 @pytest.fixture(scope="module")

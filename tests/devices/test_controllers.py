@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from gaitval.coordinates import COORDINATES
 from gaitval.model.tree import segment_frames
-from gaitval_devices.controllers import (
+from gaitval.model.devices.controllers import (
     GravityCompensation,
     Impedance,
     Measured,
@@ -15,8 +15,8 @@ from gaitval_devices.controllers import (
     ProportionalMoment,
     VirtualConstraint,
 )
-from gaitval_devices.device import CARRIED, Device
-from gaitval_devices.walking import DeviceWalker, with_devices
+from gaitval.model.devices.device import CARRIED, Device
+from gaitval.apps.devices.walking import DeviceWalker, with_devices
 
 MOTOR = {
     "torque": 200.0,

@@ -2,8 +2,8 @@ import pytest
 
 from gaitval.artefacts import parse_toml
 from gaitval.errors import ConfigurationError
-from gaitval_devices.aim import Aim
-from gaitval_devices.device import (
+from gaitval.model.devices.aim import Aim
+from gaitval.model.devices.device import (
     check_together,
     devices_of,
     load_devices,

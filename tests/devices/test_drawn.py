@@ -10,8 +10,8 @@ from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
-from gaitval_devices.composite import part_place
-from gaitval_devices.device import (
+from gaitval.model.devices.composite import part_place
+from gaitval.model.devices.device import (
     Device,
     Part,
     load_devices,
@@ -19,7 +19,7 @@ from gaitval_devices.device import (
     shipped_names,
     write_devices,
 )
-from gaitval_devices.drawn import WORN, drawn, shapes, solid, worn_in
+from gaitval.model.devices.drawn import WORN, drawn, shapes, solid, worn_in
 
 KEYS = {"segment", "kind", "position", "size", "turned"}
 LENGTHS = {"box": 3, "sphere": 1, "cylinder": 2}

@@ -3,9 +3,9 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.scaling.scaling import scale_subject
-from gaitval_devices.composite import fitted
-from gaitval_devices.device import load_devices
-from gaitval_devices.engines import ENGINES, differences, in_engines, passive_motion
+from gaitval.model.devices.composite import fitted
+from gaitval.model.devices.device import load_devices
+from gaitval.apps.devices.engines import ENGINES, differences, in_engines, passive_motion
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,9 @@ from newton_walk import newton_walk
 from scipy.stats import ttest_rel
 
 from gaitval.coordinates import SIDES
-from gaitval_devices import experiments, learning
-from gaitval_devices.experiments import (
+from gaitval.apps.devices import experiments
+from gaitval.apps.devices import learning
+from gaitval.apps.devices.experiments import (
     ASSUMED,
     Paired,
     com_work_rate,
@@ -20,7 +21,7 @@ from gaitval_devices.experiments import (
     quantities,
     within,
 )
-from gaitval_devices.study import Wearer
+from gaitval.apps.devices.study import Wearer
 
 
 def test_every_quantity_has_a_source_a_device_and_a_band_around_its_value():

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from gaitval_devices import hinge_step as column
-from gaitval_devices.device import Clutch, Hinge, Motor, Socket, Spring, Strap
-from gaitval_devices.hinge_step import hinge_torque
-from gaitval_devices.walking import command_noise, hinge_numbers
+from gaitval.apps.devices import hinge_step as column
+from gaitval.model.devices.device import Clutch, Hinge, Motor, Socket, Spring, Strap
+from gaitval.apps.devices.hinge_step import hinge_torque
+from gaitval.apps.devices.walking import command_noise, hinge_numbers
 
 STEP = 0.0005
 

@@ -12,8 +12,8 @@ from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.study.stage import Observer, Run, open_run
-from gaitval_devices import of_subject
-from gaitval_devices.sound_leg import check_side
+from gaitval.apps.devices import of_subject
+from gaitval.apps.devices.sound_leg import check_side
 
 EXO = """
 [[devices]]
@@ -78,7 +78,7 @@ def test_its_stage_runs_again_if_device_or_code_is_another(tmp_path):
     assert one.values != other.values
     assert one.values == stage("hip_exo").values
     files = one.values["code"]
-    assert "gaitval_devices/walking.py" in files
+    assert "gaitval.apps.devices/walking.py" in files
     assert "gaitval/study/inputs.py" in files
 
 
@@ -103,7 +103,7 @@ def test_a_wrong_device_is_refused_before_any_work(tmp_path):
 def test_the_main_job_walks_with_a_device_then_and_links_its_page(tmp_path, monkeypatch):
     from gaitval.cli import main
 
-    monkeypatch.setattr("gaitval_devices.command.SAMPLES", 4096)
+    monkeypatch.setattr("gaitval.apps.devices.command.SAMPLES", 4096)
     words = ["gaitval", "subject", "5", "--device", "ankle_spring", "--out", str(tmp_path)]
     for setting in QUICK:
         words += ["--set", setting]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitval_devices.phase_estimate import PhaseEstimate
+from gaitval.apps.devices.phase_estimate import PhaseEstimate
 
 STEP = 0.006
 

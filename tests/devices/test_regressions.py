@@ -4,10 +4,10 @@ import pytest
 from made_curves import made_curves
 
 from gaitval.configuration import Configuration
-from gaitval_devices import regressions
-from gaitval_devices.device import shipped_device
-from gaitval_devices.regressions import REGRESSIONS, change, powers, said_of
-from gaitval_devices.study import Outcome
+from gaitval.apps.devices import regressions
+from gaitval.model.devices.device import shipped_device
+from gaitval.apps.devices.regressions import REGRESSIONS, change, powers, said_of
+from gaitval.apps.devices.study import Outcome
 
 COM, JOINT, ANKLE = REGRESSIONS
 

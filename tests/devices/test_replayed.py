@@ -9,12 +9,12 @@ from page_in_browser import chromium as found_chromium
 from PIL import Image
 
 from evidence.browser import FLAGS
-from gaitval_devices import study
-from gaitval_devices.device import load_devices, write_devices
-from gaitval_devices.drawn import WORN
-from gaitval_devices.page import write_report
-from gaitval_devices.replayed import replayed
-from gaitval_devices.study import Wearer, outcomes
+from gaitval.apps.devices import study
+from gaitval.model.devices.device import load_devices, write_devices
+from gaitval.model.devices.drawn import WORN
+from gaitval.apps.devices.page import write_report
+from gaitval.apps.devices.replayed import replayed
+from gaitval.apps.devices.study import Wearer, outcomes
 
 DRAWN = "performance.getEntriesByName('replay-first-frame').length > 0"
 GO = """(percent) => {

@@ -11,10 +11,11 @@ from html_page import only_html, pdf_in_ci
 from gaitval import wings
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
-from gaitval_devices import results, study
-from gaitval_devices.device import load_devices, write_devices
-from gaitval_devices.drawn import WORN
-from gaitval_devices.results import (
+from gaitval.apps.devices import results
+from gaitval.apps.devices import study
+from gaitval.model.devices.device import load_devices, write_devices
+from gaitval.model.devices.drawn import WORN
+from gaitval.apps.devices.results import (
     MARGINS,
     RESULT,
     Figure,
@@ -24,7 +25,7 @@ from gaitval_devices.results import (
     write_result,
     write_side_by_side,
 )
-from gaitval_devices.study import Wearer, outcomes
+from gaitval.apps.devices.study import Wearer, outcomes
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from made_curves import made_curves
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import NETWORK, Policy
-from gaitval_devices import search
-from gaitval_devices.aim import Aim
-from gaitval_devices.device import load_devices
-from gaitval_devices.search import (
+from gaitval.apps.devices import search
+from gaitval.model.devices.aim import Aim
+from gaitval.model.devices.device import load_devices
+from gaitval.apps.devices.search import (
     asymmetry,
     lost_after_pushes,
     search_spline,
@@ -20,7 +20,7 @@ from gaitval_devices.search import (
     tuned,
     value,
 )
-from gaitval_devices.study import Wearer
+from gaitval.apps.devices.study import Wearer
 
 
 def quadratic(x):

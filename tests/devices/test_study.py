@@ -5,11 +5,12 @@ from made_curves import made_curves
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
-from gaitval_devices import command, study
-from gaitval_devices.device import load_devices
-from gaitval_devices.page import LINES, _figure, strap_loads, write_report
-from gaitval_devices.results import figures_of
-from gaitval_devices.study import Outcome, Wearer, outcomes, wearer
+from gaitval.apps.devices import command
+from gaitval.apps.devices import study
+from gaitval.model.devices.device import load_devices
+from gaitval.apps.devices.page import LINES, _figure, strap_loads, write_report
+from gaitval.apps.devices.results import figures_of
+from gaitval.apps.devices.study import Outcome, Wearer, outcomes, wearer
 
 
 @pytest.fixture(scope="module")

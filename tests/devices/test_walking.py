@@ -10,16 +10,16 @@ from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.mujoco_body import mjcf
-from gaitval_devices import hinge_step
-from gaitval_devices.device import Device, Motor, Socket, Spring, load_devices
-from gaitval_devices.walking import (
+from gaitval.apps.devices import hinge_step
+from gaitval.model.devices.device import Device, Motor, Socket, Spring, load_devices
+from gaitval.apps.devices.walking import (
     DeviceEnvironment,
     command_noise,
     hinge_numbers,
     walk_with,
     with_devices,
 )
-from gaitval_export.ground_wrenches import ground_wrenches
+from gaitval.simulation.ground_wrenches import ground_wrenches
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
 

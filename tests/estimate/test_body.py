@@ -7,10 +7,10 @@ import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import PeriodicCurve
-from gaitval_estimate.body import _DOUBLE_SUPPORT, _lengths, pelvic_width, step_width
-from gaitval_estimate.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
-from gaitval_estimate.deviations import trial_of as trial_from
-from gaitval_estimate.estimate import LEVERS, estimate
+from gaitval.prediction.body import _DOUBLE_SUPPORT, _lengths, pelvic_width, step_width
+from gaitval.prediction.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
+from gaitval.prediction.deviations import trial_of as trial_from
+from gaitval.prediction.estimate import LEVERS, estimate
 
 MEDIAL = KINETICS.index(("forces", "medial"))
 HIP = KINETICS.index(("moments", "hip_flexion"))

@@ -5,7 +5,7 @@ import pytest
 
 from experiments.estimate_fits import whole_numbers
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval_estimate.deviations import UNIT, deviations, learned_from, stored_fits
+from gaitval.prediction.deviations import UNIT, deviations, learned_from, stored_fits
 
 
 def test_every_trial_of_the_built_in_people_has_a_fit():

@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
-from gaitval_estimate.deviations import (
+from gaitval.prediction.deviations import (
     KINETICS,
     Deviation,
     Trial,
@@ -15,7 +15,7 @@ from gaitval_estimate.deviations import (
     learned_from,
     stored_fits,
 )
-from gaitval_estimate.estimate import LEVERS, _blocks, _levered, estimate
+from gaitval.prediction.estimate import LEVERS, _blocks, _levered, estimate
 
 NAN = float("nan")
 

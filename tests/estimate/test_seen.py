@@ -11,7 +11,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import Curve, Force, GaitRecord
 from gaitval.prediction.population import with_others_kinetics
-from gaitval_estimate.seen import (
+from gaitval.prediction.seen import (
     DIRECTIONS,
     SAMPLES,
     _slow,

@@ -13,8 +13,8 @@ from gaitval.errors import ConfigurationError
 from gaitval.prediction.normal_form import normal_form
 from gaitval.study.stage import Observer, open_run, run_stage, why_run
 from gaitval.study.stages import reference_stage, scale_stage
-from gaitval_estimate.deviations import kinetics_of
-from gaitval_estimate.stage import ESTIMATE_ACCURACY, PAGE, TABLE, asked, of_run, stage
+from gaitval.prediction.deviations import kinetics_of
+from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, PAGE, TABLE, asked, of_run, stage
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 

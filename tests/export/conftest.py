@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitval_export.walked import Walked
+from gaitval.apps.export.walked import Walked
 
 
 @pytest.fixture(scope="session")
@@ -16,7 +16,7 @@ def walked() -> Walked:
 @pytest.fixture(scope="session")
 def mujoco_folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The person for plain MuJoCo."""
-    from gaitval_export.mujoco_folder import write_mujoco
+    from gaitval.apps.export.mujoco_folder import write_mujoco
 
     folder = tmp_path_factory.mktemp("exported") / "mujoco"
     write_mujoco(folder, walked)

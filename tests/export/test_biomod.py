@@ -11,9 +11,9 @@ from simulation_fixtures import mujoco_mass_matrix
 from gaitval.coordinates import RANGES
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.simulation.mujoco_body import MujocoBody
-from gaitval_export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
-from gaitval_export.virtual_markers import virtual_markers
-from gaitval_export.walked import Walked
+from gaitval.apps.export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
+from gaitval.apps.export.virtual_markers import virtual_markers
+from gaitval.apps.export.walked import Walked
 
 biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")
 

@@ -9,9 +9,9 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval_export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
-from gaitval_export.virtual_markers import JOINT_CENTRES
-from gaitval_export.walked import Walked
+from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
+from gaitval.apps.export.virtual_markers import JOINT_CENTRES
+from gaitval.apps.export.walked import Walked
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from synthetic_recording import BELTS, walk
 
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
-from gaitval_export.c3d_writing import write_c3d
+from gaitval.mocap.c3d_writing import write_c3d
 
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """To axes with y forward and x to the right."""

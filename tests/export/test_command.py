@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.cli.app import GaitvalError
-from gaitval_export import walked as walked_module
-from gaitval_export.command import export
-from gaitval_export.mujoco_folder import FILES
-from gaitval_export.walked import Walked
+from gaitval.terminal.app import GaitvalError
+from gaitval.apps.export import walked as walked_module
+from gaitval.apps.export.command import export
+from gaitval.apps.export.mujoco_folder import FILES
+from gaitval.apps.export.walked import Walked
 
 
 @pytest.fixture(autouse=True)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gaitval_export.crate import FILE
-from gaitval_export.formats import FORMATS, export_to
-from gaitval_export.walked import Walked
+from gaitval.apps.export.crate import FILE
+from gaitval.apps.export.formats import FORMATS, export_to
+from gaitval.apps.export.walked import Walked
 
 
 @pytest.fixture

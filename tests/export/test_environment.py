@@ -12,25 +12,25 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-import gaitval_export.environment
+import gaitval.apps.export.environment
 from gaitval.errors import SubjectError
-from gaitval_export.environment import NAME, WalkerEnvironment
-from gaitval_export.training_folder import write_training
-from gaitval_export.walked import Walked
+from gaitval.apps.export.environment import NAME, WalkerEnvironment
+from gaitval.apps.export.training_folder import write_training
+from gaitval.apps.export.walked import Walked
 
 
 @pytest.fixture(autouse=True)
 def _one_reference(walked: Walked, monkeypatch: pytest.MonkeyPatch) -> None:
     """The reference takes seconds; subject 5's is there already."""
-    of = gaitval_export.environment._walked
+    of = gaitval.apps.export.environment._walked
     monkeypatch.setattr(
-        gaitval_export.environment, "_walked", lambda who: walked if who == "5" else of(who)
+        gaitval.apps.export.environment, "_walked", lambda who: walked if who == "5" else of(who)
     )
 
 
 def test_gymnasiums_checker_finds_nothing() -> None:
     """But for its advice on spaces without bounds, which a normaliser answers."""
-    made = gymnasium.make(f"gaitval_export.environment:{NAME}", walker="5")
+    made = gymnasium.make(f"gaitval.apps.export.environment:{NAME}", walker="5")
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         check_env(made.unwrapped)

@@ -7,7 +7,7 @@ from simulation_fixtures import random_policy
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
-from gaitval_export.ground_wrenches import ground_wrenches
+from gaitval.simulation.ground_wrenches import ground_wrenches
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.scaling import scale_subject
-from gaitval_export.locohub import (
+from gaitval.apps.export.locohub import (
     POINTS,
     _name,
     _of_segments,
@@ -21,7 +21,7 @@ from gaitval_export.locohub import (
     locohub_frame,
     write_locohub,
 )
-from gaitval_export.walked import Walked
+from gaitval.apps.export.walked import Walked
 
 SIDED = (
     *(f"{joint}_{kind}_{{}}_{unit}"

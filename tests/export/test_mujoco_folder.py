@@ -16,9 +16,9 @@ from evidence.page import angles_in_mujoco
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval_export import walk as plain
-from gaitval_export.mujoco_folder import FILES, write_mujoco
-from gaitval_export.walked import Walked
+from gaitval.apps.export import walk as plain
+from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
+from gaitval.apps.export.walked import Walked
 
 NO_CONTACT = mujoco.mjtDisableBit.mjDSBL_CONTACT
 

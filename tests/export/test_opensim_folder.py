@@ -12,13 +12,13 @@ from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
-from gaitval_export.ground_wrenches import ground_wrenches
-from gaitval_export.opensim.coordinates import TO_OPENSIM
-from gaitval_export.opensim.osim import BODIES
-from gaitval_export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
-from gaitval_export.virtual_markers import JOINT_CENTRES
-from gaitval_export.walked import Walked
-from gaitval_judge.opensim.model_file import read_model
+from gaitval.simulation.ground_wrenches import ground_wrenches
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.osim import BODIES
+from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
+from gaitval.apps.export.virtual_markers import JOINT_CENTRES
+from gaitval.apps.export.walked import Walked
+from gaitval.apps.judge.opensim.model_file import read_model
 
 INSIDE = slice(50, -50)
 """Both differentiate by splines, which are free at the ends."""

@@ -25,15 +25,15 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval_export.opensim.coordinates import TO_OPENSIM
-from gaitval_export.opensim.motion import (
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval_export.opensim.osim import write_osim
+from gaitval.opensim.osim import write_osim
 
 RATE = 150.0
 INSIDE = slice(10, -10)

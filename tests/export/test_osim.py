@@ -28,8 +28,8 @@ from gaitval.model.tree import (
     velocities,
     whole_body_centre_of_mass,
 )
-from gaitval_export.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, to_opensim
-from gaitval_export.opensim.osim import write_osim
+from gaitval.opensim.coordinates import OPENSIM_COORDINATES, TO_OPENSIM, to_opensim
+from gaitval.opensim.osim import write_osim
 
 MARKERS = tuple(
     ModelMarker(f"M.{segment}", segment, np.array([0.01, -0.02, 0.03]) * (i + 1))

@@ -7,8 +7,8 @@ import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.errors import ConfigurationError, RecordError
-from gaitval_formats import batch_imports
-from gaitval_formats.batch_imports import TABLE, import_batch, read_batch
+from gaitval.importing import batch_imports
+from gaitval.importing.batch_imports import TABLE, import_batch, read_batch
 
 PERSON = """
 [[people]]

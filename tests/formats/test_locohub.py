@@ -14,8 +14,8 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.gait.record import REQUIRED_ANGLES
 from gaitval.gait.sampling import SAMPLES
-from gaitval_formats.locohub import read_locohub_trials, resampled
-from gaitval_formats.locohub_subject import Given, mean_curves, write_subjects
+from gaitval.datasets.locohub import read_locohub_trials, resampled
+from gaitval.datasets.locohub_subject import Given, mean_curves, write_subjects
 
 
 def assert_is_subject_5(path: Path, tolerance: float = 1e-6) -> None:
@@ -178,7 +178,7 @@ def test_a_sign_that_no_gait_has_is_refused(tmp_path) -> None:
 
 
 def test_the_command(tmp_path) -> None:
-    from gaitval.cli.app import app
+    from gaitval.terminal.app import app
 
     path = data_set(tmp_path / "a_phase.parquet", "right", "left")
     done = CliRunner().invoke(app, ["locohub", str(path), "--out", str(tmp_path / "out")])

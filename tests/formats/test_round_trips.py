@@ -9,13 +9,13 @@ from evidence.opensim_motion import read_motion
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval_export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
-from gaitval_export.c3d_writing import write_c3d
-from gaitval_export.locohub import locohub_frame, write_locohub
-from gaitval_export.opensim.coordinates import TO_OPENSIM
-from gaitval_export.opensim_folder import foot_forces, write_opensim
-from gaitval_export.walked import Walked
-from gaitval_formats.locohub import POINTS, read_locohub_trials
+from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
+from gaitval.mocap.c3d_writing import write_c3d
+from gaitval.apps.export.locohub import locohub_frame, write_locohub
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
+from gaitval.apps.export.walked import Walked
+from gaitval.datasets.locohub import POINTS, read_locohub_trials
 
 EQUAL = 1e-6
 

@@ -40,7 +40,7 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Event, FootForces
 from gaitval.session.trial import require_cycles
-from gaitval_formats.wbds_text import read_wbds_markers
+from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
 

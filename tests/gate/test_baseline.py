@@ -17,9 +17,9 @@ from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import Observer
-from gaitval_gate import baseline
-from gaitval_gate.baseline import TIMES, WALKING, store_baseline, stored_metrics, walk_again
-from gaitval_gate.seal import SEAL, read_seal
+from gaitval.apps.regression import baseline
+from gaitval.apps.regression.baseline import TIMES, WALKING, store_baseline, stored_metrics, walk_again
+from gaitval.apps.regression.seal import SEAL, read_seal
 
 REPORTS = Path(__file__).parents[2] / "reports"
 

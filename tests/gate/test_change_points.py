@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, ttest_ind
 
-from gaitval_gate.change_points import CHANCE, LEAST, SIDE, steps
+from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE, steps
 
 
 def test_the_chance_is_that_of_students_test_times_the_places_and_series():

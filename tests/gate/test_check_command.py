@@ -7,12 +7,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.cli import display
-from gaitval.cli.app import app
+from gaitval.terminal import display
+from gaitval.terminal.app import app
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
-from gaitval_devices import results
-from gaitval_gate import baseline, history
+from gaitval.apps.devices import results
+from gaitval.apps.regression import baseline
+from gaitval.apps.regression import history
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

@@ -10,10 +10,10 @@ from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
-from gaitval_gate.collect import collect, collect_versions
-from gaitval_gate.regression import compare
-from gaitval_gate.seal import SealedMargin, seal
-from gaitval_gate.versions import in_margins, matched
+from gaitval.apps.regression.collect import collect, collect_versions
+from gaitval.apps.regression.regression import compare
+from gaitval.apps.regression.seal import SealedMargin, seal
+from gaitval.apps.regression.versions import in_margins, matched
 
 REPORTS = Path(__file__).parents[2] / "reports"
 
@@ -137,7 +137,7 @@ def test_the_margins_are_those_that_the_baseline_was_stored_with(
         for name, each in margins.items()
     }
     shutil.copytree(stored(), tmp_path / "baseline")
-    monkeypatch.setattr("gaitval_gate.seal.installed_margins", lambda: wide)
+    monkeypatch.setattr("gaitval.apps.regression.seal.installed_margins", lambda: wide)
     seal(tmp_path / "baseline", code=None)
     monkeypatch.undo()
     now = collect([run_of(tmp_path / "a", angle_rmse=2.0 * margins["angle_rmse"].value)])

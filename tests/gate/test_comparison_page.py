@@ -13,9 +13,9 @@ from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.words import number
-from gaitval_gate.compare_command import _flip_line
-from gaitval_gate.comparison_page import SUBJECTS, write_comparison
-from gaitval_gate.versions import StoredWalk, matched
+from gaitval.apps.regression.compare_command import _flip_line
+from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
+from gaitval.apps.regression.versions import StoredWalk, matched
 
 REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"

@@ -5,11 +5,11 @@ from html_page import only_html
 from typer.testing import CliRunner
 
 from gaitval.artefacts import write_json
-from gaitval.cli.app import app
+from gaitval.terminal.app import app
 from gaitval.errors import ArtefactError
-from gaitval_devices import results
-from gaitval_devices.results import Figure
-from gaitval_gate import device_results
+from gaitval.apps.devices import results
+from gaitval.apps.devices.results import Figure
+from gaitval.apps.regression import device_results
 
 HIP = Figure("hip: lowest moment of the muscles", "right, learned", "Nm/kg", -0.8)
 SPEED = Figure("speed", "left, without", "m/s", 1.2)

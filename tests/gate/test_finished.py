@@ -12,7 +12,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.study.run import plan
 from gaitval.study.stage import Run
-from gaitval_gate.finished import (
+from gaitval.apps.regression.finished import (
     IN_ROUNDS,
     LAST,
     ONCE,

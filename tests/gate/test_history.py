@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from gaitval.errors import ArtefactError
-from gaitval_gate import history
-from gaitval_gate.history import Check, Figure
-from gaitval_gate.regression import Row
+from gaitval.apps.regression import history
+from gaitval.apps.regression.history import Check, Figure
+from gaitval.apps.regression.regression import Row
 
 FIGURE = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
 CHECK = Check(
@@ -27,8 +27,8 @@ ADDER = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from gaitval_gate import history
-from gaitval_gate.history import Check, Figure
+from gaitval.apps.regression import history
+from gaitval.apps.regression.history import Check, Figure
 figures = tuple(
     Figure("angle_rmse", f"curve {n}", "deg", 1.0, 1.0, 0.3, "lower") for n in range(50)
 )

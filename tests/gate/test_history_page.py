@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from html_page import Page, only_html, pdf_in_ci
 
-from gaitval_gate.history import Check, Figure
-from gaitval_gate.history_page import find_steps, write_history
+from gaitval.apps.regression.history import Check, Figure
+from gaitval.apps.regression.history_page import find_steps, write_history
 
 HOSTILE = "<script>alert(1)</script>$x^2$ \\n --> {{ 7 * 7 }}"
 WORSE_AT, SMALL_AT, COUNT = 8, 5, 12

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.cli import display
+from gaitval.terminal import display
 from gaitval.errors import ToleranceError
-from gaitval_gate.moved import judge_moved
-from gaitval_gate.regression import Outcome, Row
+from gaitval.apps.regression.moved import judge_moved
+from gaitval.apps.regression.regression import Outcome, Row
 
 
 def row(change: Outcome) -> Row:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gaitval.metrics.results import read_metrics
-from gaitval_gate import pair_grids
-from gaitval_gate.versions import Pair, StoredWalk, matched
+from gaitval.apps.regression import pair_grids
+from gaitval.apps.regression.versions import Pair, StoredWalk, matched
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 PERCENT = np.arange(101)

@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
-from gaitval_gate.whole_folder import writing_whole
+from gaitval.apps.regression.whole_folder import writing_whole
 
 FILES = ("a.txt", "sub/b.txt", "z.txt")
 

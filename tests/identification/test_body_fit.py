@@ -21,9 +21,9 @@ from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import consistent_reference, weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.combinations import combinations, judged_combinations
-from gaitval_bodies.posterior import PROFILE_STEPS, Profile, identify, profiles
-from gaitval_virtual.person import virtual_person
+from gaitval.identification.combinations import combinations, judged_combinations
+from gaitval.identification.posterior import PROFILE_STEPS, Profile, identify, profiles
+from gaitval.apps.virtual.person import virtual_person
 
 CONFIGURATION = load_configuration()
 GENERAL = Path(__file__).parents[2] / "reports" / "general"

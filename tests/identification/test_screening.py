@@ -15,9 +15,9 @@ from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.reference.dynamic_fit import Solution, weighted_laws
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.posterior import Profile, identify
-from gaitval_virtual.screen_command import _shown
-from gaitval_virtual.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
+from gaitval.identification.posterior import Profile, identify
+from gaitval.apps.virtual.screen_command import _shown
+from gaitval.apps.virtual.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
 
 CONFIGURATION = load_configuration()
 GENERAL = Path(__file__).parents[2] / "reports" / "general"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import IdentificationSettings
-from gaitval_bodies.posterior import search
+from gaitval.identification.posterior import search
 
 SIZE = 12
 

@@ -8,9 +8,9 @@ from gaitval.identification.body_fit import BodyPosterior
 from gaitval.identification.prior import measured_by, prior_sd
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval_bodies.combinations import combinations, correlation, judged_combinations
-from gaitval_bodies.posterior import conditional_mean
-from gaitval_bodies.verdicts import judged, verdict_of
+from gaitval.identification.combinations import combinations, correlation, judged_combinations
+from gaitval.identification.posterior import conditional_mean
+from gaitval.identification.verdicts import judged, verdict_of
 
 THIGH, SHANK = (PARAMETERS.index(f"{name}_length") for name in ("thigh", "shank"))
 

@@ -14,15 +14,15 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
-from gaitval_export.opensim.motion import (
+from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval_export.opensim.osim import write_osim
-from gaitval_judge.judge import SAGITTAL, Request
+from gaitval.opensim.osim import write_osim
+from gaitval.apps.judge.judge import SAGITTAL, Request
 
 RATE = 100.0
 NOISE_M = 0.005

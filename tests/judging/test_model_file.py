@@ -10,9 +10,9 @@ import pytest
 
 from gaitval.errors import ModelError, RecordError
 from gaitval.mocap.mot_writing import StorageTable
-from gaitval_judge.opensim.model import OsimModel
-from gaitval_judge.opensim.model_file import read_model
-from gaitval_judge.opensim.placing import centre_of_mass, marker_places, motion_of, place
+from gaitval.apps.judge.opensim.model import OsimModel
+from gaitval.apps.judge.opensim.model_file import read_model
+from gaitval.apps.judge.opensim.placing import centre_of_mass, marker_places, motion_of, place
 
 opensim.Logger.setLevelString("Off")
 opensim.Logger.removeFileSink()

@@ -43,7 +43,7 @@ from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.study.stage import Observer
 from gaitval.study.stored_policy import general_walker
-from gaitval_gate.baseline import walk_again
+from gaitval.apps.regression.baseline import walk_again
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

@@ -7,8 +7,8 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.stored_policy import general_walker
-from gaitval_live.person import Person
-from gaitval_live.walk import LiveWalk
+from gaitval.apps.live.person import Person
+from gaitval.apps.live.walk import LiveWalk
 
 QUICKER = 1.1
 

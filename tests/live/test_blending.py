@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval_live.blending import Blend
+from gaitval.apps.live.blending import Blend
 
 
 @pytest.fixture

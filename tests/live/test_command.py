@@ -3,7 +3,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.cli.app import app
+from gaitval.terminal.app import app
 
 
 @pytest.mark.parametrize(

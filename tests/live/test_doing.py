@@ -3,7 +3,7 @@
 import pytest
 
 from gaitval.errors import RecordError
-from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, Wear, doing_of, values_of
+from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear, doing_of, values_of
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import pytest
 
 from gaitval import wings
 from gaitval.errors import ArtefactError, RecordError
-from gaitval_live.command import _check
-from gaitval_live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
-from gaitval_live.log import Writer, check_person, read_log, walk_again
-from gaitval_live.walk import LiveWalk
+from gaitval.apps.live.command import _check
+from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
+from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
+from gaitval.apps.live.walk import LiveWalk
 
 DOINGS = (
     (40, Push(0.0, 150.0)),

@@ -12,8 +12,8 @@ from page_in_browser import chromium, overflow, violations
 from evidence.browser import FLAGS
 from gaitval import wings
 from gaitval.errors import ConfigurationError
-from gaitval_live.page import _leading, served
-from gaitval_live.walk import LiveWalk
+from gaitval.apps.live.page import _leading, served
+from gaitval.apps.live.walk import LiveWalk
 
 
 def test_the_address_is_in_a_file_and_no_argument(tmp_path):

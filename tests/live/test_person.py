@@ -8,10 +8,10 @@ from gaitval import wings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.predicted_tasks import range_speeds
 from gaitval.study.stage import Observer, Stage
-from gaitval_live import person as live_person
-from gaitval_live.log import Writer, check_person, read_log, walk_again
-from gaitval_live.person import folder_of, prepared
-from gaitval_live.walk import LiveWalk
+from gaitval.apps.live import person as live_person
+from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
+from gaitval.apps.live.person import folder_of, prepared
+from gaitval.apps.live.walk import LiveWalk
 
 STAGE = Stage("range", lambda: None, (), ())
 

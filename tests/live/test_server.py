@@ -11,11 +11,11 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from gaitval.model.parameters import PARAMETERS
-from gaitval_live.log import read_log, walk_again
-from gaitval_live.page import served
-from gaitval_live.pictures import NUMBERS
-from gaitval_live.server import FILES, GREETING, MOST_BYTES, MOST_CONNECTIONS
-from gaitval_live.walk import LiveWalk
+from gaitval.apps.live.log import read_log, walk_again
+from gaitval.apps.live.page import served
+from gaitval.apps.live.pictures import NUMBERS
+from gaitval.apps.live.server import FILES, GREETING, MOST_BYTES, MOST_CONNECTIONS
+from gaitval.apps.live.walk import LiveWalk
 
 PUSH = json.dumps({"do": "push", "forward": 90.0, "left": 0.0})
 READS = ("", "live.js", "scene", "walk")

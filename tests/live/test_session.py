@@ -5,9 +5,9 @@ import time
 import pytest
 
 from gaitval.errors import ArtefactError
-from gaitval_live.doing import Clock, Push
-from gaitval_live.log import Replay, Writer, read_log
-from gaitval_live.session import MOST_BEHIND, Session
+from gaitval.apps.live.doing import Clock, Push
+from gaitval.apps.live.log import Replay, Writer, read_log
+from gaitval.apps.live.session import MOST_BEHIND, Session
 
 
 class Watched:
@@ -77,7 +77,7 @@ def test_a_push_is_shown_to_who_looks_after_it_acted(walk):
 
 
 def test_a_visitor_of_a_replay_does_nothing_but_stop_the_clock(person, walk, tmp_path):
-    from gaitval_live.walk import LiveWalk
+    from gaitval.apps.live.walk import LiveWalk
 
     writer = Writer(tmp_path / "log.jsonl", person, walk)
     for step in range(50):

@@ -7,7 +7,7 @@ import pytest
 from drawn_markers import drawn_person
 
 from gaitval.mocap.recording import Recording
-from gaitval_markers.draft import Draft, draft_markers
+from gaitval.scaling.markers.draft import Draft, draft_markers
 
 
 @pytest.fixture(scope="session")

@@ -14,7 +14,7 @@ from gaitval.mocap import reading
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.landmarks import landmarks_of
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval_markers.command import markers
+from gaitval.cli.markers import markers
 
 
 @pytest.fixture(autouse=True)

@@ -12,8 +12,8 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval_markers.draft import Draft, Guess, draft_markers
-from gaitval_markers.files import as_toml
+from gaitval.scaling.markers.draft import Draft, Guess, draft_markers
+from gaitval.scaling.markers.files import as_toml
 
 
 def test_a_person_without_names_is_recognised_in_any_axes() -> None:

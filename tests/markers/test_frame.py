@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.arrays import Array
 from gaitval.mocap.recording import Recording
-from gaitval_markers.frame import stands, stood
+from gaitval.scaling.markers.frame import stands, stood
 
 UP = 1
 DEEP = 0.35

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gaitval.scaling.marker_sets import builtin_marker_sets
-from gaitval_markers.body import populations
-from gaitval_markers.match import (
+from gaitval.scaling.markers.body import populations
+from gaitval.scaling.markers.match import (
     ABOVE,
     BESIDE,
     FOREFEET,
@@ -16,7 +16,7 @@ from gaitval_markers.match import (
     _forefeet,
     _Search,
 )
-from gaitval_markers.names import computed
+from gaitval.scaling.markers.names import computed
 
 
 @pytest.mark.parametrize("degrees", [-50.0, -10.0, 0.0, 35.0])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gaitval.scaling.marker_sets import builtin_marker_sets
-from gaitval_markers.body import sites
-from gaitval_markers.names import computed, likelihoods, read_names
+from gaitval.scaling.markers.body import sites
+from gaitval.scaling.markers.names import computed, likelihoods, read_names
 
 
 @pytest.mark.parametrize(

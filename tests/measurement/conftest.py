@@ -3,7 +3,7 @@
 import pytest
 
 from gaitval.session.request import Request
-from gaitval_curves.sample import copy_sample
+from gaitval.datasets.sample import copy_sample
 
 
 @pytest.fixture(scope="module")

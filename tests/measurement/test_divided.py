@@ -13,10 +13,10 @@ from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass
 from gaitval.session import trial
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 from gaitval.session.request import ImportOptions
-from gaitval_curves.sample import copy_sample
-from gaitval_measurement.divided import HEEL, LATE, TOES, _parts, _share, divided
+from gaitval.datasets.sample import copy_sample
+from gaitval.gait.divided import HEEL, LATE, TOES, _parts, _share, divided
 
 
 def test_the_parts_add_up_and_their_forces_meet_with_the_sums():

@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import multivariate_normal
 
-from gaitval_measurement.balance import Data
-from gaitval_measurement.estimate import (
+from gaitval.measurement.balance import Data
+from gaitval.measurement.estimate import (
     DELAY,
     Balance,
     Cause,
@@ -30,8 +30,8 @@ from gaitval_measurement.estimate import (
     together,
     weigh,
 )
-from gaitval_measurement.expected import USUAL
-from gaitval_measurement.said import warnings
+from gaitval.measurement.expected import USUAL
+from gaitval.measurement.said import warnings
 
 GAINS = tuple(Cause(f"gain {plate}", (f"gain {plate}",)) for plate in "12")
 MASS = Cause("mass", ("mass",))
@@ -125,7 +125,7 @@ def test_what_all_plates_have_is_one_cause():
 def test_sets_of_causes_have_one_order_in_every_process():
     # Sums over a set are made in its order, on which their last digits depend.
     code = (
-        "from gaitval_measurement.estimate import Cause; from gaitval_measurement.expected import "
+        "from gaitval.measurement.estimate import Cause; from gaitval.measurement.expected import "
         "USUAL; print([each.name for each in frozenset(Cause(n, (n,)) for n in USUAL)])"
     )
     said = {

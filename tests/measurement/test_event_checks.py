@@ -5,7 +5,7 @@ import pytest
 
 from gaitval.gait.stored_events import event_doubts, stored_events
 from gaitval.mocap.recording import Event, FootForces
-from gaitval_measurement.event_checks import contact_doubts
+from gaitval.checks.event_checks import contact_doubts
 
 OTHER = {"right": "left", "left": "right"}
 

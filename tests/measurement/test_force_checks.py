@@ -10,7 +10,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.gait.foot_forces import assign_forces
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.recording import FootForces, Plate, Recording
-from gaitval_measurement.force_checks import (
+from gaitval.checks.force_checks import (
     Stance,
     channel_doubts,
     force_doubts,

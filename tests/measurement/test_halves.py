@@ -10,7 +10,7 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.session.session import work_out
-from gaitval_measurement.halves import halves_of
+from gaitval.measurement.halves import halves_of
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event, Plate
 from gaitval.scaling.marker_sets import recognise
 from gaitval.session.read import named, prepared
-from gaitval_measurement.events_command import events
-from gaitval_measurement.landings import Landings, disagreements, landings
-from gaitval_measurement.landings_picture import draw
+from gaitval.cli.events import events
+from gaitval.checks.landings import Landings, disagreements, landings
+from gaitval.reporting.landings_picture import draw
 
 PROCESSING = load_configuration().processing
 MASS_KG = 64.95

@@ -11,11 +11,11 @@ from gaitval.errors import ConfigurationError
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
 from gaitval.session.session import work_out
-from gaitval.session.write import _record
-from gaitval_measurement import correct
-from gaitval_measurement.correct import wanted
-from gaitval_measurement.estimate import alone, kind_of
-from gaitval_measurement.said import CHECK, rows, title
+from gaitval.importing.write import _record
+from gaitval.measurement import correct
+from gaitval.measurement.correct import wanted
+from gaitval.measurement.estimate import alone, kind_of
+from gaitval.measurement.said import CHECK, rows, title
 
 PROCESSING = ProcessingSettings()
 

@@ -7,8 +7,8 @@ import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.mocap.recording import Event, FootForces
-from gaitval_measurement.force_checks import Stance
-from gaitval_measurement.motion_checks import (
+from gaitval.checks.force_checks import Stance
+from gaitval.checks.motion_checks import (
     LEG_SHARE,
     aid_doubts,
     belt_doubts,

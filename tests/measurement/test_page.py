@@ -8,9 +8,9 @@ import pytest
 from gaitval.configuration import ProcessingSettings
 from gaitval.reporting.recording_report import _drawings
 from gaitval.session.session import work_out
-from gaitval.session.summary import summary_of
-from gaitval_measurement.estimate import LEAST_SCALE
-from gaitval_measurement.page import GROUPS, FitRow, fits
+from gaitval.importing.summary import summary_of
+from gaitval.measurement.estimate import LEAST_SCALE
+from gaitval.measurement.page import GROUPS, FitRow, fits
 
 
 @pytest.fixture(scope="module")

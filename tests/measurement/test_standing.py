@@ -8,8 +8,8 @@ import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.mocap.recording import Plate, Recording
-from gaitval_measurement import standing
-from gaitval_measurement.standing import KINDS, Standing, standing_of, with_plates
+from gaitval.measurement import standing
+from gaitval.measurement.standing import KINDS, Standing, standing_of, with_plates
 
 MASS = 60.0
 WEIGHT = MASS * STANDARD_GRAVITY

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gaitval_gate.agreement import bland_altman
+from gaitval.apps.regression.agreement import bland_altman
 
 
 def test_the_limits_are_those_of_bland_and_altman():

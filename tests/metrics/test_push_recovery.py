@@ -34,7 +34,7 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval_devices.scores import score_rollout
+from gaitval.apps.devices.scores import score_rollout
 
 MU = nominal_parameters()
 

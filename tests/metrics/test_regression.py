@@ -12,7 +12,7 @@ from gaitval.metrics.results import metrics_from
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PushRecovery
-from gaitval_gate.regression import (
+from gaitval.apps.regression.regression import (
     LONG_MEASURES,
     check_same_measures,
     compare,

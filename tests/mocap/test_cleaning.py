@@ -15,7 +15,7 @@ from gaitval.mocap.exchanges import opposite_marker
 from gaitval.mocap.findings import Finding
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
-from gaitval_formats.wbds_text import read_wbds_markers
+from gaitval.mocap.wbds_text import read_wbds_markers
 
 PROCESSING = ProcessingSettings()
 """Turns x forward, y up, z right into x forward, y left, z up."""

@@ -11,7 +11,7 @@ from motion_files import forces, recording, trc
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_ground_reaction
 from gaitval.mocap.trc import read_trc
-from gaitval_formats.wbds_text import read_wbds_markers
+from gaitval.mocap.wbds_text import read_wbds_markers
 
 # Examples take milliseconds; the clock of a busy machine must not decide.
 FEW = settings(

@@ -7,7 +7,7 @@ import pytest
 from motion_files import FORCE, POINT, TORQUE, refuse
 
 from gaitval.mocap.reading import read_recording
-from gaitval_formats.wbds_text import read_wbds_forces, read_wbds_markers
+from gaitval.mocap.wbds_text import read_wbds_forces, read_wbds_markers
 
 
 def wbds_markers(path: Path, lines: list[str] | None = None) -> Path:

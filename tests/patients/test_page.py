@@ -8,8 +8,8 @@ import pytest
 from matplotlib.colors import to_hex
 
 from gaitval.reporting.figures import COLOURS, STYLES
-from gaitval_patients import page
-from gaitval_patients.cohort import found_patients
+from gaitval.apps.patients import page
+from gaitval.apps.patients.cohort import found_patients
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from made_strides import stride_rows, write_strides
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json
-from gaitval.cli.app import app
+from gaitval.terminal.app import app
 from gaitval.errors import RecordError
-from gaitval_patients.people import own_rows, person_of, read_people
+from gaitval.apps.patients.people import own_rows, person_of, read_people
 
 
 def table(tmp_path, header, *rows):

@@ -15,15 +15,15 @@ from gaitval.metrics.norms import norms
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.anthropometry import mass_fractions
 from gaitval.scaling.scaling import scale_subject
-from gaitval_patients.asymmetry import angle_rows, symmetry_index, worse_side
-from gaitval_patients.cohort import found_patients, written
-from gaitval_patients.estimates import Estimate, leg_difference, leg_length, pace, stride_time
-from gaitval_patients.one_stride import TOLERANCE, left_strike, smoothed
-from gaitval_patients.page import page_values, write_pages
-from gaitval_patients.people import Person
-from gaitval_patients.records import two_sided
-from gaitval_patients.rolling_foot import feet
-from gaitval_patients.told import (
+from gaitval.apps.patients.asymmetry import angle_rows, symmetry_index, worse_side
+from gaitval.apps.patients.cohort import found_patients, written
+from gaitval.apps.patients.estimates import Estimate, leg_difference, leg_length, pace, stride_time
+from gaitval.apps.patients.one_stride import TOLERANCE, left_strike, smoothed
+from gaitval.apps.patients.page import page_values, write_pages
+from gaitval.apps.patients.people import Person
+from gaitval.apps.patients.records import two_sided
+from gaitval.apps.patients.rolling_foot import feet
+from gaitval.apps.patients.told import (
     expected_record,
     heel_rise,
     most_dorsiflexed,

@@ -6,10 +6,10 @@ import pytest
 from experiments import sound_sides
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.scaling.scaling import scale_subject
-from gaitval_patients.cohort import found_patients
-from gaitval_patients.rolling_foot import STANCE_BIAS, feet
-from gaitval_patients.sound_side import expected_of
-from gaitval_patients.told import told_record
+from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
+from gaitval.apps.patients.sound_side import expected_of
+from gaitval.apps.patients.told import told_record
 
 PHASE = np.arange(200) / 200
 

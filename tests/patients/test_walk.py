@@ -10,11 +10,11 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval_patients.cohort import found_patients, walked
-from gaitval_patients.gentle_fit import gentle_reference
-from gaitval_patients.passive_foot import patient_record
-from gaitval_patients.turned_feet import turned_feet, with_turned_feet
-from gaitval_patients.walk import KINEMATIC_ACCURACY
+from gaitval.apps.patients.cohort import found_patients, walked
+from gaitval.apps.patients.gentle_fit import gentle_reference
+from gaitval.apps.patients.passive_foot import patient_record
+from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
+from gaitval.apps.patients.walk import KINEMATIC_ACCURACY
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ from gaitval.policy.storage import load_policy
 from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
-from gaitval_devices.scores import score_rollout
+from gaitval.apps.devices.scores import score_rollout
 
 ACTIONS = 150
 MU = nominal_parameters()

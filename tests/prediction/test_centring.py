@@ -6,8 +6,8 @@ from simulation_fixtures import random_policy
 
 from gaitval.metrics.round_errors import Epsilon
 from gaitval.model.parameters import nominal_parameters
-from gaitval_predict import centring
-from gaitval_predict.centring import centred
+from gaitval.learning_control import centring
+from gaitval.learning_control.centring import centred
 
 
 def test_walks_that_fall_choose_nothing(task):

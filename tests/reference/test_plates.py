@@ -6,7 +6,7 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.scaling.scaling import scale_subject
-from gaitval_curves.plates import (
+from gaitval.reference.plates import (
     CLEAR,
     SCALE_SD,
     SHIFT_SD,

@@ -32,9 +32,9 @@ from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import _failed_text as failed_text
 from gaitval.reporting.report import write_report
 from gaitval.reporting.translated import TranslatedWords
-from gaitval.session.consistency_rows import changes_by
-from gaitval_bodies.words import _difference
-from gaitval_consistent.residual_reduction import MASS_GROUPS
+from gaitval.importing.consistency_rows import changes_by
+from gaitval.reporting.body_words import _difference
+from gaitval.inverse.residual_reduction import MASS_GROUPS
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 PARTS = re.compile(r"%\(\w+\)s|%%|</?\w+[^>]*>")

@@ -69,7 +69,7 @@ MEASURES = {
         "code": (
             "@warnings",
             "gaitval/datasets/*.py",
-            "gaitval/session/importing.py",
+            "gaitval/importing/importing.py",
             "tests/robustness/fuzz.py:run_case,_outcome,_work",
             "tests/robustness/fuzz_cases.py",
             "tests/robustness/fuzz_mutators.py",

@@ -32,9 +32,9 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
-from gaitval_export.c3d_writing import write_c3d
-from gaitval_gate.baseline import believed
-from gaitval_gate.seal import check_seal
+from gaitval.mocap.c3d_writing import write_c3d
+from gaitval.apps.regression.baseline import believed
+from gaitval.apps.regression.seal import check_seal
 
 ROOT = Path(__file__).resolve().parents[2]
 BASELINE = ROOT / "reports" / "S05" / "baseline"

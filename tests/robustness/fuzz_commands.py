@@ -34,8 +34,8 @@ from known_walk import known_walk
 from locohub_files import data_set
 from made_up_session import made_up_session
 
-from gaitval.cli import display
-from gaitval.cli.app import app
+from gaitval.terminal import display
+from gaitval.terminal.app import app
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
@@ -52,20 +52,20 @@ from gaitval.policy.training import read_log
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval_cohort.results import tables_of
-from gaitval_cohort.store import FINISHED, SUMMARY, Store
-from gaitval_curves.unpacking import unpack
-from gaitval_export.opensim.motion import (
+from gaitval.apps.cohort.results import tables_of
+from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
+from gaitval.datasets.unpacking import unpack
+from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
 )
-from gaitval_export.opensim.osim import write_osim
-from gaitval_formats.batch_imports import read_batch
-from gaitval_gate import history
-from gaitval_gate.history import Check, Figure
+from gaitval.opensim.osim import write_osim
+from gaitval.importing.batch_imports import read_batch
+from gaitval.apps.regression import history
+from gaitval.apps.regression.history import Check, Figure
 
 SLOW: Final = (
     *("session", "marker_set", "judged_model", "judged_motion", "judged_moments"),

@@ -42,9 +42,9 @@ from gaitval.errors import GaitvalError
 from gaitval.metrics.results import Metrics, read_metrics
 from gaitval.study.inputs import METRICS
 from gaitval.study.stage import Observer
-from gaitval_gate import baseline as study
-from gaitval_gate.regression import LONG_MEASURES, compare, lost
-from gaitval_gate.seal import seal
+from gaitval.apps.regression import baseline as study
+from gaitval.apps.regression.regression import LONG_MEASURES, compare, lost
+from gaitval.apps.regression.seal import seal
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 STORE: Final = ROOT / "reports" / "robustness" / "gate.json"

@@ -41,7 +41,7 @@ from typing import Any, Final
 import evidence
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.partial_files import PARTIAL
-from gaitval_cohort.store import FINISHED
+from gaitval.apps.cohort.store import FINISHED
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
@@ -110,8 +110,8 @@ MEASURES = {
             "gaitval/policy/processes.py",
             "gaitval/policy/storage.py",
             "gaitval/policy/training.py",
-            "gaitval/session/importing.py",
-            "gaitval/session/write.py",
+            "gaitval/importing/importing.py",
+            "gaitval/importing/write.py",
             "gaitval/reporting/page.py",
             "gaitval/reporting/report.py",
         ),
@@ -246,7 +246,7 @@ def further_jobs(work: Path) -> dict[str, Job]:
     }
     shorter = {
         "predict": "import gaitval.study.predicted_tasks as p; p.SPEEDS = 2",
-        "screen": "import functools, gaitval_virtual.screening as s; "
+        "screen": "import functools, gaitval.apps.virtual.screening as s; "
         "s.effects_of = functools.partial(s.effects_of, trajectories=1)",
     }
     made_by = {}

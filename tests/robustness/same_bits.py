@@ -22,7 +22,7 @@ import kills
 
 from gaitval.artefacts import file_hash, read_json
 from gaitval.metrics.results import read_metrics
-from gaitval_gate.regression import compare
+from gaitval.apps.regression.regression import compare
 
 SUBJECT: Final = "5"
 RESULTS: Final = (

@@ -7,7 +7,7 @@ from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.marker_sets import load_marker_set, recognise
 from gaitval.scaling.same_person import LARGEST_MEDIAN, check_same_person, marker_distances
-from gaitval_formats.wbds_text import read_wbds_markers
+from gaitval.mocap.wbds_text import read_wbds_markers
 
 
 def markers(recording):

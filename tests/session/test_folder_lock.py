@@ -8,7 +8,7 @@ from made_up_session import SHORT, made_up_session
 from gaitval.configuration import load_configuration
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 
 
 def test_a_folder_in_which_another_works_is_refused(tmp_path: Path) -> None:

@@ -27,8 +27,8 @@ from gaitval.session.functional import (
 )
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import Request
-from gaitval.session.results import FunctionalResult
-from gaitval_export.opensim.coordinates import TO_OPENSIM
+from gaitval.importing.results import FunctionalResult
+from gaitval.opensim.coordinates import TO_OPENSIM
 
 RATE = 100.0
 PROCESSING = ProcessingSettings()

@@ -9,9 +9,9 @@ from made_up_session import made_up_session
 from gaitval.configuration import Configuration
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.session.average import check_mass
-from gaitval.session.importing import import_files
+from gaitval.importing.importing import import_files
 from gaitval.session.session import work_out
-from gaitval.session.summary import verdicts
+from gaitval.importing.summary import verdicts
 
 
 @pytest.fixture(scope="module")

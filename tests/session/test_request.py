@@ -7,7 +7,7 @@ import pytest
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.session.request import ImportOptions, Request, checked
-from gaitval_formats.batch_person import below
+from gaitval.importing.batch_person import below
 
 GIVEN = {"trials": ["walk1.c3d"], "sex": "F"}
 

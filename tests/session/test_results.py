@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
-from gaitval.session.results import IMPORT_VERSION, GaitResult, ImportResult
+from gaitval.importing.results import IMPORT_VERSION, GaitResult, ImportResult
 
-SCHEMA = Path(__file__).parents[2] / "gaitval/session/import.schema.json"
+SCHEMA = Path(__file__).parents[2] / "gaitval/importing/import.schema.json"
 
 Json = Any
 

@@ -26,7 +26,7 @@ from gaitval.session.standing_pose import (
     standing_in_walk,
     with_level_feet,
 )
-from gaitval_curves.sample import copy_sample
+from gaitval.datasets.sample import copy_sample
 
 SAGITTAL = [
     f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"

@@ -47,8 +47,8 @@ from gaitval.study.stages import (
     validate_stage,
 )
 from gaitval.study.stored_policy import stored_baseline
-from gaitval_bodies import stage as body_stage
-from gaitval_gate.baseline import (
+from gaitval.study import body_stage
+from gaitval.apps.regression.baseline import (
     TIMES,
     WALKING,
     by_folder,
@@ -56,7 +56,7 @@ from gaitval_gate.baseline import (
     processors,
     store_baseline,
 )
-from gaitval_gate.seal import SEAL, read_seal
+from gaitval.apps.regression.seal import SEAL, read_seal
 
 FOUND = {
     "names": PARAMETERS,
@@ -379,7 +379,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
 
     for name in (*STAGES, "need", "hand_on", "evaluate", "repeat"):
         stand_in(f"{name}_stage")
-    monkeypatch.setattr("gaitval_bodies.stage.stage", stand_in_of(body_stage.stage))
+    monkeypatch.setattr("gaitval.study.body_stage.stage", stand_in_of(body_stage.stage))
     monkeypatch.setattr("gaitval.policy.beside.beside", at_once)
     monkeypatch.setattr(study, "general_policy", lambda *_: None)
     return epsilons
@@ -825,7 +825,7 @@ def test_settings_of_a_stage_are_those_of_its_sections(opened: Opener) -> None:
 @pytest.fixture
 def believed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The figures of the stand-ins are none, of which a baseline would be refused."""
-    monkeypatch.setattr("gaitval_gate.baseline.believed", lambda _: None)
+    monkeypatch.setattr("gaitval.apps.regression.baseline.believed", lambda _: None)
 
 
 @pytest.mark.usefixtures("believed")

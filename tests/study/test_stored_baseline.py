@@ -16,8 +16,8 @@ from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
-from gaitval_gate.baseline import remove_abandoned, seal_again, stored_metrics
-from gaitval_gate.seal import SEAL, UNKNOWN_CODE, changes, inputs_in_words, read_seal, seal
+from gaitval.apps.regression.baseline import remove_abandoned, seal_again, stored_metrics
+from gaitval.apps.regression.seal import SEAL, UNKNOWN_CODE, changes, inputs_in_words, read_seal, seal
 
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))
@@ -226,7 +226,7 @@ def test_other_margins_than_it_was_stored_with_are_refused(
         for margin in whole.margin
     ]
     other = whole.model_copy(update={"margin": tuple(margins)})
-    monkeypatch.setattr("gaitval_gate.seal.load_registry", lambda: other)
+    monkeypatch.setattr("gaitval.apps.regression.seal.load_registry", lambda: other)
     with pytest.raises(ArtefactError, match="the margins of this gaitval are not those") as refused:
         stored_metrics(folder / "metrics.json")
     assert told in str(refused.value)

@@ -8,7 +8,7 @@ from gaitval.artefacts import write_json
 from gaitval.study import run
 from gaitval.study.stage import Observer
 from gaitval.study.watching import generations_shown
-from gaitval_bodies import posterior
+from gaitval.identification import posterior
 
 
 class Seen(Observer):

@@ -8,8 +8,8 @@ from gaitval.identification.prior import prior_sd
 from gaitval.model.parameters import nominal_parameters
 from gaitval.reference.dynamic_fit import Solution
 from gaitval.scaling.scaling import scale_subject
-from gaitval_bodies.legs import LegDifference
-from gaitval_bodies.shared_errors import NAMES, Shared
+from gaitval.identification.legs import LegDifference
+from gaitval.identification.shared_errors import NAMES, Shared
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gaitval.mocap.recording import Recording
-from gaitval_markers.body import populations
+from gaitval.scaling.markers.body import populations
 
 LEGS = [
     "R.ASIS",

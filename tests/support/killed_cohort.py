@@ -15,7 +15,7 @@ from typing import Any
 
 import psutil
 
-from gaitval_cohort.store import FINISHED, SUMMARY
+from gaitval.apps.cohort.store import FINISHED, SUMMARY
 
 SUPPORT = Path(__file__).parent
 ROOT = SUPPORT.parents[1]
@@ -66,7 +66,7 @@ def studies_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
     found = []
     for each in family:
         try:
-            if "gaitval_cohort.process" in " ".join(each.cmdline()):
+            if "gaitval.apps.cohort.process" in " ".join(each.cmdline()):
                 found.append(each)
         except psutil.Error:
             continue

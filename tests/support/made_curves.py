@@ -3,7 +3,7 @@
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval_devices.curves import JOINTS, WalkCurves
+from gaitval.apps.devices.curves import JOINTS, WalkCurves
 
 
 def made_curves(

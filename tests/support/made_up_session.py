@@ -22,9 +22,9 @@ from gaitval.model.markers import ModelMarker
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.session.request import Request
-from gaitval_export.c3d_writing import write_c3d
-from gaitval_export.opensim.coordinates import TO_OPENSIM
-from gaitval_export.opensim.motion import write_ground_reaction
+from gaitval.mocap.c3d_writing import write_c3d
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.motion import write_ground_reaction
 
 MARKER_RATE = 200.0
 FORCES_PER_FRAME = 5

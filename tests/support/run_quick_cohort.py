@@ -5,8 +5,8 @@ python run_quick_cohort.py FOLDER WORKERS|ADDRESS NAME NAME …
 
 import sys
 
-from gaitval_cohort.engine import run_cohort
-from gaitval_cohort.table import Study
+from gaitval.apps.cohort.engine import run_cohort
+from gaitval.apps.cohort.table import Study
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ from gaitval.scaling.joint_centres import MARKER_OFFSET, measure
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import build_body
-from gaitval_virtual.standing import (
+from gaitval.apps.virtual.standing import (
     ANKLE_WIDTH,
     ELBOW_WIDTH,
     KNEE_WIDTH,

@@ -14,7 +14,7 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
-from gaitval_virtual.person import (
+from gaitval.apps.virtual.person import (
     BUILD_SD,
     STATURE_SD,
     drawn_parameters,

@@ -14,7 +14,7 @@ import pytest
 from fit_table import row as fit_row
 from typer.testing import CliRunner
 
-from gaitval.cli import app as cli
+from gaitval.terminal import app as cli
 
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))

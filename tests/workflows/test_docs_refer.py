@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from gaitval.cli.app import app
+from gaitval.terminal.app import app
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import builtin_subjects
 

@@ -19,7 +19,7 @@ from page_in_browser import chromium, opened
 from typer.main import get_command
 
 from gaitval import __version__
-from gaitval.cli.app import app
+from gaitval.terminal.app import app
 from gaitval.configuration import Configuration
 from gaitval.metrics.tolerances import load_registry
 

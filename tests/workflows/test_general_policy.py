@@ -16,7 +16,7 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
 from gaitval.study.run import SLOW, SLOW_STRIDE, general_policy
-from gaitval_devices.scores import score_rollout
+from gaitval.apps.devices.scores import score_rollout
 
 ROOT = Path(__file__).parents[2]
 WALKED = ("S05",)

@@ -21,8 +21,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.cli import app as cli
-from gaitval.cli import display
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.plate_offset import zero_plates
@@ -964,7 +964,7 @@ def test_a_full_disk(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", str(laboratory.folder / "out" / "x"))
 
-    monkeypatch.setattr("gaitval_export.opensim.of_import.write_osim", full)
+    monkeypatch.setattr("gaitval.opensim.of_import.write_osim", full)
     result = gaitval(laboratory.request(), laboratory.folder / "out")
     assert result.exit_code == 2
     assert (

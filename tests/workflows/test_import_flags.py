@@ -17,7 +17,7 @@ from recorded_sessions import rajagopal_walk
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json
-from gaitval.cli import app as cli
+from gaitval.terminal import app as cli
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage

@@ -42,14 +42,14 @@ from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.session import write
-from gaitval.session.results import ImportResult
+from gaitval.importing import write
+from gaitval.importing.results import ImportResult
 from gaitval.session.session import Import, work_out
-from gaitval.session.stored import Session
+from gaitval.importing.stored import Session
 from gaitval.session.subject import subject_of
-from gaitval.session.summary import trial_residuals
+from gaitval.importing.summary import trial_residuals
 from gaitval.session.trial import WalkingTrial, valid_cycles
-from gaitval.session.write import FOLDER
+from gaitval.importing.write import FOLDER
 
 EXACT = ProcessingSettings(
     marker_cutoff_hz=60.0, force_cutoff_hz=60.0, moment_force_cutoff_hz=60.0, force_threshold_n=2.0

@@ -45,7 +45,7 @@ from gaitval.model.tree import segment_frames
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.session.summary import limit_rows, verdicts
+from gaitval.importing.summary import limit_rows, verdicts
 from gaitval.simulation.rollout import Rollout
 
 SUBJECT = load_subject("S05")

@@ -23,7 +23,7 @@ from gaitval.metrics.origin import measure_origin, record_origins
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval_gate.stored import believe
+from gaitval.apps.regression.stored import believe
 
 OUTPUTS = ("metrics.json", "report", "terminal", "Python", "cohort", "compare", "check")
 

@@ -8,7 +8,7 @@ from made_up_session import SHORT
 from evidence import one_number
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
-from gaitval_cohort import results
+from gaitval.apps.cohort import results
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ from gaitval.study.stages import (
     simulate_stage,
     train_stage,
 )
-from gaitval_predict.study import (
+from gaitval.study.predicted_study import (
     adopt_stage,
     predicted_correction_stage,
     predicted_walk_stage,

@@ -9,8 +9,8 @@ from quick_settings import QUICK
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json
-from gaitval.cli import app as cli
-from gaitval.cli import display
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from
 

@@ -26,7 +26,7 @@ def project(tmp_path: Path) -> Path:
 def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run pytest there, with no other plug-in."""
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval_gate.plugin", *arguments],
+        [sys.executable, "-m", "pytest", "-q", "-p", "gaitval.apps.regression.plugin", *arguments],
         cwd=project,
         env={
             **os.environ,
@@ -43,7 +43,7 @@ def weaken(project: Path, factor: float) -> None:
     """Scale the last layer of the stored policy, and seal it as if it had been so."""
     from safetensors.numpy import load_file, save_file
 
-    from gaitval_gate.baseline import seal_again
+    from gaitval.apps.regression.baseline import seal_again
 
     (file,) = (project / "baseline" / "policy").glob("*.safetensors")
     tensors = load_file(file)
@@ -141,4 +141,4 @@ def test_a_missing_baseline_is_said_once_and_those_of_gaitval_are_found(project:
 
 def test_the_plug_in_is_installed_with_the_package() -> None:
     text = (ROOT / "pyproject.toml").read_text()
-    assert '[project.entry-points.pytest11]\ngaitval = "gaitval_gate.plugin"' in text
+    assert '[project.entry-points.pytest11]\ngaitval = "gaitval.apps.regression.plugin"' in text

@@ -23,7 +23,7 @@ from gaitval.scaling.stored_measurements import measurements_from
 from gaitval.simulation.mujoco_body import mjcf
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask
-from gaitval_export.opensim.osim import BODIES, write_osim
+from gaitval.opensim.osim import BODIES, write_osim
 
 REPORTS = Path(__file__).parents[2] / "reports"
 SHORTER, LIGHTER = 0.02, 0.5  # m and kg

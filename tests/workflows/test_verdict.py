@@ -22,7 +22,7 @@ from gaitval.artefacts import write_json
 from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
-from gaitval_gate.stored import believe
+from gaitval.apps.regression.stored import believe
 from gaitval.metrics.validation import validate
 from gaitval.reporting import page, report
 

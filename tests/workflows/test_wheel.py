@@ -20,7 +20,7 @@ from numba.core.caching import _CacheLocator
 from quick_settings import QUICK
 
 from gaitval.compiled import _cache_folder
-from gaitval_curves.sample import SAMPLE
+from gaitval.datasets.sample import SAMPLE
 
 ROOT = Path(__file__).parents[2]
 
@@ -67,7 +67,7 @@ def test_the_wings_are_inside_with_their_data_and_registered(installed):
             if path.is_file() and path.suffix != ".pyc":
                 assert (installed / path.relative_to(ROOT / "extras")).is_file(), path
     (registered,) = installed.glob("gaitval-*.dist-info/entry_points.txt")
-    assert "judge = gaitval_judge.command:judge" in registered.read_text()
+    assert "judge = gaitval.apps.judge.command:judge" in registered.read_text()
 
 
 @pytest.mark.slow

@@ -1,1 +1,0 @@
-"""What a record says about a body if angles and belt err as laboratories' do."""

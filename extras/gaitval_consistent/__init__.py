@@ -1,1 +1,0 @@
-"""The smallest change of motion and masses that makes a recording dynamically consistent."""

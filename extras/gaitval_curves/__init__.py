@@ -1,1 +1,0 @@
-"""Subjects from mean curves: tables, the files of WBDS, and the download of published data sets."""

@@ -1,1 +1,0 @@
-"""Moments and forces of people without plates: expectation, mechanics and how others move."""

@@ -1,0 +1,93 @@
+"""The command that puts devices on a person."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+
+SAMPLES = 300_000
+"""Samples of a learned adaptation, if nobody says otherwise."""
+
+
+@added_command(
+    "gaitval device 5 hip_exo",
+    "gaitval device 5 my_orthosis.toml --out reports/orthosis",
+    "gaitval device patient.toml                 # with the devices of the subject's file",
+    "gaitval device 5 backpack --samples 0       # without learning",
+    after="report",
+)
+def device(
+    walker: Annotated[
+        str,
+        typer.Argument(
+            metavar="SUBJECT_OR_RUN",
+            help="A subject with a stored policy (5, S05), a finished run folder, or a subject's "
+            "file, which walks with the general policy.",
+            show_default=False,
+        ),
+    ],
+    devices: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="DEVICE",
+            help="Names of shipped devices (hip_exo, knee_exo, ankle_exo, ankle_spring, "
+            "below_knee, above_knee, afo, backpack, foot_2kg, ...) or TOML files of devices.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FOLDER",
+            help="Folder of the report; by default reports/S05-hip_exo.",
+            show_default=False,
+        ),
+    ] = None,
+    samples: Annotated[
+        int,
+        typer.Option(
+            "--samples", metavar="N", min=0, max=10_000_000,
+            help="Samples of the learned adaptation; 0: none.",
+        ),
+    ] = SAMPLES,
+) -> None:  # fmt: skip
+    """What exoskeletons, prostheses, orthoses or loads would do to a person.
+
+    The person walks without and with the devices, by three assumptions on how people adapt: the
+    motion is kept, the control is kept, or walking is learned anew. Nobody knows which is right;
+    the report shows all. There are no muscles, so nothing is said of metabolic cost. One to two
+    minutes.
+    """
+    from gaitval.folder_lock import held
+    from gaitval.model.devices.device import load_devices
+    from gaitval.apps.devices.page import write_report
+    from gaitval.apps.devices.search import tuned
+    from gaitval.apps.devices.study import outcomes, wearer
+
+    # Wrong devices are refused before the person is made, which takes seconds.
+    given = [each for name in devices or () for each in load_devices(name)]
+    person = wearer(walker, given)
+    worn = [*person.own, *given]
+    names = "-".join(each.name for each in worn)
+    folder = out or Path("reports") / f"{person.name}-{names}"
+    # Held before anybody walks: where it cannot be written to, nothing would be kept.
+    with held(folder):
+        with display.live_view() as live:
+            live.started("device", f"{person.name}, {names}")
+            worn, strategies = tuned(person, worn, folder, say=_say)
+            found, policy = outcomes(person, worn, samples=samples, say=_say)
+        write_report(folder, person, worn, found, policy, strategies=strategies)
+    for outcome in found:
+        walked = "fell after" if outcome.fell else "walked"
+        pushes = "" if outcome.survived is None else f"; survived {outcome.survived} of 24 pushes"
+        display.plain(f"{outcome.assumption}: {walked} {outcome.cycles:.0f} gait cycles{pushes}")
+    display.plain(f"Report: {folder / 'device.html'}")
+
+
+def _say(line: str) -> None:
+    display.messages.print(line)

@@ -1,0 +1,126 @@
+"""Mean curves and figures of a walk with devices, to hold beside the walk without."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait.filters import low_pass_simulated
+from gaitval.metrics.cycles import cut, find_cycles, step_of, walking_speed
+from gaitval.model.tree import ROOT_DOFS
+from gaitval.apps.devices.walking import DeviceWalk
+
+JOINTS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
+"""Joints that are shown and compared."""
+CUTOFF: Final = 10.0
+"""Hz, of the zero-lag filter on moments and forces, as in the comparison with a record."""
+
+
+@dataclass(frozen=True)
+class WalkCurves:
+    """Mean curves (101,) over the gait cycles of a side, by `(joint, side)`.
+
+    Attributes
+    ----------
+    cycles : how many, by side.
+    angles : rad.
+    own, device, total : Nm/kg, moments of the person's muscles, of the devices, and of both; kg of
+        the person.
+    own_power, device_power : W/kg.
+    forces : body weights of the person, vertical, by side.
+    stride_time, stance : s, and fraction of the stride on the ground, by side.
+    speed : m/s.
+    work : J/kg a stride, positive work of the muscles, by `(joint, side)`: of each stride by
+        itself, then the mean.
+    negative_work : likewise, not negative.
+    device_work : likewise, positive work of the devices.
+    """
+
+    cycles: Mapping[Side, int]
+    angles: Mapping[tuple[str, Side], Array]
+    own: Mapping[tuple[str, Side], Array]
+    device: Mapping[tuple[str, Side], Array]
+    total: Mapping[tuple[str, Side], Array]
+    own_power: Mapping[tuple[str, Side], Array]
+    device_power: Mapping[tuple[str, Side], Array]
+    forces: Mapping[Side, Array]
+    stride_time: Mapping[Side, float]
+    stance: Mapping[Side, float]
+    speed: float
+    work: Mapping[tuple[str, Side], float]
+    negative_work: Mapping[tuple[str, Side], float]
+    device_work: Mapping[tuple[str, Side], float]
+
+    def mean_of_sides(self, curves: Mapping[tuple[str, Side], Array], joint: str) -> Array:
+        """(101,) of a joint, both sides' mean."""
+        return np.asarray((curves[joint, "right"] + curves[joint, "left"]) / 2.0, dtype=float)
+
+
+def walk_curves(
+    walk: DeviceWalk, configuration: Configuration, mass: float, own: Array | None = None
+) -> WalkCurves:
+    """Curves of a `walk` of a person of a `mass` in kg, without devices. `own` (T, 25) Nm are
+    moments to take for those of the muscles; the walk's if not given. Raises RecordError if a side
+    has no complete gait cycle.
+    """
+    rollout = walk.rollout
+    cycles = find_cycles(rollout, configuration)
+    if not (cycles.count("right") and cycles.count("left")):
+        raise RecordError(
+            f"no complete gait cycle of both feet in {rollout.time[-1]:.1f} s of walking with "
+            "these devices, so there are no curves. Train with them (--samples), or change them."
+        )
+    step = step_of(rollout)
+    moments = rollout.moments if own is None else own
+    device = walk.total_moments - rollout.moments
+    rates = rollout.velocities[:, ROOT_DOFS:]
+    smooth = low_pass_simulated(moments, step=step, frequency=CUTOFF)
+    smooth_device = low_pass_simulated(device, step=step, frequency=CUTOFF)
+    vertical = low_pass_simulated(rollout.ground_reaction[..., 2], step=step, frequency=CUTOFF)
+    found: dict[str, dict[tuple[str, Side], Array]] = {
+        name: {} for name in ("angles", "own", "device", "own_power", "device_power")
+    }
+    forces, stride, stance = {}, {}, {}
+    work: dict[tuple[str, Side], float] = {}
+    negative: dict[tuple[str, Side], float] = {}
+    of_devices: dict[tuple[str, Side], float] = {}
+    for column, side in enumerate(SIDES):
+        starts, ends = cycles.starts[side], cycles.ends[side]
+        stride[side] = float(np.mean(ends - starts)) * step
+        for joint in JOINTS:
+            i = ACTUATED.index(f"{joint}_{side[0]}")
+            power, given = (each[:, i] * rates[:, i] / mass for each in (moments, device))
+            for name, values in (
+                ("angles", rollout.positions[:, ROOT_DOFS + i]),
+                ("own", smooth[:, i] / mass),
+                ("device", smooth_device[:, i] / mass),
+                ("own_power", power),
+                ("device_power", given),
+            ):
+                found[name][joint, side] = cut(values, starts, ends).mean(axis=0)
+            for into, values in ((work, power), (negative, -power), (of_devices, given)):
+                # of each stride: in their mean, power of unlike strides cancels
+                strides = [np.maximum(values[a:b], 0.0) for a, b in zip(starts, ends, strict=True)]
+                into[joint, side] = float(np.mean([each.sum() for each in strides])) * step
+        forces[side] = cut(vertical[:, column] / (mass * GRAVITY), starts, ends).mean(axis=0)
+        on = cycles.events[side].on_ground
+        stance[side] = float(np.mean([on[a:b].mean() for a, b in zip(starts, ends, strict=True)]))
+    total = {key: found["own"][key] + found["device"][key] for key in found["own"]}
+    return WalkCurves(
+        cycles={side: cycles.count(side) for side in SIDES},
+        total=total,
+        forces=forces,
+        stride_time=stride,
+        stance=stance,
+        speed=float(walking_speed(rollout, cycles) or 0.0),
+        work=work,
+        negative_work=negative,
+        device_work=of_devices,
+        **found,
+    )

@@ -1,0 +1,126 @@
+"""Devices of a subject: what `[[devices]]` of its file and `gaitval subject --device` ask for.
+
+The core, and a cohort, ask for it in the part `device_results`. The main job is of the person
+without them, whom the record is of; then the person walks with them, by every assumption, in a
+folder of the run. So a device can be changed without doing the main job again.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from gaitval.datasets.subject import Subject
+from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.study.inputs import POLICY_FILES
+from gaitval.study.sources import PACKAGE, code_of
+from gaitval.study.stage import Run, Stage
+from gaitval.model.devices.device import Device, devices_of, load_devices, tables_of
+from gaitval.apps.devices.sound_leg import check_side
+
+if TYPE_CHECKING:
+    from gaitval.simulation.walker import Walker, WalkingTask
+
+PAGE: Final = "device.html"
+
+
+def check(given: Sequence[Mapping[str, Any]], where: str) -> None:
+    """Raise SubjectError if the `[[devices]]` of a subject's file cannot be; `where` names it."""
+    try:
+        devices_of({"devices": given}, where)
+    except ConfigurationError as error:
+        raise SubjectError(str(error)) from None
+
+
+def wearing(subject: Subject, devices: Sequence[str | Mapping[str, Any]]) -> Subject:
+    """A subject with further `devices`, each a shipped one's name, a file, or a table. Raises
+    ConfigurationError, also for a prosthesis on the sound leg (`check_side`).
+    """
+    given = _all_of(devices)
+    check_side(subject, given)
+    return subject.model_copy(update={"devices": (*subject.devices, *tables_of(given))})
+
+
+def tables(devices: Sequence[str | Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The whole tables of `devices`, each a shipped one's name, a file, or a table. Raises
+    ConfigurationError.
+    """
+    return tables_of(_all_of(devices))
+
+
+def _all_of(devices: Sequence[str | Mapping[str, Any]]) -> list[Device]:
+    return [each for device in devices for each in _devices(device)]
+
+
+def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:
+    if isinstance(device, str):
+        return load_devices(device)
+    name = str(device.get("name", ""))
+    if name.endswith(".toml"):  # of a table's row, which adds a search
+        whole = [tables_of([each])[0] | dict(device, name=each.name) for each in load_devices(name)]
+        return devices_of({"devices": whole}, name)
+    return devices_of({"devices": [dict(device)]}, f"device {name}".strip())
+
+
+def code() -> dict[str, str]:
+    """Hash of every source that walking with devices uses."""
+    return code_of(_walk, PACKAGE, Path(__file__).parent)
+
+
+def live_walker(
+    task: "WalkingTask", given: Sequence[Mapping[str, Any]]
+) -> "tuple[WalkingTask, Walker]":
+    """The `task` with the devices of these whole tables (`given`), and a walker of it, for a walk
+    without an end. Raises ConfigurationError.
+    """
+    from gaitval.apps.devices.walking import EndlessWalker, with_devices
+
+    worn = with_devices(task, devices_of({"devices": list(given)}, "devices"))
+    return worn, EndlessWalker(worn)
+
+
+def folder_of(subject: Subject) -> str:
+    """The folder of a run in which the devices of its `subject` are."""
+    return "-".join(str(each["name"]) for each in subject.devices)
+
+
+def stage(run: Run) -> Stage:
+    """Policy and body of `run`, and the devices of its subject → a page of the walks with them.
+    Raises ConfigurationError.
+    """
+    name = folder_of(run.subject)
+    worn = devices_of({"devices": run.subject.devices}, run.subject.identifier)
+    check_side(run.subject, worn)
+    return Stage(
+        f"device-{name}",
+        lambda: _walk(run, name),
+        inputs=(
+            *("subject.toml", "model.urdf", "reference.npz", "identification.json"),
+            *("correction.json", *(f"policy/{each}" for each in POLICY_FILES)),
+        ),
+        outputs=(f"{name}/{PAGE}", f"{name}/device.json"),
+        values={
+            **run.sections("environment", "contact", "record"),
+            "devices": tables_of(worn),
+            "code": code(),
+        },
+        workspace=f"{name}/searches",
+    )
+
+
+def _walk(run: Run, name: str) -> None:
+    from gaitval.study.inputs import stored_policy, validated_task
+    from gaitval.apps.devices.command import SAMPLES
+    from gaitval.apps.devices.page import write_report
+    from gaitval.apps.devices.search import tuned
+    from gaitval.apps.devices.study import Wearer, outcomes
+
+    task, mu = validated_task(run)
+    policy = stored_policy(run, run.folder / "policy")
+    origin = str(run.folder.resolve())
+    person = Wearer(run.subject.identifier, task, policy, mu, origin=origin)
+    devices = devices_of({"devices": run.subject.devices}, run.subject.identifier)
+    folder, say = run.folder / name, run.observer.say
+    worn, strategies = tuned(person, devices, folder / "searches", say=say)
+    found, learned = outcomes(person, worn, samples=SAMPLES, say=say)
+    write_report(folder, person, worn, found, learned, strategies=strategies)
+    say(f"With {name.replace('-', ', ')}: {folder / PAGE}")

@@ -1,0 +1,200 @@
+"""The report of devices on a person: without and with, side by side."""
+
+import csv
+import io
+import shutil
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gaitval import __version__
+from gaitval.artefacts import write_text
+from gaitval.coordinates import SIDES, Side
+from gaitval.model.urdf import write_urdf
+from gaitval.policy.storage import Policy, save_policy
+from gaitval.reporting.drawing import link, new_figure, svg
+from gaitval.reporting.page import write_page
+from gaitval.reporting.replay import SCRIPTS
+from gaitval.apps.devices.curves import JOINTS, WalkCurves
+from gaitval.model.devices.device import Device, write_devices
+from gaitval.model.devices.drawn import WORN
+from gaitval.apps.devices.regressions import said_of
+from gaitval.apps.devices.replayed import replayed, shown_method
+from gaitval.apps.devices.results import TITLES, figures_of, write_result
+from gaitval.apps.devices.search import Found
+from gaitval.apps.devices.study import CYCLES, PUSHES, Outcome, Wearer
+
+TEMPLATE: Final = "gaitval.apps.devices:device.html.j2"
+LINES: Final = {
+    "without": {"color": "#1a1a1a", "linestyle": "-"},
+    "kinematics kept": {"color": "#009e73", "linestyle": "--"},
+    "moments kept": {"color": "#d55e00", "linestyle": "-."},
+    "learned": {"color": "#0072b2", "linestyle": ":"},
+}
+"""Of each assumption; told apart without colours, too, and where they lie on each other."""
+ROWS: Final = {
+    "angles": ("Angle (°)", 180.0 / np.pi),
+    "own": ("Moment of the muscles (Nm/kg)", 1.0),
+    "own_power": ("Power of the muscles (W/kg)", 1.0),
+    "device": ("Torque of the device (Nm/kg)", 1.0),
+    "device_power": ("Power of the device (W/kg)", 1.0),
+}
+OF_DEVICE: Final = ("device", "device_power")
+NO_TORQUE: Final = 1e-6
+"""Nm/kg, up to which a torque is the rounding of a difference of two moments."""
+
+
+def _worn(curves: Mapping[str, WalkCurves], side: Side) -> list[str]:
+    """The joints of a `side` at which a device has a torque in any of the walks."""
+    return [
+        joint
+        for joint in JOINTS
+        if any(np.abs(each.device[joint, side]).max() > NO_TORQUE for each in curves.values())
+    ]
+
+
+def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
+    """Every curve of a side, a line for each assumption; of a device only at joints where it acts,
+    below the others, so that no panel is empty.
+    """
+    phase = np.linspace(0.0, 100.0, 101)
+    worn = _worn(curves, side)
+    rows = {kind: row for kind, row in ROWS.items() if worn or kind not in OF_DEVICE}
+    with new_figure(1.8 * len(rows)) as figure:
+        panels = figure.subplots(len(rows), len(JOINTS), sharex=True)
+        for row, (kind, (label, factor)) in zip(panels, rows.items(), strict=True):
+            shown = worn if kind in OF_DEVICE else JOINTS
+            for axes, joint in zip(row, JOINTS, strict=True):
+                if joint not in shown:
+                    axes.remove()
+                    continue
+                for assumption, each in curves.items():
+                    curve = factor * getattr(each, kind)[joint, side]
+                    axes.plot(phase, curve, label=assumption, **LINES[assumption])
+                axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
+            row[JOINTS.index(shown[0])].set_ylabel(label, fontsize=7)
+        for column, joint in enumerate(JOINTS):
+            panels[0][column].set_title(TITLES[joint])
+            lowest = panels[len(rows) - 1 if joint in worn else 2][column]
+            lowest.set_xlabel("Gait cycle (%)")
+            lowest.tick_params(labelbottom=True)
+        for number, axes in enumerate(panels.flat):
+            link(axes, "cycle", side, number)
+        _legend(figure, panels[0][0])
+        return svg(figure, name)
+
+
+def _legend(figure: Figure, axes: Axes) -> None:
+    """Say above a `figure` which line of its `axes` is which assumption."""
+    lines, labels = axes.get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside upper center", ncols=4, fontsize=8)
+
+
+def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
+    phase = np.linspace(0.0, 100.0, 101)
+    with new_figure(2.6) as figure:
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, side in zip(panels, SIDES, strict=True):
+            for assumption, each in curves.items():
+                axes.plot(phase, each.forces[side], label=assumption, **LINES[assumption])
+            link(axes, "cycle", side, 0)
+            axes.set_title(f"{side} foot")
+            axes.set_xlabel("Gait cycle (%)")
+        panels[0].set_ylabel("Vertical force (BW)")
+        _legend(figure, panels[0])
+        return svg(figure, "forces")
+
+
+def strap_loads(outcome: Outcome) -> list[dict[str, Any]]:
+    """What the straps of each hinge carry: largest and root mean square torque, Nm, and the largest
+    angle by which the device and the joint differ, degrees.
+    """
+    from gaitval.model.tree import ROOT_DOFS
+
+    walk, rows = outcome.walk, []
+    for h, (name, joint) in enumerate(zip(walk.hinges, walk.joints, strict=True)):
+        apart = walk.angle[:, h] - walk.rollout.positions[:, ROOT_DOFS + joint]
+        rows.append(
+            {
+                "hinge": name.replace("_", " "),
+                "largest": float(np.abs(walk.limb[:, h]).max()),
+                "rms": float(np.sqrt(np.mean(walk.limb[:, h] ** 2))),
+                "apart": float(np.degrees(np.abs(apart).max())),
+            }
+        )
+    return rows
+
+
+def _table(outcomes: Sequence[Outcome]) -> str:
+    """All figures as CSV: assumption, side, quantity, value."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["assumption", "side", "quantity", "value"])
+    for outcome in outcomes:
+        for side in SIDES:
+            for name, value in figures_of(outcome, side).items():
+                writer.writerow([outcome.assumption, side, name, f"{value:.6g}"])
+    return text.getvalue()
+
+
+def write_report(
+    folder: Path,
+    person: Wearer,
+    devices: Sequence[Device],
+    outcomes: Sequence[Outcome],
+    policy: Policy | None,
+    *,
+    strategies: Sequence[Found] = (),
+) -> None:
+    """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
+    and what `gaitval check` and `compare` read into `folder`; walks are of `CYCLES`. `strategies`
+    are those that the devices have of a search.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_urdf(person.task.model, folder / "model.urdf")
+    write_devices(folder / WORN, devices)
+    curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
+    sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
+    worn = {side: [TITLES[joint] for joint in _worn(curves, side)] for side in SIDES}
+    tables = {
+        side: [
+            (name, [each.get(name) for each in found])
+            for name in next((each for each in found if each), {})
+            if "of the device" not in name or name.partition(":")[0] in worn[side]
+        ]
+        for side, found in sides.items()
+    }
+    context = {
+        "version": __version__,
+        "person": person.name,
+        "devices": devices,
+        "mass": sum(device.mass for device in devices),
+        "outcomes": outcomes,
+        "tables": tables,
+        "pushes": len(PUSHES),
+        "strategies": strategies,
+        "regressions": said_of(
+            outcomes, devices, person.task.configuration, person.task.model.mass
+        ),
+        "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],
+        "picture": replayed(folder, person, outcomes),
+        "method": shown_method(person, outcomes[0]),
+        "drawings": {
+            "right": partial(_figure, curves, "right", "right"),
+            "left": partial(_figure, curves, "left", "left"),
+            "forces": partial(_force_figure, curves),
+        },
+    }
+    write_page(folder, "device", TEMPLATE, context, scripts=SCRIPTS)
+    write_text(folder / "device.csv", _table(outcomes))
+    if person.file is not None:
+        shutil.copy(person.file, folder / person.origin)
+    write_result(folder, person, outcomes, CYCLES, strategies)
+    shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
+    if policy is not None:
+        save_policy(policy, folder / "policy")

@@ -1,0 +1,21 @@
+"""A prosthesis replaces nothing of the sound leg."""
+
+from collections.abc import Sequence
+
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
+from gaitval.errors import ConfigurationError
+from gaitval.model.devices.device import Device
+
+
+def check_side(subject: Subject, worn: Sequence[Device]) -> None:
+    """Raise ConfigurationError if one of the devices `worn` replaces a part of the leg on another
+    side than the `prosthesis` of the `subject`.
+    """
+    for device in worn:
+        if device.stumps and subject.prosthesis in SIDES and device.sides != (subject.prosthesis,):
+            raise ConfigurationError(
+                f"{subject.identifier}: the prosthesis is on the {subject.prosthesis}, but the "
+                f"device {device.name} replaces a part of the {' and '.join(device.sides)} leg. "
+                f'Write sides = ["{subject.prosthesis}"] beside its name in [[devices]].'
+            )

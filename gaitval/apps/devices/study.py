@@ -1,0 +1,193 @@
+"""A person without and with devices, by each assumption on how the person adapts."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import gaitval
+from gaitval.arrays import Array
+from gaitval.configuration import Configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError, RecordError
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.storage import Policy
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.stored_policy import general_walker
+from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
+from gaitval.apps.devices.curves import WalkCurves, walk_curves
+from gaitval.model.devices.device import Device, devices_of
+from gaitval.apps.devices.learning import EFFORT, adapt
+from gaitval.apps.devices.scores import RolloutScore, score_rollout
+from gaitval.apps.devices.sound_leg import check_side
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
+
+CYCLES: Final = 20.0
+"""Gait cycles of each walk."""
+Push = tuple[float, float, float]
+"""Phase, force N and direction rad."""
+
+
+def pushes_of(force: float) -> tuple[Push, ...]:
+    """Eight pushes of `force` N, one from each direction at changing phases."""
+    return tuple((2.0 + 0.25 * (k % 4), force, 2.0 * math.pi * k / 8) for k in range(8))
+
+
+PUSHES: Final = tuple(push for force in (100.0, 200.0, 300.0) for push in pushes_of(force))
+"""Those that are tried."""
+PROSTHETIC_EFFORT: Final = 1.0
+"""Times the cost of the moments in an ordinary training that one with a prosthesis has: to walk at
+all comes before ease."""
+AFTER: Final = 5.0
+"""Gait cycles that a push must be survived for."""
+
+
+@dataclass(frozen=True)
+class Wearer:
+    """A person who walks.
+
+    Attributes
+    ----------
+    name : identifier of the subject.
+    policy : stored for this person, or the general one.
+    mu : (14,) body parameters.
+    own : devices that are part of the subject: of `[[devices]]` in its file.
+    origin : what `wearer` finds this person by; for a subject's `file`, the name of its copy.
+    """
+
+    name: str
+    task: WalkingTask
+    policy: Policy
+    mu: Array
+    own: tuple[Device, ...] = ()
+    origin: str = ""
+    file: Path | None = None
+
+
+def wearer(name_or_path: str, worn: Sequence[Device] = ()) -> Wearer:
+    """The person of a built-in subject, a run folder, or a subject file, which walks with the
+    general policy and may have `[[devices]]`. Raises SubjectError, PolicyError, and
+    ConfigurationError, also if one of these or of those `worn` replaces a part of the sound leg.
+    """
+    if not name_or_path.lower().endswith(".toml"):
+        stored = gaitval.load_policy(name_or_path)
+        check_side(stored.subject, worn)
+        place = Path(name_or_path)
+        return Wearer(
+            stored.subject.identifier,
+            stored.corrected_task,
+            stored.network,
+            stored.identified,
+            origin=str(place.resolve()) if place.is_dir() else name_or_path,
+        )
+    path = Path(name_or_path)
+    subject = load_subject(path)
+    own = devices_of({"devices": subject.devices}, str(path)) if subject.devices else ()
+    check_side(subject, (*own, *worn))
+    configuration = Configuration()
+    model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
+    task = WalkingTask.of(model, subject.record(), configuration)
+    policy = general_walker(configuration.environment, task.record, subject.leg_length_m)
+    return Wearer(subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What becomes of a person by one assumption.
+
+    Attributes
+    ----------
+    assumption : `without` devices, or how the person adapts.
+    walk, curves : None if there is no complete gait cycle.
+    cycles : gait cycles walked of those that were asked for.
+    fell : whether the walk ended in a fall.
+    survived : of `PUSHES`; None where nothing can fall.
+    """
+
+    assumption: str
+    walk: DeviceWalk
+    curves: WalkCurves | None
+    cycles: float
+    fell: bool
+    survived: int | None
+
+
+Say = Callable[[str], None]
+"""Called with a line on what is being done."""
+
+
+def pushes_survived(environment: WalkingEnvironment, policy: Policy, mu: Array) -> int:
+    """How many of `PUSHES` a walker survives."""
+    return sum(not pushed(environment, policy, mu, push).fell for push in PUSHES)
+
+
+def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: Push) -> RolloutScore:
+    """A walk until `AFTER` gait cycles after a push."""
+    seconds = (push[0] + AFTER) * environment.task.reference.stride_time
+    return score_rollout(environment, policy, mu=mu, start_phase=0.0, seconds=seconds, push=push)
+
+
+def outcomes(
+    person: Wearer,
+    devices: Sequence[Device],
+    *,
+    samples: int,
+    learned: Policy | None = None,
+    cycles: float = CYCLES,
+    say: Say = lambda _: None,
+) -> tuple[list[Outcome], Policy | None]:
+    """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
+    of each walk. `samples` are of the learned adaptation; none is made for 0. With `learned`, a
+    policy that has learned the devices, they need not be learned. `say` is told what begins.
+    """
+    if not devices:
+        raise ConfigurationError(
+            f"{person.name}: no device. Name one, such as hip_exo, or write [[devices]] into the "
+            "subject's file."
+        )
+    task = with_devices(person.task, devices)
+    environment = DeviceEnvironment(task)
+    say("walking without a device")
+    plain = walk_without(task, person.policy, person.mu, cycles)
+    person_mass = person.task.model.mass
+
+    def found(
+        assumption: str, walk: DeviceWalk, survived: int | None, moments: Array | None = None
+    ) -> Outcome:
+        try:
+            curves = walk_curves(walk, task.configuration, person_mass, moments)
+        except RecordError:
+            curves = None
+        rollout = walk.rollout
+        walked = float(rollout.phase[-1] - rollout.start_phase[0])
+        return Outcome(assumption, walk, curves, walked, bool(rollout.fell[0]), survived)
+
+    def walked(assumption: str, policy: Policy) -> Outcome:
+        walk = walk_with(environment, policy, mu=person.mu, cycles=cycles)
+        return found(assumption, walk, pushes_survived(environment, policy, person.mu))
+
+    bare = WalkingEnvironment(person.task)
+    results = [found("without", plain, pushes_survived(bare, person.policy, person.mu))]
+    say("what is left for the muscles if the motion is kept")
+    kept = kinematics_kept(environment, plain.rollout)
+    results.append(found("kinematics kept", kept.walk, None, kept.own))
+    say("walking with the device, the person's control kept")
+    results.append(walked("moments kept", person.policy))
+    if learned is None:
+        if not samples:
+            return results, None
+        say("learning to walk with the device")
+        learned = adapt(
+            task,
+            person.policy,
+            samples=samples,
+            effort=PROSTHETIC_EFFORT if any(each.stumps for each in devices) else EFFORT,
+            on_progress=lambda done, total, length: say(
+                f"learning: {min(100, 100 * done // total)} %, episodes of {length:.1f} gait cycles"
+            ),
+        )
+    results.append(walked("learned", learned))
+    return results, learned

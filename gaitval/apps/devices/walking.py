@@ -1,0 +1,583 @@
+"""A walker with devices: sensors and controllers once an action, hinges in every physics step."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.arrays import Array
+from gaitval.coordinates import ACTUATED, SIDES, Side
+from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
+from gaitval.model.parameters import PARAMETERS
+from gaitval.model.tree import (
+    ACTUATED_COUNT,
+    COORDINATE_COUNT,
+    ROOT_DOFS,
+    SEGMENT_COUNT,
+    forward,
+)
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.observation import PARAMETERS_OBSERVED
+from gaitval.policy.rollouts import record_rollout
+from gaitval.policy.storage import Policy
+from gaitval.simulation.physics_steps import (
+    Action,
+)
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.servo import servo_stiffness
+from gaitval.simulation.tables import read_row
+from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
+from gaitval.apps.devices import hinge_step as column
+from gaitval.model.devices.composite import fitted
+from gaitval.model.devices.controllers import Controller, Measured
+from gaitval.model.devices.device import Device, Hinge, Motor, check_together
+from gaitval.apps.devices.hinge_step import hinge_torques, steps_with_devices
+from gaitval.apps.devices.phase_estimate import PhaseEstimate
+
+Maker = Callable[[], Controller]
+"""Makes a controller for one hinge: a class, for instance."""
+LOGGED: Final = (column.LIMB, column.MOTOR, column.COMMAND, column.ANGLE, column.SPEED)
+"""What is kept of a hinge in every physics step, see `Log`."""
+_PULLS: Final = {"down": -1.0, "both": 0.0, "up": 1.0}
+DAMPING_OBSERVED: Final = PARAMETERS_OBSERVED.start + PARAMETERS.index("damping")
+"""Where the observation has the damping of the joints."""
+_ALWAYS: Final = 1e9
+"""1/s: a motor without a lag."""
+
+
+@dataclass(frozen=True)
+class DeviceTask(WalkingTask):
+    """The task of walking with devices; `model` is the person with them.
+
+    Attributes
+    ----------
+    person : the body without devices, whose muscles the servos are.
+    devices : that are worn.
+    own : makes the controllers of all motors, instead of those of the devices' tables.
+    """
+
+    person: BodyModel | None = None
+    devices: tuple[Device, ...] = ()
+    own: Maker | None = None
+
+
+def with_devices(
+    task: WalkingTask, devices: Sequence[Device], own: Maker | None = None
+) -> DeviceTask:
+    """A person's `task` with `devices` on; see `DeviceTask` for `own`. Raises ConfigurationError if
+    two replace the same part.
+    """
+    check_together(devices)
+    return DeviceTask(
+        fitted(task.model, devices),
+        task.record,
+        task.reference,
+        task.configuration,
+        task.reference_mu,
+        task.model,
+        tuple(devices),
+        own,
+    )
+
+
+class Worn(NamedTuple):
+    """A hinge of a device on one side.
+
+    Attributes
+    ----------
+    name : coordinate of its joint, such as `knee_angle_r`.
+    joint : which of the actuated coordinates that is.
+    implicit : spring and damper are the joint's own, and integrated as such: a prosthesis' without
+        motor.
+    """
+
+    name: str
+    joint: int
+    side: Side
+    hinge: Hinge
+    device: Device
+    controller: Controller | None
+    implicit: bool
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it turns as its joint does: neither strap nor socket lets it turn otherwise."""
+        return self.hinge.strap is None and self.hinge.socket is None
+
+
+def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
+    """The hinges of a task's devices, those of the right side first."""
+    found = []
+    for device in task.devices:
+        for hinge in device.hinges:
+            for name in device.places(hinge.joint):
+                side: Side = "left" if name.endswith("_l") else "right"
+                controller = task.own() if task.own and hinge.motor else hinge.controller
+                implicit = not (hinge.muscles or hinge.motor or hinge.socket)
+                joint = ACTUATED.index(name)
+                found.append(Worn(name, joint, side, hinge, device, controller, implicit))
+    return tuple(found)
+
+
+def hinge_numbers(hinge: Hinge) -> Array:
+    """(NUMBERS,) of a hinge for `hinge_step`."""
+    spring, motor, strap, socket = hinge.spring, hinge.motor, hinge.strap, hinge.socket
+    ratchet = hinge.clutch is not None and hinge.clutch.ratchet
+    numbers = np.zeros(column.NUMBERS)
+    if spring is not None:
+        numbers[:3] = spring.stiffness, spring.rest, _PULLS[spring.pulls]
+    numbers[column.DAMPING], numbers[column.RATCHET] = hinge.damping, ratchet
+    numbers[column.BANDWIDTH] = _ALWAYS
+    if motor is not None:
+        rate = 2.0 * math.pi * motor.bandwidth
+        numbers[column.TORQUE : column.BANDWIDTH + 1] = motor.torque, motor.speed, motor.power, rate
+    if strap is not None:
+        numbers[column.STRAPPED :] = 1.0, strap.stiffness, strap.damping, strap.inertia, 0.0
+    if socket is not None:
+        numbers[column.STRAPPED :] = 1.0, socket.stiffness, socket.damping, 0.0, socket.play
+    return numbers
+
+
+def command_noise(motor: Motor, step: float, steps: int) -> float:
+    """Nm, SD of the noise on a command that is held for `steps` steps of `step` s, with which the
+    torque after the motor's lag has the SD `motor.noise`.
+    """
+    left = np.exp(-2.0 * np.pi * motor.bandwidth * step * np.arange(1, steps + 1))
+    # At the start of an action the torque's variance is that of a first-order process.
+    start = (1.0 - left[-1]) / (1.0 + left[-1])
+    return motor.noise / math.sqrt(float(np.mean(left**2 * start + (1.0 - left) ** 2)))
+
+
+class DeviceWalker(Walker):
+    """A walker with devices. Its moments are those of the person's own muscles.
+
+    Parameters
+    ----------
+    task, engine, arrays : as of a `Walker`.
+
+    Attributes
+    ----------
+    worn : its hinges.
+    hinges : (H, STATE) their state, see `hinge_step`.
+    noise_seed : of the motors' noise, in every walk.
+    """
+
+    def __init__(
+        self,
+        task: DeviceTask,
+        *,
+        engine: Engine = "compiled",
+        arrays: WalkerArrays | None = None,
+    ) -> None:
+        self._person = task.person or task.model
+        self.worn = worn_hinges(task)
+        self._gone = np.array([w.joint for w in self.worn if not w.hinge.muscles], dtype=int)
+        self._acts = np.ones(ACTUATED_COUNT)
+        self._acts[self._gone] = 0.0
+        # The implicit ones are the joint's own; all others are beside it.
+        self._inside = [w for w in self.worn if w.implicit]
+        self._beside = [w for w in self.worn if not w.implicit]
+        self._which = np.array([ROOT_DOFS + w.joint for w in self._beside], dtype=np.int64)
+        self._numbers = np.zeros((len(self._beside), column.NUMBERS))
+        for row, worn in enumerate(self._beside):
+            self._numbers[row] = hinge_numbers(worn.hinge)
+        self.hinges = np.zeros((len(self._beside), column.STATE))
+        self._kept: list[Array] = []
+        self.noise_seed = 0
+        super().__init__(task, engine=engine, arrays=arrays)
+        self._target = np.zeros(ACTUATED_COUNT)
+        self._log = np.zeros((self.steps_per_action, len(self._beside), column.STATE))
+        motors = [worn.hinge.motor for worn in self._beside]
+        self._noise_sd = [
+            command_noise(motor, self.physics_step, self.steps_per_action) if motor else 0.0
+            for motor in motors
+        ]
+
+    def set_parameters(self, mu: Array) -> None:
+        """Give the body the parameters mu (14,), with the muscles of the person alone."""
+        servo = self.task.configuration.servo
+        # A device makes a person heavier, not stronger.
+        stiffness = servo_stiffness(servo, self._person.mass)
+        self.gains = np.vstack([stiffness, servo.damping_time * stiffness])
+        super().set_parameters(mu)
+        if not len(self._gone):
+            return
+        tables, body = self.body.tables, self.body
+        positions, moments = tables.positions.copy(), tables.moments.copy()
+        stiffness, damping = body.stiffness.copy(), body.damping.copy()
+        total = body.total_damping.copy()
+        for worn in self.worn:
+            if worn.hinge.muscles:
+                continue
+            # `_control` fills in those of implicit springs and dampers, before every action.
+            stiffness[worn.joint] = damping[worn.joint] = total[worn.joint] = 0.0
+            spring = worn.hinge.spring if worn.implicit else None
+            positions[:, worn.joint] = spring.rest if spring else 0.0
+            moments[:, worn.joint] = 0.0
+        self.body = body._replace(
+            tables=tables._replace(positions=positions, moments=moments),
+            stiffness=stiffness,
+            damping=damping,
+            total_damping=total,
+        )
+
+    def reset(self, positions: Array, velocities: Array, phase: float) -> None:
+        """Place the body at a state (31,), (31,) and a phase, with the devices just switched on."""
+        super().reset(positions, velocities, phase)
+        self.hinges[:] = 0.0
+        self.hinges[:, column.ANGLE] = self.hinges[:, column.HELD] = positions[self._which]
+        self.hinges[:, column.SPEED] = velocities[self._which]
+        self._time = 0.0
+        self._kept = []
+        self._noise = np.random.default_rng(self.noise_seed)
+        stride = self.task.reference.stride_time
+        self._estimates = {
+            (id(device), side): PhaseEstimate(device.foot_switch, stride)
+            for device in {id(w.device): w.device for w in self.worn}.values()
+            for side in SIDES
+        }
+        vertical = self._memory.reshape(2, -1, 3)[:, :, 2].sum(axis=1)
+        for (_, side), estimate in self._estimates.items():
+            estimate.start(float(vertical[SIDES.index(side)]))
+        self._loads = vertical
+        self._asked: list[list[tuple[float, float]]] = [[] for _ in self._beside]
+        # Until the first action nothing has moved.
+        self.mean_moments[:] = 0.0
+
+    def step(
+        self,
+        offset: Array,
+        root_force: Array,
+        recording: Trajectory | None = None,
+        *,
+        pace: float = 1.0,
+    ) -> None:
+        """Advance by one action, see `Walker.step`; the devices' controllers act once before it."""
+        self._control()
+        account, work = self._account, self._work
+        offset = offset * self._acts
+        action = Action(pace, self.offset, offset, root_force)
+        if self._outside is None:
+            self._target[:] = self.offset
+            self.phase = steps_with_devices(
+                self.body, self.state, self.phase, pace, self._target,
+                (offset - self.offset) / len(account.phase), root_force, self._memory,
+                account, work, self._which, self._numbers, self.hinges, self._log,
+            )  # fmt: skip
+        else:
+            self.phase = self._advance_outside(action)
+        self.offset[:] = offset
+        self._time += self.action_seconds
+        self._loads = account.feet[-1, :, 2].copy()
+        if recording is not None:
+            self._kept.append(self._rows())
+        if len(self._gone):
+            # What acts there is the prosthesis, not a muscle.
+            account.moments[:, self._gone] = 0.0
+            self.mean_moments[self._gone] = self.mean_square_moments[self._gone] = 0.0
+        if recording is not None:
+            recording.append(account, root_force)
+
+    def _rows(self) -> Array:
+        """(N, H, 5) of the last action, in the order of `worn` and `LOGGED`."""
+        account = self._account
+        rows = np.zeros((len(account.phase), len(self.worn), len(LOGGED)))
+        beside = 0
+        for h, worn in enumerate(self.worn):
+            if worn.implicit:
+                rows[:, h, 0] = account.moments[:, worn.joint]
+            else:
+                rows[:, h] = self._log[:, beside, LOGGED]
+                beside += 1
+            if worn.rigid:
+                rows[:, h, 3] = account.positions[:, ROOT_DOFS + worn.joint]
+                rows[:, h, 4] = account.velocities[:, ROOT_DOFS + worn.joint]
+        return rows
+
+    def _add_forces(self, row: int, step: float) -> None:
+        hinge_torques(step, self.state, self._which, self._numbers, self.hinges, self._work.forces)
+        self._log[row] = self.hinges
+
+    def _control(self) -> None:
+        """Read the sensors, and set clutches, dampers and commands for the next action."""
+        for (_, side), estimate in self._estimates.items():
+            estimate.see(self._time, float(self._loads[SIDES.index(side)]))
+        for worn in self._inside:
+            self._set_joint(worn)
+        if self._inside and self._outside is not None:
+            self._outside.set_servo(self.body.stiffness, self.body.total_damping)
+        for row, worn in enumerate(self._beside):
+            hinge, state = worn.hinge, self.hinges[row]
+            estimate = self._estimates[id(worn.device), worn.side]
+            state[column.ENGAGED] = _engaged(hinge, estimate)
+            state[column.EXTRA] = _further_damping(hinge, estimate)
+            if hinge.motor is None or worn.controller is None:
+                continue
+            asked = float(worn.controller.torque(self._measured(worn, estimate, state)))
+            if not math.isfinite(asked):
+                raise ValueError(
+                    f"{worn.device.name}: the controller at {worn.name} asked for {asked} Nm at "
+                    f"{self._time:.3f} s, which no motor can do. Return a finite number."
+                )
+            queue = self._asked[row]
+            queue.append((self._time + hinge.motor.delay, asked))
+            while len(queue) > 1 and queue[1][0] <= self._time + 1e-9:
+                queue.pop(0)
+            if queue[0][0] <= self._time + 1e-9:
+                state[column.COMMAND] = queue[0][1]
+                if self._noise_sd[row]:
+                    state[column.COMMAND] += self._noise_sd[row] * self._noise.standard_normal()
+
+    def _set_joint(self, worn: Worn) -> None:
+        """Spring and damper of a prosthetic joint, for the next action.
+
+        A spring that pulls one way acts through whole actions, which are 6 ms: the joint may move a
+        little before it acts or lets go.
+        """
+        hinge, estimate = worn.hinge, self._estimates[id(worn.device), worn.side]
+        acts = _engaged(hinge, estimate)
+        spring, stiffness = hinge.spring, 0.0
+        if spring is not None and acts:
+            away = spring.rest - self.state[0, ROOT_DOFS + worn.joint]
+            stiffness = spring.stiffness if _PULLS[spring.pulls] * away >= 0.0 else 0.0
+        self.body.stiffness[worn.joint] = stiffness
+        damping = (hinge.damping if acts else 0.0) + _further_damping(hinge, estimate)
+        self.body.total_damping[worn.joint] = damping
+
+    def _measured(self, worn: Worn, estimate: PhaseEstimate, state: Array) -> Measured:
+        return Measured(
+            time=self._time,
+            side=worn.side,
+            phase=estimate.phase,
+            stride_time=estimate.stride_time,
+            loaded=estimate.loaded,
+            angle=float(state[column.ANGLE]),
+            speed=float(state[column.SPEED]),
+            torque=float(state[column.LIMB]),
+            moment=float(self.mean_moments[worn.joint]),
+            inclination=self._inclination(worn.name),
+            forward=-1.0 if worn.name.startswith(("knee", "lumbar_extension")) else 1.0,
+            mass=self._person.mass,
+        )
+
+    def _inclination(self, name: str) -> float:
+        """rad, of the segment below a joint from the vertical, seen from the side: positive if the
+        lower end of a limb, or the upper end of the trunk, is ahead.
+        """
+        (segment,) = (s for s, names in JOINT_COORDINATES.items() if name in names)
+        frames = self._work.frames  # every physics step fills them anew
+        forward(self.tree.joint_position, self.state[0], frames, SEGMENT_COUNT)
+        up = frames.rotation[SEGMENTS.index(segment), :, 2]
+        return math.atan2(up[0] if segment == "torso" else -up[0], up[2])
+
+    def move(self, way: Array) -> None:
+        """Move the whole body by `way` (2,) m, forward and left."""
+        self.state[0, 3:5] += way
+        if self._outside is not None:
+            self._outside.set(self.state[0], self.state[1])
+
+    def sense(self, positions: Array, velocities: Array, loads: Array, moments: Array) -> None:
+        """Let the devices measure a state that they did not make, and act for an action:
+        `positions` and `velocities` (31,) of the body, vertical `loads` (2,) N on the right and the
+        left foot, and `moments` (25,) Nm of the muscles.
+        """
+        self.state[0], self.state[1] = positions, velocities
+        self._loads = loads
+        self.mean_moments[:] = moments
+        self._control()
+        self._time += self.action_seconds
+
+    def led(self, before: Array, after: Array) -> Array:
+        """(H, 5) of the hinges after a physics step with a body that is led from a state `before`
+        to a state `after`, both (2, 31), as `logged` has them.
+        """
+        unused = np.zeros(before.shape[1])
+        hinge_torques(self.physics_step, before, self._which, self._numbers, self.hinges, unused)
+        rows, beside = np.zeros((len(self.worn), len(LOGGED))), 0
+        for h, worn in enumerate(self.worn):
+            angle, rate = after[:, ROOT_DOFS + worn.joint]
+            if worn.implicit:
+                # As in a walk, whose joints' own springs and dampers act by the state after a step.
+                rest = self.body.tables.positions[0, worn.joint]
+                rows[h, 0] = (
+                    self.body.stiffness[worn.joint] * (rest - angle)
+                    - self.body.total_damping[worn.joint] * rate
+                )
+            else:
+                rows[h] = self.hinges[beside, LOGGED]
+                beside += 1
+            if worn.rigid:
+                rows[h, 3:] = angle, rate
+        return rows
+
+    def logged(self) -> Array:
+        """(T, H, 5) what was kept of the recorded steps, in the order of `worn` and `LOGGED`."""
+        return np.concatenate(self._kept) if self._kept else np.zeros((0, len(self.worn), 5))
+
+
+def _further_damping(hinge: Hinge, estimate: PhaseEstimate) -> float:
+    """Nms/rad of a stance damper now."""
+    damper = hinge.stance_damper
+    # An unknown phase is not past the end.
+    if damper is None or not estimate.loaded or estimate.phase >= damper.until:
+        return 0.0
+    return damper.damping
+
+
+def _engaged(hinge: Hinge, estimate: PhaseEstimate) -> bool:
+    """Whether spring and damper of a hinge act now."""
+    if hinge.clutch is None:
+        return True
+    if hinge.clutch.during != "phase":
+        return estimate.loaded == (hinge.clutch.during == "loaded")
+    first, last = hinge.clutch.phases
+    if math.isnan(estimate.phase):
+        return False
+    if first <= last:
+        return first <= estimate.phase <= last
+    return estimate.phase >= first or estimate.phase <= last
+
+
+class EndlessWalker(DeviceWalker):
+    """Keeps nothing of what its hinges did."""
+
+    def _rows(self) -> Array:
+        self._kept.clear()
+        return super()._rows()
+
+
+class DeviceEnvironment(WalkingEnvironment):
+    """A `WalkingEnvironment` whose walker wears devices, and may choose its own speed.
+
+    A policy holds the walker at its reference's place on the walkway. Somebody who carries a load
+    or has a prosthesis walks slower, and would be dragged along. So the reference waits: where the
+    walker is more than `SLACK` m from its place, body and feet are moved back to it at `RETURN`
+    times the excess a second, and what is recorded is where it would have been. On level ground
+    that changes no force.
+
+    Attributes
+    ----------
+    shift : (2,) m, forward and left, by which the walker has been moved since its reset.
+    """
+
+    walker: DeviceWalker
+    SLACK = 0.05
+    RETURN = 4.0
+
+    def __init__(self, task: DeviceTask, *, engine: Engine = "compiled") -> None:
+        super().__init__(task)
+        self.walker = DeviceWalker(task, engine=engine)
+        self.shift = np.zeros(2)
+        self._place = np.zeros(COORDINATE_COUNT)
+        self._one_sided = any(len(device.sides) == 1 for device in task.devices)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """As `WalkingEnvironment.reset`."""
+        self.shift = np.zeros(2)
+        return super().reset(seed=seed, options=options)
+
+    def step(
+        self, action: NDArray[np.float32], recording: Trajectory | None = None
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """As `WalkingEnvironment.step`."""
+        self._follow()
+        found = super().step(action, recording)
+        if recording is not None and self.shift.any():
+            rows = slice(recording.rows - self.walker.steps_per_action, recording.rows)
+            recording.positions[rows, 3:5] -= self.shift
+            # Moments about the world's origin: r x F with r moved in the plane.
+            feet, (x, y) = recording.feet[rows], -self.shift
+            feet[..., 3] += y * feet[..., 2]
+            feet[..., 4] -= x * feet[..., 2]
+            feet[..., 5] += x * feet[..., 1] - y * feet[..., 0]
+        return found
+
+    def _seen(self) -> NDArray[np.float32]:
+        """The observation, which says which leg is which if a device is on one side only.
+
+        The policy acts on the mirror image in the left leg's half of the cycle, so it could not
+        know the side of a prosthesis. It sees that in place of the damping of the joints, which is
+        observed as -1 to 1 and matters little.
+        """
+        observation = super()._seen()
+        if self._one_sided and self._mirrors:
+            observation[DAMPING_OBSERVED] = -1.0 if self._is_mirrored() else 1.0
+        return observation
+
+    def _follow(self) -> None:
+        """Move the walker towards its reference's place, if it is far from it."""
+        walker, targets = self.walker, self.yardstick.targets
+        read_row(targets.positions, walker.phase, self._place)
+        away = walker.state[0, 3:5] - self._place[3:5]
+        away[0] -= targets.stride_length * walker.phase
+        distance = float(np.hypot(*away))
+        if distance <= self.SLACK:
+            return
+        part = self.RETURN * walker.action_seconds * (distance - self.SLACK) / distance
+        self.shift -= part * away
+        walker.move(-part * away)
+
+
+@dataclass(frozen=True)
+class DeviceWalk:
+    """A walk with devices.
+
+    Attributes
+    ----------
+    rollout : its moments are those of the person's muscles.
+    hinges : names of the hinges' coordinates, H of them.
+    limb, motor, command : (T, H) Nm: torque of the device on the limb (what its straps carry), of
+        its motor, and what the motor was asked for.
+    angle, speed : (T, H) rad and rad/s, of the device.
+    """
+
+    rollout: Rollout
+    hinges: tuple[str, ...]
+    limb: Array
+    motor: Array
+    command: Array
+    angle: Array
+    speed: Array
+
+    @property
+    def joints(self) -> Array:
+        """(H,) which of the actuated coordinates each hinge is parallel to."""
+        return np.array([ACTUATED.index(name) for name in self.hinges], dtype=int)
+
+    @property
+    def power(self) -> Array:
+        """(T, H) W, that the device gives the limbs: torque times rate of the joint."""
+        rates = self.rollout.velocities[:, ROOT_DOFS + self.joints]
+        return np.asarray(self.limb * rates, dtype=float)
+
+    @property
+    def total_moments(self) -> Array:
+        """(T, 25) Nm, of muscles and devices together."""
+        total = self.rollout.moments.copy()
+        for h, joint in enumerate(self.joints):
+            total[:, joint] += self.limb[:, h]
+        return total
+
+
+def walk_with(
+    environment: DeviceEnvironment,
+    policy: Policy,
+    *,
+    mu: Array,
+    start_phase: float = 0.0,
+    cycles: float,
+    push: tuple[float, float, float] | None = None,
+) -> DeviceWalk:
+    """Walk in an `environment`; arguments as of `policy.rollouts.record_rollout`."""
+    rollout = record_rollout(
+        environment, policy, mu=mu, start_phase=start_phase, cycles=cycles, push=push
+    )
+    walker = environment.walker
+    log = walker.logged()
+    names = tuple(worn.name for worn in walker.worn)
+    return DeviceWalk(rollout, names, *(log[:, :, k] for k in range(len(LOGGED))))

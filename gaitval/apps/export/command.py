@@ -1,0 +1,58 @@
+"""The command that writes a stored walker in other tools' formats."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+
+
+@added_command(
+    "gaitval export 5 --to mujoco --out walker      # then: python walker/walk.py --cycles 100",
+    "gaitval export 5 --to gymnasium --out training",
+    "gaitval export reports/S05 --to bundle --out S05-crate",
+    after="report",
+)
+def export(
+    walker: Annotated[
+        str,
+        typer.Argument(
+            metavar="SUBJECT_OR_RUN",
+            help="A subject with a stored policy (5, S05), or a finished run folder.",
+            show_default=False,
+        ),
+    ],
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            metavar="FORMAT",
+            help="mujoco, gymnasium, opensim, c3d, biomod, locohub, or bundle: all of them.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write.", show_default=False),
+    ],
+) -> None:
+    """Write the scaled person and the validated walk for another tool.
+
+    mujoco: a model and a script that walks in plain MuJoCo. gymnasium: an environment that plain
+    stable-baselines3 trains in. opensim: model, motion, moments and loads. c3d: virtual markers
+    and force plates. biomod: a model and a motion for pyomeca. locohub: curves as standard Parquet.
+    bundle: an RO-Crate of all, described. The first use on a machine takes a minute, later ones
+    half of it.
+    """
+    from gaitval.apps.export.formats import export_to, writer_of
+    from gaitval.apps.export.walked import Walked
+
+    writer_of(to)  # a name that is none is refused before anything is computed
+    found = Walked.of(walker)
+    display.messages.print(
+        f"Writing: {found.stored.subject.identifier} for {to}, from {found.stored.folder}.",
+    )
+    paths = export_to(to, out, found)
+    display.plain(f"{out}: {', '.join(str(path.relative_to(out)) for path in paths)}")

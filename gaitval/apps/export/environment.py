@@ -1,0 +1,74 @@
+"""`gaitval/Walker-v0` for Gymnasium: learn to walk as a person walks.
+
+`import gaitval.apps.export.environment` registers it, or give the module in the name:
+
+    gymnasium.make("gaitval.apps.export.environment:gaitval/Walker-v0", walker="5")
+
+Gymnasium looks for no entry points, so an import it must be.
+"""
+
+from functools import cache
+from typing import Any, Final
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.apps.export.walked import Walked
+
+NAME: Final = "gaitval/Walker-v0"
+
+
+@cache
+def _walked(walker: str) -> Walked:
+    """The reference of a person takes seconds, so environments of one process share it."""
+    return Walked.of(walker)
+
+
+class WalkerEnvironment(WalkingEnvironment):
+    """The task that a stored walker was validated on, with the identified body.
+
+    Observation, action, reward and the options of `reset` are those of `WalkingEnvironment`; an
+    action of zeros follows the reference with the joints' servos alone, and falls within seconds.
+
+    Parameters
+    ----------
+    walker : subject with a stored policy ("5", "S05"), run folder, or folder of `gaitval export
+        --to gymnasium`.
+    pushes : whether the pelvis is pushed at random.
+    vary_body : whether every episode has another body, drawn as in gaitval's own training; else all
+        have the identified one.
+    render_mode : None; there is no other.
+
+    Raises
+    ------
+    PolicyError, SubjectError : there is no such walker.
+    """
+
+    def __init__(
+        self,
+        walker: str = "5",
+        *,
+        pushes: bool = False,
+        vary_body: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        found = _walked(walker)
+        super().__init__(found.stored.corrected_task)
+        self.render_mode = render_mode
+        self._defaults: dict[str, Any] = {}
+        if not pushes:
+            self._defaults["push"] = None
+        if not vary_body:
+            self._defaults["mu"] = found.mu
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """As `WalkingEnvironment.reset`, without push and with the identified body by default."""
+        return super().reset(seed=seed, options=self._defaults | (options or {}))
+
+
+if NAME not in gymnasium.registry:
+    gymnasium.register(NAME, entry_point="gaitval.apps.export.environment:WalkerEnvironment")

@@ -1,0 +1,59 @@
+"""The person and the walk as OpenSim reads them: model, motion, moments, ground reaction, loads."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.mocap.recording import FootForces
+from gaitval.simulation.ground_wrenches import ground_wrenches
+from gaitval.opensim.motion import (
+    write_external_loads,
+    write_forces,
+    write_ground_reaction,
+    write_motion,
+)
+from gaitval.opensim.osim import write_osim
+from gaitval.apps.export.virtual_markers import virtual_markers
+from gaitval.apps.export.walked import Walked
+
+LOADED_N: Final = 1.0
+"""Below this vertical force a centre of pressure is noise, and OpenSim is given none."""
+FILES: Final = ("model.osim", "walk.mot", "moments.sto", "ground_reaction.mot", "loads.xml")
+
+
+def write_opensim(folder: Path, walked: Walked) -> list[Path]:
+    """Write `FILES` into `folder`; returns their paths. Raises ArtefactError or ModelError."""
+    paths = [folder / name for name in FILES]
+    model, motion, moments, reaction, loads = paths
+    rows, walk = walked.rows, walked.walk
+    time, positions = walk.time[rows] - walk.time[rows.start], walk.positions[rows]
+    contact = walked.stored.configuration.contact
+    write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
+    write_motion(motion, time, positions)
+    # Nothing but gravity and the ground acts on the pelvis.
+    acting = np.hstack([np.zeros((len(time), 6)), walk.moments[walked.acting]])
+    write_forces(moments, time, positions, acting)
+    write_ground_reaction(reaction, foot_forces(walked))
+    write_external_loads(loads, reaction.name)
+    return paths
+
+
+def foot_forces(walked: Walked) -> FootForces:
+    """Force, centre of pressure and free moment on each foot, over the exported rows."""
+    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.acting]
+    force, moment = wrenches[..., :3].copy(), wrenches[..., 3:]
+    loaded = force[..., 2] > LOADED_N
+    force[~loaded] = 0.0
+    point = _centre_of_pressure(np.where(loaded, force[..., 2], np.nan), moment)
+    free = np.nan_to_num(moment - np.cross(point, force))
+    step = float(walked.walk.time[1] - walked.walk.time[0])
+    return FootForces(1.0 / step, 0.0, force, point, free, np.ones(loaded.shape, dtype=bool))
+
+
+def _centre_of_pressure(vertical: Array, moment: Array) -> Array:
+    """(…, 3) m on the floor: M_x = y F_z and M_y = -x F_z."""
+    return np.stack(
+        [-moment[..., 1] / vertical, moment[..., 0] / vertical, 0.0 * vertical], axis=-1
+    )

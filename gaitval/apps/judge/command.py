@@ -1,0 +1,123 @@
+"""The command that judges models and results of OpenSim."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval.apps.judge.results import JudgeResult
+
+
+def _file(option: str, what: str) -> typer.models.OptionInfo:
+    found: typer.models.OptionInfo = typer.Option(
+        option, metavar="FILE", help=what, show_default=False
+    )
+    return found
+
+
+@added_command(
+    "gaitval judge model.osim --ik ik.mot --id id.sto --markers walk.trc "
+    "--external-loads grf.xml --out judged",
+    "gaitval judge model.osim --ik ik.mot --marker-errors _ik_marker_errors.sto",
+    "gaitval judge model.osim --mass 74.3 --height 1.725      # the model alone",
+    after="report",
+)
+def judge(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.osim", show_default=False)],
+    ik: Annotated[Path | None, _file("--ik", "Motion: .mot or .sto of inverse kinematics.")] = None,
+    id: Annotated[Path | None, _file("--id", "Results of inverse dynamics, .sto.")] = None,
+    markers: Annotated[
+        Path | None, _file("--markers", "Trial that inverse kinematics was run on: TRC, C3D.")
+    ] = None,
+    marker_errors: Annotated[
+        Path | None, _file("--marker-errors", "Log of inverse kinematics: …_marker_errors.sto.")
+    ] = None,
+    ik_setup: Annotated[
+        Path | None, _file("--ik-setup", "Says which markers inverse kinematics used, .xml.")
+    ] = None,
+    grf: Annotated[Path | None, _file("--grf", "Ground reaction, .mot or .sto.")] = None,
+    external_loads: Annotated[
+        Path | None, _file("--external-loads", "Which force acts on which foot, .xml.")
+    ] = None,
+    mass: Annotated[
+        float | None, typer.Option("--mass", help="Of the person, kg.", show_default=False)
+    ] = None,
+    height: Annotated[
+        float | None, typer.Option("--height", help="Of the person, m.", show_default=False)
+    ] = None,
+    reduced: Annotated[
+        bool,
+        typer.Option(
+            "--reduced", help="The motion is that of RRA: limits of residuals in N and Nm apply."
+        ),
+    ] = False,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
+        "judged"
+    ),
+) -> None:
+    """Judge an OpenSim model that was scaled elsewhere, and its results, by gaitval's limits.
+
+    Reads models of OpenSim 3 and 4 without OpenSim. Marker errors (placed by gaitval, or from the
+    log), residuals at the root, moments beside those of healthy people at the same speed, angles,
+    masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. The
+    exit code is 1 if a limit that decides has failed.
+    """
+    from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
+    from gaitval.errors import ConfigurationError
+    from gaitval.apps.judge.judge import Request
+    from gaitval.apps.judge.judge import judge as judged
+    from gaitval.apps.judge.write import NAME, write_judgement, write_result
+
+    if mass is not None and height is not None:
+        problems = mass_and_height_problems(mass, height)
+    else:
+        given = (("mass", mass, MASS, "kg"), ("height", height, HEIGHT, "m"))
+        problems = [
+            f"--{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
+            for name, value, (low, high), unit in given
+            if value is not None and not low <= value <= high
+        ]
+    if problems:
+        raise ConfigurationError(" ".join(problems))
+    request = Request(
+        model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
+        ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,
+        reduced=reduced,
+    )  # fmt: skip
+    found = judged(request)
+    try:
+        result, page = write_judgement(found, out), f"Page: {out / NAME}.html"
+    except ConfigurationError as error:
+        result = write_result(found, out)
+        page = f"Written: {out / NAME}.json. No page: {error}"
+    _say(result, model.name, page)
+    if not result.passed:
+        raise typer.Exit(1)
+
+
+def _say(result: "JudgeResult", model: str, page: str) -> None:
+    """Limits that are not kept, what was noticed, what could not be judged, and the page."""
+    from gaitval.metrics.recording_limits import WHY_NOT_JUDGED
+    from gaitval.metrics.verdicts import SIGNS
+
+    rows = [["limit", "of", "value", "limit", "verdict"]]
+    for one in result.limits:
+        if one.decides and not one.passed:
+            value = "not measured" if one.value is None else f"{one.value:.4g} {one.unit}"
+            limit = f"{SIGNS[one.relation]} {one.limit:g} {one.unit}"
+            shown = (each.removesuffix(" 1") for each in (value, limit))
+            rows.append([one.title, one.target, *shown, "FAILED"])
+    if len(rows) > 1:
+        display.print_rows(rows, f"{model}: limits that are not kept")
+    for finding in result.findings:
+        display.plain(finding)
+    for reason in result.not_judged:
+        display.plain(f"Not judged. {reason}")
+    if any(one.verdict == "not judged" for one in result.limits):
+        display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
+    kept = sum(one.decides and one.passed for one in result.limits)
+    display.plain(f"Limits: {kept} kept, {len(rows) - 1} failed. {page}")

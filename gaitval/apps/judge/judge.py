@@ -1,0 +1,468 @@
+"""`gaitval judge`: a model of OpenSim and its results against the limits of this project."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, Literal
+
+import numpy as np
+from scipy.ndimage import binary_dilation
+
+from gaitval.arrays import Array, Flags
+from gaitval.coordinates import RANGES, SIDES, Side
+from gaitval.errors import RecordError
+from gaitval.gait import agreement
+from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
+from gaitval.metrics.recording_limits import State, state_of
+from gaitval.metrics.tolerances import Measure, Verdict, evaluate, measured
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.mot_writing import StorageTable
+from gaitval.mocap.reading import read_recording
+from gaitval.scaling.anthropometry import WINTER
+from gaitval.apps.judge import markers as of_markers
+from gaitval.apps.judge.body import body_measures, stature_of_legs
+from gaitval.apps.judge.gait import Gait, find_gait, mean_curve, valid, weight_ratio
+from gaitval.apps.judge.loads import read_loads
+from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
+from gaitval.apps.judge.opensim.model import OsimModel
+from gaitval.apps.judge.opensim.model_file import read_model
+from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
+from gaitval.apps.judge.residuals import residual_wrench
+from gaitval.apps.judge.skeleton import Skeleton, skeleton
+
+SHOWN_ONLY: Final = (
+    "side-length",
+    "side-mass",
+    "side-angle",
+    "side-moment",
+    "moment-band-frontal",
+)
+"""People may be asymmetric; frontal moments depend on step width and build more than on the model,
+as everywhere in this project."""
+
+SAGITTAL: Final = ("hip_flexion", "knee_angle", "ankle_angle")
+LEAST_SWING: Final = 0.1
+"""rad or Nm/kg, standard deviation over the cycle under which a curve has no sign to compare."""
+EDGE_SECONDS: Final = 0.05
+"""Markers show an event up to this much early or late (`gait.events`: 18 to 54 ms): so far from a
+stance beside the plates, its force may be missing."""
+LOG_AGREES: Final = 1e-3
+"""m. Marker errors that differ more from the log are of other markers, weights or another model."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is judged.
+
+    Attributes
+    ----------
+    ik, id : motion of inverse kinematics, forces of inverse dynamics.
+    markers : trial that inverse kinematics was run on, TRC or C3D, in the axes of the model.
+    marker_errors : log of inverse kinematics.
+    ik_setup : says which markers inverse kinematics used.
+    grf, external_loads : ground reaction.
+    mass, height : of the person, kg and m; None if not known.
+    reduced : whether the motion comes from residual reduction (RRA), so that the limits in N and
+        Nm apply.
+    """
+
+    model: Path
+    ik: Path | None = None
+    id: Path | None = None
+    markers: Path | None = None
+    marker_errors: Path | None = None
+    ik_setup: Path | None = None
+    grf: Path | None = None
+    external_loads: Path | None = None
+    mass: float | None = None
+    height: float | None = None
+    reduced: bool = False
+
+    def files(self) -> Iterator[tuple[str, Path]]:
+        """The files that were given, by role."""
+        for role in ("model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf",
+                     "external_loads"):  # fmt: skip
+            path = getattr(self, role)
+            if path is not None:
+                yield role, path
+
+
+@dataclass
+class Judgement:
+    """What was found; see `JudgeResult` for what becomes of it."""
+
+    request: Request
+    skeleton: Skeleton
+    measures: list[Measure] = field(default_factory=list)
+    motion: Motion | None = None
+    gait: Gait | None = None
+    marker_errors: of_markers.MarkerErrors | None = None
+    log_difference: tuple[float, int] | None = None
+    residuals: Residuals | None = None
+    residual_curves: tuple[Array, Array, Array] | None = None
+    angles: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    moments: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    band: dict[str, Band] = field(default_factory=dict)
+    findings: list[str] = field(default_factory=list)
+    not_judged: list[str] = field(default_factory=list)
+
+    @property
+    def model(self) -> OsimModel:
+        """The model."""
+        return self.skeleton.model
+
+    def verdicts(self) -> list[Verdict]:
+        """Every limit on every measure; one that is not finite fails."""
+        return evaluate(self.measures)
+
+    def state(self, verdict: Verdict) -> State | Literal["shown only"]:
+        """What is said of a limit."""
+        if verdict.id in SHOWN_ONLY:
+            return "shown only"
+        return state_of(verdict.id, verdict.passed, reduced=self.request.reduced)
+
+    def decides(self, verdict: Verdict) -> bool:
+        """Whether the result depends on a limit."""
+        return self.state(verdict) in ("passed", "FAILED")
+
+    @property
+    def failed(self) -> list[Verdict]:
+        """Limits that decide and are not kept."""
+        return [v for v in self.verdicts() if self.decides(v) and not v.passed]
+
+    @property
+    def stature(self) -> float | None:
+        """As given, or that of the legs, m."""
+        if self.request.height is not None:
+            return self.request.height
+        leg = self.skeleton.leg_length
+        return None if leg is None else stature_of_legs(leg)
+
+
+def judge(request: Request) -> Judgement:
+    """Read the files of `request` and judge what they allow to be judged. Raises GaitvalError if a
+    file cannot be used, or the files do not belong together.
+    """
+    model = read_model(request.model)
+    found = Judgement(request, skeleton(model))
+    _model(found)
+    if request.ik is None:
+        unused = [
+            f"--{name.replace('_', '-')} {given}"
+            for name in ("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads")
+            if (given := getattr(request, name)) is not None
+        ]
+        said = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
+        found.not_judged.append(f"Motion: give the results of inverse kinematics with --ik.{said}")
+        return found
+    found.motion = motion_of(model, read_storage(request.ik), str(request.ik))
+    _coordinates(found)
+    _markers(found)
+    _walk(found)
+    _dynamics(found)
+    return found
+
+
+# ---- The model. ----
+
+
+def _model(found: Judgement) -> None:
+    known, model = found.skeleton, found.model
+    if model.mass <= 0.0:
+        raise RecordError(
+            f"{found.request.model}: the model has no mass. Give the model that inverse dynamics "
+            "was run with."
+        )
+    found.measures += body_measures(known, found.request.height, found.request.mass)
+    for measure in found.measures:
+        if measure.measure == "inertia_triangle" and measure.value is None:
+            found.findings.append(
+                f"Inertia: that of {measure.target} is not positive, which no body has."
+            )
+    if not known.has_legs:
+        found.not_judged.append(
+            "Legs: the model has no bodies named as femur, tibia and calcn of both sides "
+            f"(it has {', '.join(list(model.bodies)[:8])} …)."
+        )
+    for name, sense in known.senses.items():
+        if sense == 0:
+            found.findings.append(
+                f"Axis: {known.coordinates[name]} does not turn about the axis of "
+                f"{name[:-2].replace('_', ' ')}; it is not judged."
+            )
+    for right, sense in known.senses.items():
+        left = f"{right[:-2]}_l"
+        if right.endswith("_r") and known.senses.get(left, sense) == -sense != 0:
+            found.findings.append(
+                f"Sign: {known.coordinates[right]} and {known.coordinates[left]} are positive in "
+                "opposite directions in this model."
+            )
+
+
+# ---- The motion. ----
+
+
+def _coordinates(found: Judgement) -> None:
+    """Angles beyond their range, and coupled coordinates that do not follow."""
+    motion, model = found.motion, found.model
+    assert motion is not None
+    ours = {name: kind for kind, name in found.skeleton.coordinates.items()}
+    for name, coordinate in model.coordinates.items():
+        if name not in motion.given or coordinate.motion != "rotational":
+            continue
+        root = model.root()
+        if root is not None and name in root.coordinates:
+            continue
+        values, (low, high) = motion.values[name], coordinate.range
+        sense = found.skeleton.senses.get(ours.get(name, ""), 0)
+        target = name
+        # A joint that we know is held against healthy people's range, others against the model's.
+        if sense:
+            values, (low, high), target = sense * values, RANGES[ours[name]], ours[name]
+        beyond = max(float(values.max()) - high, low - float(values.min()), 0.0)
+        if np.isfinite(beyond):
+            found.measures.append(measured("angle_beyond_range", target, float(np.degrees(beyond))))
+    for name, error in motion.coupler_errors.items():
+        if model.coordinates[name].motion != "translational":
+            found.measures.append(measured("coupler_error", name, float(np.degrees(error))))
+    lacking = [
+        name
+        for name, each in model.coordinates.items()
+        if name not in motion.given and not each.locked and name not in motion.coupler_errors
+    ]
+    coupled = {coupler.dependent for coupler in model.couplers}
+    lacking = [name for name in lacking if name not in coupled]
+    if lacking:
+        found.findings.append(
+            "Motion: coordinates that are neither locked nor in the file stay at their defaults "
+            f"({len(lacking)}): {', '.join(lacking[:8])}{' …' if len(lacking) > 8 else ''}."
+        )
+
+
+def _markers(found: Judgement) -> None:
+    request, motion = found.request, found.motion
+    assert motion is not None
+    logged = (
+        None if request.marker_errors is None else of_markers.logged_errors(request.marker_errors)
+    )
+    if request.markers is not None:
+        used = None if request.ik_setup is None else of_markers.used_markers(request.ik_setup)
+        recording = read_recording(request.markers)
+        found.marker_errors = of_markers.placed_errors(found.model, motion, recording, used)
+        if logged is not None:
+            found.log_difference = of_markers.difference(found.marker_errors, logged)
+            apart, frames = found.log_difference
+            if not apart <= LOG_AGREES:
+                found.findings.append(
+                    f"Markers: the log of inverse kinematics differs by {1000 * apart:.1f} mm in "
+                    f"{frames} common frames: it is of other markers, or of another model. Give "
+                    "the set-up with --ik-setup, so that the same markers count."
+                )
+    elif logged is not None:
+        found.marker_errors = logged
+    else:
+        found.not_judged.append(
+            "Marker errors: give the trial with --markers, or the log with --marker-errors."
+        )
+        return
+    errors = found.marker_errors
+    assert errors is not None
+    found.measures += [
+        measured("ik_marker_rms", "trial", 100 * errors.whole_rms),
+        measured("ik_marker_largest", "trial", 100 * errors.whole_largest),
+    ]
+
+
+# ---- The walk. ----
+
+
+def _walk(found: Judgement) -> None:
+    request, motion, known = found.request, found.motion, found.skeleton
+    assert motion is not None
+    if not known.has_legs:
+        if request.grf is not None or request.external_loads is not None:
+            found.not_judged.append("Forces: they cannot be put on feet without legs.")
+        return
+    loads = read_loads(request.grf, request.external_loads, known)
+    found.gait = find_gait(known, motion, loads)
+    found.findings += found.gait.findings
+    ratio = weight_ratio(found.gait, found.model.mass)
+    if np.isfinite(ratio):
+        found.measures.append(measured("weight_error", "model", 100 * abs(ratio - 1)))
+    elif loads is None:
+        found.not_judged.append("Weight: give the ground reaction with --grf.")
+    else:
+        found.not_judged.append("Weight: the forces do not show both feet for a whole gait cycle.")
+    found.angles = _curves(found, motion.time, motion.values, kinetics=False)
+    _compare_sides(found, found.angles, "angle", "angle_side_difference", np.degrees(1.0))
+
+
+def _curves(
+    found: Judgement, time: Array, values: Mapping[str, Array], *, kinetics: bool
+) -> dict[str, tuple[Array, Array]]:
+    """Mean curves (101,) of our joint angles, or of their moments, in our signs."""
+    assert found.gait is not None
+    curves = {}
+    for ours, name in found.skeleton.coordinates.items():
+        sense = found.skeleton.senses.get(ours, 0)
+        side: Side = "right" if ours.endswith("_r") else "left"
+        if sense and name in values:
+            cycles = valid(found.gait, side, kinetics=kinetics)
+            curve = mean_curve(time, sense * values[name], cycles)
+            if curve is not None:
+                curves[ours] = curve
+    return curves
+
+
+def _compare_sides(
+    found: Judgement,
+    curves: Mapping[str, tuple[Array, Array]],
+    kind: str,
+    measure: str,
+    factor: float,
+) -> None:
+    for name in SAGITTAL:
+        pair = [curves.get(f"{name}_{side[0]}") for side in SIDES]
+        if pair[0] is None or pair[1] is None:
+            continue
+        right, left = pair[0][0], pair[1][0]
+        rmse = float(np.sqrt(((right - left) ** 2).mean()))
+        found.measures.append(measured(measure, name, factor * rmse))
+        # The correlation of two nearly constant curves is that of their noise.
+        if min(right.std(), left.std()) > LEAST_SWING:
+            correlation = float(np.corrcoef(right, left)[0, 1])
+            found.measures.append(measured("side_correlation", f"{name} {kind}", correlation))
+            if correlation < 0.0:
+                found.findings.append(
+                    f"Sign: the {kind} of {name.replace('_', ' ')} goes in opposite directions "
+                    "on the right and on the left."
+                )
+
+
+# ---- Forces of inverse dynamics. ----
+
+
+def _dynamics(found: Judgement) -> None:
+    request, motion = found.request, found.motion
+    assert motion is not None
+    if request.id is None:
+        found.not_judged.append("Residuals, moments: give inverse dynamics' results with --id.")
+        return
+    table = read_storage(request.id)
+    forces = _generalised_forces(found.model, table, str(request.id))
+    if table.time[0] > motion.time[-1] or table.time[-1] < motion.time[0]:
+        raise RecordError(
+            f"{request.id}: goes from {table.time[0]:.3f} to {table.time[-1]:.3f} s, the motion "
+            f"from {motion.time[0]:.3f} to {motion.time[-1]:.3f} s. Give results of the same trial."
+        )
+    _residuals(found, table.time, forces)
+    _moments(found, table.time, forces)
+
+
+def _generalised_forces(model: OsimModel, table: StorageTable, source: str) -> dict[str, Array]:
+    found = {}
+    for name in model.coordinates:
+        column = next((c for c in (f"{name}_moment", f"{name}_force") if c in table.columns), None)
+        if column is not None:
+            found[name] = table.column(column)
+            if not np.isfinite(found[name]).all():
+                raise RecordError(f"{source}: {column}: a value is not a number. Export again.")
+    if not found:
+        raise RecordError(
+            f"{source}: has no moment of the model's coordinates (knee_angle_r_moment, …), but "
+            f"{', '.join(table.columns[:5])} …. Give inverse dynamics' results for this model."
+        )
+    return found
+
+
+def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None:
+    root, motion, gait = found.model.root(), found.motion, found.gait
+    assert motion is not None
+    lacking = [name for name in (root.coordinates if root else ()) if name not in forces]
+    if root is None or lacking:
+        why = "no single joint to the ground" if root is None else f"no force of {lacking[0]}"
+        found.not_judged.append(f"Residuals: the results have {why}.")
+        return
+    values = at_times(motion, time).values
+    force, moment = residual_wrench(found.model, values, forces)
+    # As in an import: the acceleration at an end of the motion is seen from one side only.
+    end = agreement.EDGE_SECONDS - 0.5 * float(np.ptp(time)) / max(len(time) - 1, 1)
+    shown = (time > motion.time[0] + end) & (time < motion.time[-1] - end)
+    if gait is not None and gait.forces is not None:
+        # Inverse dynamics is at the motion's times, the plates at their own rate.
+        nearest = np.rint((time - gait.forces.start) * gait.forces.rate).astype(int)
+        inside = (nearest >= 0) & (nearest < len(gait.forces.force))
+        clipped = np.clip(nearest, 0, len(gait.forces.force) - 1)
+        known = _away_from_unknown(np.asarray(gait.forces.valid.all(axis=1)), gait.forces.rate)
+        shown &= inside & known[clipped]
+    found.findings.append(
+        f"Residuals: {int((~shown).sum())} of {len(time)} frames are left out, in which the plates "
+        f"do not show both feet, or within {agreement.EDGE_SECONDS:g} s of an end of the motion."
+    )
+    if not shown.any():
+        found.not_judged.append(
+            "Residuals: in no frame but at the ends of the motion do the plates show both feet."
+        )
+        return
+    peak = float("nan") if gait is None else gait.peak_force
+    height = float("nan") if gait is None else gait.height
+    left = residual_measures(force[shown], moment[shown], height=height, peak=peak)
+    found.residuals, found.residual_curves = left, (time, force, moment)
+    found.measures += [
+        measured("residual_force_peak", "root", left.force_peak),
+        measured("residual_force_rms", "root", left.force_rms),
+        measured("residual_moment_peak", "root", left.moment_peak),
+        measured("residual_moment_rms", "root", left.moment_rms),
+    ]
+    if np.isfinite(peak):
+        found.measures += [
+            measured("residual_force_share", "root", 100 * left.force_share),
+            measured("residual_moment_share", "root", 100 * left.moment_share),
+        ]
+    else:
+        found.not_judged.append(
+            "Residuals as a share of the ground reaction: give it with --grf or --external-loads."
+        )
+
+
+def _away_from_unknown(known: Flags, rate: float) -> Flags:
+    """Samples (T,) that are known and not within `EDGE_SECONDS` of one that is not."""
+    width = 2 * round(EDGE_SECONDS * rate) + 1
+    return ~np.asarray(binary_dilation(~known, np.ones(width, dtype=bool)))
+
+
+def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None:
+    gait = found.gait
+    if gait is None:
+        return
+    normalised = {name: values / found.model.mass for name, values in forces.items()}
+    found.moments = _curves(found, time, normalised, kinetics=True)
+    leg = found.skeleton.leg_length
+    if not found.moments:
+        found.not_judged.append("Moments: no complete gait cycle in the results.")
+        return
+    _compare_sides(found, found.moments, "moment", "moment_side_difference", 1.0)
+    if leg is None or not np.isfinite(gait.speed):
+        found.not_judged.append("Moments against literature: the walking speed is not known.")
+        return
+    group = speed_group(gait.speed, floor_leg(leg))
+    for name, (mean, _) in found.moments.items():
+        if name[:-2] not in BANDED:
+            continue
+        band = bands()[group, name[:-2]]
+        found.band[name] = band
+        distance = band.distance(mean)
+        found.measures.append(measured("moment_band_distance", name, distance))
+        if name[:-2] in SIZED:
+            found.measures.append(measured("moment_size_factor", name, band.factor(mean)))
+        if distance > 1.0 and band.distance(-mean) < 0.5 * distance:
+            found.findings.append(
+                f"Sign: the moment of {found.skeleton.coordinates[name]} is {distance:.1f} SD from "
+                f"healthy people's, but with the opposite sign {band.distance(-mean):.1f} SD."
+            )
+
+
+def floor_leg(leg_length: float) -> float:
+    """Hip to floor, m, from thigh and shank of `leg_length` m (Winter 2009: 0.530 of 0.491)."""
+    shares = WINTER["thigh"] + WINTER["shank"]
+    return leg_length * (shares + WINTER["ankle height"]) / shares

@@ -1,0 +1,48 @@
+"""Residual force and moment at the root of a model, from the results of inverse dynamics.
+
+OpenSim pairs a generalised force with each coordinate of the joint to the ground. Those of angles
+are moments about axes that turn with the angles before, so three of them are no vector. Here they
+become the force and the moment, about the origin of the root body, that have the same power.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gaitval.arrays import Array
+from gaitval.apps.judge.opensim.model import OsimModel
+from gaitval.apps.judge.opensim.placing import place
+
+STEP: Final = 1e-5
+"""rad or m, of the differences that the velocities of the root are taken from."""
+
+
+def residual_wrench(
+    model: OsimModel, values: Mapping[str, Array], forces: Mapping[str, Array]
+) -> tuple[Array, Array]:
+    """Residual force and moment (T, 3), N and Nm, in the axes of the ground. A `model` in a plane,
+    with fewer than six coordinates of the root, has only the components that these span; the others
+    are zero. `values` are (T,) rad or m of every coordinate, `forces` (T,) N or Nm of every
+    coordinate of the joint to the ground.
+    """
+    root = model.root()
+    assert root is not None
+    body = root.child.body
+    columns = []
+    # Columns of the Jacobian: velocity and angular velocity of the root for a unit rate.
+    for name in root.coordinates:
+        low, high = (
+            place(model, {**values, name: values[name] + step})[body] for step in (-STEP, STEP)
+        )
+        velocity = (high[1] - low[1]) / (2 * STEP)
+        turn = high[0] @ np.swapaxes(low[0], 1, 2)
+        columns.append(np.hstack([velocity, Rotation.from_matrix(turn).as_rotvec() / (2 * STEP)]))
+    jacobian = np.stack(columns, axis=2)  # (T, 6, coordinates)
+    paired = np.stack([forces[name] for name in root.coordinates], axis=1)
+    # Equal power for all rates: Jᵀ w = forces. The pseudo-inverse, because a root in a plane has
+    # fewer than six.
+    inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
+    wrench = np.einsum("tij,tj->ti", inverse, paired)
+    return wrench[:, :3], wrench[:, 3:]

@@ -1,0 +1,152 @@
+"""The command that lets a person walk now, in a local page."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitval import wings
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+from gaitval.errors import ConfigurationError, RecordError, ToleranceError
+
+if TYPE_CHECKING:
+    from gaitval.apps.live.log import Log
+    from gaitval.apps.live.walk import LiveWalk
+
+
+@added_command(
+    "gaitval live 5                                       # opens a page",
+    "gaitval live my_patient.toml --no-browser            # prints its address only",
+    "gaitval live --replay reports/S05-live/walks/LOG.jsonl          # looks at it again",
+    "gaitval live --replay reports/S05-live/walks/LOG.jsonl --check  # walks it without a page",
+    "gaitval live 5 --device hip_exo",
+    after="report",
+)
+def live(
+    subject: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[SUBJECT]", help="1 to 10, S05, or a subject file.", show_default=False
+        ),
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            "--replay",
+            metavar="LOG",
+            help="Walk what is in a log again, bit for bit.",
+            show_default=False,
+        ),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="With --replay: no page; fails if the walk differs.")
+    ] = False,
+    policy: Annotated[
+        Path | None,
+        typer.Option(
+            "--policy",
+            metavar="FOLDER",
+            help="A policy of this person, such as reports/S05-range/policy; by default the "
+            "general one walks.",
+            show_default=False,
+        ),
+    ] = None,
+    device: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--device",
+            metavar="DEVICE",
+            help="A shipped device's name or a file, that is put on and taken off in the page. May "
+            "be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FOLDER",
+            help="Folder of the references and the logs; by default reports/S05-live.",
+            show_default=False,
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option("--port", min=0, max=65535, help="Of the page; 0: one that is free.")
+    ] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Open no browser; only say where the page is.")
+    ] = False,
+) -> None:
+    """Let a person walk now, in a page of this machine, pushed by the mouse.
+
+    Walking speed, the 14 body parameters and slow motion have sliders; devices are put on and taken
+    off.
+
+    For teaching and first looks, never for verdicts: speeds are predicted, and nothing is compared
+    with a record. The policy has not learned to walk with a device: with a prosthesis it falls. The
+    first start takes half a minute, for references at six speeds, and minutes of who has a
+    prosthesis. What is done is logged, and can be walked again. Ctrl-C ends it.
+    """
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval.apps.live.log import check_person, read_log
+    from gaitval.apps.live.person import folder_of, prepared
+
+    if (subject is None) == (replay is None):
+        raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
+    if check and replay is None:
+        raise ConfigurationError("--check: walks a log again. Give it, with --replay.")
+    if device and replay is not None:
+        raise ConfigurationError("--device: the log says what was worn. Leave it out.")
+    log = None if replay is None else read_log(replay)
+    person = load_subject(str(subject)) if log is None else log.subject
+    if device:
+        person = wings.load(wings.PARTS, "device_results").wearing(person, device)
+    folder = out or folder_of(person)
+    with (
+        display.live_view() as view,
+        prepared(person, folder, view, policy=policy) as found,
+    ):
+        from gaitval.apps.live.page import show
+        from gaitval.apps.live.walk import LiveWalk
+
+        if log is not None and replay is not None:
+            check_person(log, found, replay)
+            walk = LiveWalk(found, log.speed, log.devices)
+            if check:
+                _check(log, walk, replay)
+                return
+        else:
+            walk = LiveWalk(found, devices=person.devices)
+        written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
+    if written is not None:
+        display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")
+
+
+def _say(text: str) -> None:
+    """Print a line at once, also where a program reads it: the walk goes on until Ctrl-C."""
+    display.plain(text)
+    display.output.file.flush()
+
+
+def _check(log: "Log", walk: "LiveWalk", path: Path) -> None:
+    """Walk a log without a page, and say whether it was equal."""
+    from gaitval.apps.live.log import walk_again
+
+    found = walk_again(log, walk)
+    if found.differs is not None:
+        raise ToleranceError(
+            f"{path}: the walk is not that of the log, at the latest from action {found.differs} "
+            "on. It was walked on another machine, or with other libraries."
+        )
+    if not found.checked:
+        raise RecordError(
+            f"{path}: has no hash, so nothing could be compared. A walk that was killed in its "
+            "first seconds leaves none. Give the log of a longer walk."
+        )
+    rest = walk.step - found.equal
+    display.plain(
+        f"{path}: {found.equal} actions walked again, equal bit for bit ({found.checked} hashes)."
+        + (f" Of the {rest} that follow nothing is known: the log was cut off." if rest else "")
+    )

@@ -1,0 +1,150 @@
+"""All people of a table of strides: subjects, table for `gaitval cohort`, walks."""
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.artefacts import write_json, write_text
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.errors import ConfigurationError, RecordError
+from gaitval.apps.patients.passive_foot import expected_ankles
+from gaitval.apps.patients.people import Person, own_rows, read_people
+from gaitval.apps.patients.records import Patient, patient
+from gaitval.apps.patients.strides import read_strides
+
+
+def found_patients(
+    strides: Path,
+    people: Sequence[Path],
+    speeds: Sequence[str] = (),
+    healthy: Sequence[str] = (),
+    only: Sequence[str] = (),
+    **about: Any,
+) -> list[Patient]:
+    """The patients of a table of `strides`, by tables of `people`. `speeds` are texts "WHO=M/S" of
+    groups or people; a person's comes before the group's. `healthy` are groups whose walk ratio is
+    that of healthy adults; `only` chooses groups or people, all if there are none. `about` has
+    citation, licence and laboratory, as `records.patient` takes them. Raises RecordError,
+    SubjectError or ConfigurationError if a table or an option cannot be used.
+    """
+    known: dict[str, Person] = {}
+    tables = []
+    for table in people:
+        tables.append(read_people(table))
+        for who, person in tables[-1].items():
+            if known.setdefault(who, person) != person:
+                raise RecordError(
+                    f"{table}: {who} is in an earlier --people table with other values. Give the "
+                    "tables of groups with the same numbers one at a time, with --only."
+                )
+    everybody = read_strides(strides)
+    groups = sorted({each.group for each in everybody})
+    names = [*groups, *sorted({each.subject for each in everybody})]
+    given = dict(_speed(text, names) for text in speeds)
+    for who in (*healthy, *only):
+        if who not in names:
+            raise ConfigurationError(
+                f"{who}: no such group or person in {strides}. Groups: {', '.join(groups)}."
+            )
+    # Of all, for a name is read beside the others, whoever is chosen.
+    rows = own_rows([each.subject for each in everybody], tables)
+    found = [
+        patient(
+            each,
+            rows[each.subject],
+            speed=given.get(each.subject, given.get(each.group)),
+            healthy=each.group in healthy,
+            **about,
+        )
+        for each in everybody
+        if not only or {each.group, each.subject} & set(only)
+    ]
+    first = dict[str, Patient]()
+    for each in found:
+        name = each.subject.identifier
+        if (other := first.setdefault(name, each)) is not each:
+            who = " and ".join(f"{p.strides.subject} of {p.strides.group}" for p in (other, each))
+            raise RecordError(
+                f"{strides}: {who} would both be {name}, and one would take the other's place. "
+                "Name one of them otherwise, or choose with --only."
+            )
+    return found
+
+
+def written(found: Sequence[Patient], out: Path) -> Path:
+    """Write subjects, what was estimated of them (of amputees the ankles' moments, too) and whose
+    row it rests on, and the table of the cohort; returns its path.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["name", "subject", "record.use", "scaling.symmetric"])
+    for each in found:
+        name = each.subject.identifier
+        write_text(out / "subjects" / f"{name}.toml", each.subject.to_toml())
+        person = each.person
+        row = {"table": person.table, "name": person.identifier} if person.table else None
+        not_known = [what for what in ("sex", "age") if getattr(person, what) is None]
+        about = each.told_of() | {"row": row, "not_known": not_known}
+        if person.amputation is not None:
+            about["expected_ankle_moment_nm_kg"] = {
+                side: curve(np.linspace(0.0, 1.0, 101)).round(4).tolist()
+                for side, curve in expected_ankles(each, builtin_subjects()).items()
+            }
+        write_json(out / "subjects" / f"{name}.json", about)
+        two = person.amputation is not None or person.legs is not None
+        writer.writerow([name, f"subjects/{name}.toml", "kinematics", str(not two).lower()])
+    write_text(out / "table.csv", text.getvalue())
+    return out / "table.csv"
+
+
+def walked(
+    found: Sequence[Patient], out: Path, tell: Callable[[str], None]
+) -> list[dict[str, Any]]:
+    """Walk all of them (`walk.walk_all`); results are also in `out`/walks."""
+    from gaitval.study.sources import PACKAGE, code_of
+    from gaitval.study.stored_policy import general_walker
+    from gaitval.apps.patients.walk import walk, walk_all
+
+    configuration = load_configuration()
+    return walk_all(
+        {each.subject.identifier: each for each in found},
+        out / "walks",
+        general_walker(configuration.environment),
+        configuration,
+        str(sorted(code_of(walk, PACKAGE, Path(__file__).parent).items())),
+        tell,
+    )
+
+
+MOST_NAMES: Final = 12
+"""Groups and people of a table that a message lists."""
+FASTEST: Final = 3.0
+"""m/s; nobody walks faster."""
+
+
+def _speed(text: str, names: Sequence[str]) -> tuple[str, float]:
+    who, _, value = text.partition("=")
+    if who not in names:
+        some = ", ".join(names[:MOST_NAMES])
+        more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+        raise ConfigurationError(
+            f"--speed {text}: {who or 'nobody'} is no group or person of the table. Give "
+            f"WHO=M/S, with one of {some}{more}."
+        )
+    try:
+        speed = float(value)
+    except ValueError:
+        raise ConfigurationError(
+            f"--speed {text}: {value or 'nothing'} is no speed. Give WHO=M/S, such as {who}=1.1."
+        ) from None
+    if not 0.0 < speed < FASTEST:
+        raise ConfigurationError(
+            f"--speed {text}: {speed:g} m/s is no walking speed (above 0, below {FASTEST:g}). Give "
+            "it in m/s."
+        )
+    return who, speed

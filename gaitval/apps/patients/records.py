@@ -1,0 +1,277 @@
+"""Subjects from one stride a side.
+
+What the stride shows is its record: pelvis, hips, knees, ankles, and where the feet point. The rest
+is what other people have (subtalar angle), or an estimate with an interval (`Patient.estimates`):
+leg length, speed, stride time, stance, the time of the left heel strike. Both sides are the
+person's own; nothing is mirrored.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.coordinates import SIDES, Side, opposite
+from gaitval.datasets.identity import identity
+from gaitval.datasets.stored_gait import Gait, StanceFraction
+from gaitval.datasets.subject import Subject, make_subject
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.errors import SubjectError
+from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
+from gaitval.gait.sampling import SAMPLES
+from gaitval.scaling.anthropometry import ADULT_YEARS, mass_fractions
+from gaitval.scaling.scaling import scale_subject
+from gaitval.scaling.tape import measure_by_tape
+from gaitval.apps.patients import estimates
+from gaitval.apps.patients.estimates import Estimate
+from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
+from gaitval.apps.patients.people import Person, person_of
+from gaitval.apps.patients.prosthesis import with_prosthesis
+from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
+from gaitval.apps.patients.sound_side import expected_of
+from gaitval.apps.patients.strides import Strides
+
+EXPECTED: Final = ("subtalar_angle",)
+"""Angles that the model has and a stride has not: the mean of the built-in people."""
+
+_STATURE: Final[Mapping[str | None, tuple[float, float]]] = {
+    "M": (1.757, 0.068),
+    "F": (1.630, 0.064),
+    None: (1.694, 0.092),
+}
+"""m, mean and SD of stature in ANSUR II (Gordon et al. 2014), where none is recorded; of both sexes
+where that is not known either."""
+_BMI: Final = (26.0, 4.0)
+"""kg/m², where no mass is recorded."""
+
+
+@dataclass(frozen=True)
+class Patient:
+    """A person of whom a stride a side is known, as a subject.
+
+    Attributes
+    ----------
+    subject : for every run of gaitval.
+    strides : as recorded.
+    person : row of the table of people.
+    state : such as "off", from the name; may be empty.
+    estimates : by name, what was not recorded and what it may be off by; those that were recorded
+        say so.
+    smoothing : by angle with its side, what became of the stride, rad.
+    mismatch : rad, RMS by which the two sides' strides disagree about the one pelvis.
+    affected : side that the table, or the amputation, names; None if nothing does.
+    """
+
+    subject: Subject
+    strides: Strides
+    person: Person
+    state: str
+    estimates: Mapping[str, Estimate]
+    smoothing: Mapping[str, Smoothed]
+    mismatch: float
+    affected: Side | None
+
+    def told_of(self) -> dict[str, Any]:
+        """For JSON: what is estimated, how far the record is from the strides, who it is."""
+        return {
+            "group": self.strides.group,
+            "state": self.state,
+            "trials": dict(self.strides.trials),
+            "affected": self.affected,
+            "estimates": {name: each.as_dict() for name, each in self.estimates.items()},
+            "expected": [f"{name}_{side[0]}" for name in EXPECTED for side in SIDES],
+            "smoothing_deg": {
+                name: {
+                    "harmonics": len(each.curve.cosine),
+                    "rms": float(np.degrees(each.rms)),
+                    "largest": float(np.degrees(each.curve.residual)),
+                    "ends_differ": float(np.degrees(each.closure)),
+                }
+                for name, each in self.smoothing.items()
+            },
+            "pelvis_mismatch_deg": float(np.degrees(self.mismatch)),
+        }
+
+
+def patient(
+    strides: Strides,
+    people: Mapping[str, Person],
+    *,
+    speed: float | None = None,
+    healthy: bool = False,
+    citation: str = "not given",
+    licence: str = "not given",
+    laboratory: str | None = None,
+) -> Patient:
+    """The subject of a person's strides.
+
+    Parameters
+    ----------
+    strides : a stride a side.
+    people : tables of people, by identifier.
+    speed : m/s, if it is known otherwise than from the tables.
+    healthy : the walk ratio is that of healthy adults, with their spread.
+    citation, licence : of the strides.
+    laboratory : who recorded; by default the strides' group, or WBDS.
+
+    Raises
+    ------
+    SubjectError : a value is not plausible, or a child's stature or mass is not known.
+    """
+    person, state = person_of(strides.subject, people)
+    lacking = [name for name in ("height", "mass") if getattr(person, name) is None]
+    if lacking and person.age is not None and person.age < ADULT_YEARS:
+        raise SubjectError(
+            f"{strides.subject}: {person.age:g} years old, and no {' and no '.join(lacking)}: what "
+            "is not recorded is estimated from adults. Give it in the table of people."
+        )
+    found: dict[str, Estimate] = {}
+    mean, sd = _STATURE[person.sex]
+    height = _known(person.height, mean, sd, "the mean of adults")
+    mass = _known(
+        person.mass,
+        _BMI[0] * height.value**2,
+        # Of the index, and of the square of a stature that was not recorded.
+        float(np.hypot(_BMI[1] * height.value**2, 2.0 * _BMI[0] * height.value * height.sd)),
+        "a body mass index of 26",
+    )
+    leg = estimates.leg_length(height, person.leg_length)
+    found |= {"height": height, "mass": mass, "leg_length": leg}
+    if person.legs is not None:
+        found["leg_difference"] = estimates.leg_difference(person.legs)
+    smoothing = {name: smoothed(np.radians(values)) for name, values in strides.angles.items()}
+    curves = {name: each.curve for name, each in smoothing.items()} | expected_angles()
+    angles = {name: each.periodic() for name, each in curves.items()}
+    strike = left_strike(angles, *STRIKE_PRIOR)
+    found["left_phase"] = Estimate(strike.phase, strike.sd, "both sides' views of the pelvis")
+    values: dict[str, Any] = {
+        "identifier": re.sub(r"[^A-Za-z0-9_-]+", "_", strides.subject),
+        "trial": state or "walk",
+        **_who(strides, person, laboratory),
+        "source": f"{strides.subject}, one stride a side ({', '.join(strides.trials.values())})",
+        "citation": citation,
+        "licence": licence,
+        # Without a sex, the segment tables of men, as for every body of unknown sex here.
+        "sex": person.sex or "M",
+        "age_years": person.age,
+        "prosthesis": person.amputation or ("none" if healthy else None),
+        "mass_kg": mass.value,
+        "height_m": height.value,
+        "leg_length_m": leg.value,
+        "walking_speed_m_s": 1.0,
+        "stride_time_s": 1.2,
+        "left_phase": strike.phase,
+        "stance_fraction": StanceFraction(right=0.62, left=0.62),
+        "gait": Gait(samples=SAMPLES, angles=curves),
+        **_lengths(height.value, mass.value, leg, person),
+    }
+    draft = make_subject(values, strides.subject)
+    model = scale_subject(draft, symmetric=not two_sided(person)).model
+    on_ground = feet(angles, strike.phase, model)
+    length = Estimate(
+        on_ground.stride_length,
+        float(np.hypot(on_ground.sd, on_ground.stride_length * leg.sd / leg.value)),
+        "the way of the ball of the foot under the pelvis",
+    )
+    known = person.speed if speed is None else speed
+    went = estimates.pace(length, leg, known, patient=not healthy)
+    found |= {
+        "speed": went.speed if speed is None else went.speed._replace(how="given"),
+        "stride_time": went.stride_time,
+        "stride_length": went.stride_length,
+        **_stances(on_ground.stance, values["identifier"], person.amputation),
+    }
+    values |= {
+        "walking_speed_m_s": went.speed.value,
+        "stride_time_s": went.stride_time.value,
+        "stance_fraction": StanceFraction(
+            right=found["stance_right"].value, left=found["stance_left"].value
+        ),
+    }
+    sides = person.affected or {}
+    affected = person.amputation or sides.get(state, sides.get(""))
+    return Patient(
+        make_subject(values, strides.subject),
+        strides,
+        person,
+        state,
+        found,
+        smoothing,
+        strike.mismatch,
+        affected,
+    )
+
+
+@cache
+def expected_angles() -> dict[str, Curve]:
+    """Mean curves of the built-in people for `EXPECTED`, of both sides together."""
+    phase = np.arange(100) / 100
+    found = {}
+    for name in EXPECTED:
+        known = [
+            subject.gait.angles_of_both()[f"{name}_{side[0]}"](phase)
+            for subject in builtin_subjects()
+            for side in SIDES
+        ]
+        curve: PeriodicCurve = periodic_through(np.mean(known, axis=0), 8)
+        for side in SIDES:
+            found[f"{name}_{side[0]}"] = Curve.fitted((curve, 0.0))
+    return found
+
+
+def _known(value: float | None, mean: float, sd: float, how: str) -> Estimate:
+    return Estimate(mean, sd, how) if value is None else Estimate(value, 0.0, "recorded")
+
+
+def _stances(
+    seen: Mapping[Side, float], identifier: str, amputation: Side | None
+) -> dict[str, Estimate]:
+    """Stance of each side, of its own cycle, from what is `seen` of the ball of its foot."""
+    how = "the ball of the foot furthest back"
+    found = {f"stance_{side}": Estimate(seen[side], STANCE_BIAS[1], how) for side in SIDES}
+    if amputation is not None:
+        sound, usual = opposite(amputation), expected_of(identifier)
+        found[f"stance_{sound}"] = Estimate(
+            seen[sound] + usual.later,
+            float(np.hypot(STANCE_BIAS[1], usual.later_sd)),
+            f"{how}, and how much later sound sides of amputees leave the ground",
+        )
+    return found
+
+
+def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, Any]:
+    """Person, laboratory and what of it was assumed."""
+    of_wbds = identity(None, None, sources=[strides.subject], name=strides.subject)
+    if laboratory is None and of_wbds.laboratory == "WBDS":
+        return {"person": of_wbds.person, "laboratory": of_wbds.laboratory}
+    group = strides.group.removesuffix("_off").removesuffix("_on")
+    return {"person": person.identifier, "laboratory": laboratory or group}
+
+
+def _lengths(height: float, mass: float, leg: Estimate, person: Person) -> dict[str, Any]:
+    """Lengths of the body by leg length and stature, as `tape`; as `measurements` where each leg
+    has its own, or the masses of a prosthesis.
+    """
+    tape = {"hip_height": leg.value} if leg.sd == 0.0 else {}
+    if not two_sided(person):
+        return {"tape": tape}
+    if person.legs is not None:  # the trunk stands on the mean of both
+        tape = {"hip_height": float(np.mean(list(person.legs.values())))}
+    measured = measure_by_tape(height_m=height, **tape)
+    if person.legs is not None:
+        right, left = (
+            measure_by_tape(height_m=height, hip_height=person.legs[side]) for side in SIDES
+        )
+        measured = replace(measured, right=right.right, left=left.left)
+    if person.amputation is not None:
+        fractions = mass_fractions(person.sex or "M", person.age)
+        measured = with_prosthesis(measured, person.amputation, mass, fractions)
+    return {"measurements": measured.to_dict()}
+
+
+def two_sided(person: Person) -> bool:
+    """Whether the body of a `person` has two different legs."""
+    return person.amputation is not None or person.legs is not None

@@ -1,0 +1,161 @@
+"""A patient's walk by the general policy, without training, and how near it is to the strides.
+
+This is the main job with a light validation: body, reference, policy and correction are the same,
+but nothing is identified or pushed. From every start phase of the validation it walks as far as the
+main job asks; the first cycles of all starts are compared with the strides as recorded.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.artefacts import read_json, value_hash, write_json
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.cycle_curves import JOINT_MOMENTS
+from gaitval.learning_control.correct import correct
+from gaitval.metrics.comparison import curves_of, foot_progression, rms
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.rollouts import record_together
+from gaitval.policy.storage import Policy
+from gaitval.policy.walking_group import WalkingGroup
+from gaitval.prediction.known import KINEMATIC_ACCURACY
+from gaitval.reference.adjustment import adjusted
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.walker import WalkingTask
+from gaitval.study.stage import one_thread
+from gaitval.apps.patients.gentle_fit import gentle_reference
+from gaitval.apps.patients.passive_foot import patient_record
+from gaitval.apps.patients.records import Patient, two_sided
+from gaitval.apps.patients.told import expected_record
+from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
+
+COMPARED: Final = 4
+"""Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
+TOLD: Final = tuple(name for name in PROFILE_ANGLES if name != "foot_progression")
+"""Angles that the model knows, and has a coordinate for."""
+_PHASE: Final = np.linspace(0.0, 1.0, 101)
+
+Json = dict[str, Any]
+
+
+@one_thread()
+def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json:
+    """The results of the walk of a `patient` with a `policy`, by the `configuration`, for JSON:
+    `falls` of `starts`; `cycles`, the fewest of a start and side that did not fall; `angles`, RMS
+    from the stride by name, deg, and `angle`, their mean; `correction`, errors of the walk against
+    its reference (`Corrected.errors`), and why a correction is not used; `scores`, Gait Profile
+    Score of the stride and of the walk over nine angles, deg; `moments` of the walk and `expected`
+    of healthy people, (101,) Nm/kg by name; `speed`, m/s. Angles, walk's score and moments are None
+    if no start walked.
+    """
+    subject, others = patient.subject, builtin_subjects()
+    straight = scale_subject(subject, symmetric=not two_sided(patient.person)).model
+    record = patient_record(patient, others, straight)
+    turns = turned_feet(patient.strides, record, straight)
+    model = with_turned_feet(straight, turns)
+    reference = gentle_reference(
+        record, model, configuration.contact, KINEMATIC_ACCURACY, patient.person.amputation
+    )
+    task = WalkingTask(model=model, record=record, reference=reference, configuration=configuration)
+    validation, mu = configuration.validation, nominal_parameters()
+    correction = correct(task, policy, mu)
+    changed = adjusted(reference, task.reference_body, correction.correction)
+    task = replace(task, reference=changed)
+    group = WalkingGroup([task] * 8)
+    starts = validation.start_phases[:8]
+    angles: dict[str, list[Array]] = {}
+    moments: dict[str, list[Array]] = {}
+    for rollout in record_together(
+        group, policy, mu=mu, start_phases=starts, cycles=validation.settling_cycles + COMPARED
+    ):
+        cycles = find_cycles(rollout, configuration).first(COMPARED)
+        if rollout.fell[0] or not all(cycles.count(side) for side in SIDES):
+            continue
+        curves = curves_of(task, rollout, cycles)
+        points = foot_progression(rollout, cycles, model)
+        for side, turn in turns.items():
+            points[f"foot_progression_{side[0]}"] -= turn
+        for name, values in (curves.angles | points).items():
+            angles.setdefault(name, []).append(np.degrees(values))
+        for name, values in curves.moments.items():
+            moments.setdefault(name, []).append(values)
+    went = correction.starts
+    stood = [each for each in went if not each.fell]
+    walked = {name: np.concatenate(each).mean(axis=0) for name, each in angles.items()}
+    errors = {
+        f"{name}_{side[0]}": rms(
+            walked[f"{name}_{side[0]}"] - patient.strides.angles[f"{name}_{side[0]}"]
+        )
+        for name in (PROFILE_ANGLES if walked else ())
+        for side in SIDES
+    }
+    controls = load_controls().curves
+    usual = expected_record(subject, others)
+    names = [f"{name}_{side[0]}" for name in JOINT_MOMENTS for side in SIDES]
+    told = [value for name, value in errors.items() if name[:-2] in TOLD]
+    return {
+        "name": subject.identifier,
+        "group": patient.strides.group,
+        "affected": patient.affected,
+        "prosthesis": patient.person.amputation,
+        "starts": len(went),
+        "falls": len(went) - len(stood),
+        "cycles": min((min(each.cycles.right, each.cycles.left) for each in stood), default=0),
+        "speed": float(np.mean([each.walking_speed or 0.0 for each in stood])) if stood else None,
+        "angles": errors or None,
+        "angle": float(np.mean(told)) if told else None,
+        "correction": {"errors": correction.errors, "refused": correction.refused},
+        "scores": {
+            "stride": gait_profile(patient.strides.angles, controls).total,
+            "walk": gait_profile(walked, controls).total if walked else None,
+        },
+        "moments": {
+            name: np.concatenate(each).mean(axis=0).round(5).tolist()
+            for name, each in moments.items()
+        }
+        or None,
+        "expected": {name: usual.moments[name](_PHASE).round(5).tolist() for name in names},
+    }
+
+
+def walk_all(
+    patients: Mapping[str, Patient],
+    folder: Path,
+    policy: Policy,
+    configuration: Configuration,
+    code: str,
+    tell: Callable[[str], None],
+) -> list[Json]:
+    """`walk` of all `patients`, each in `folder`/NAME.json; one that is there, of the same subject,
+    settings and `code`, is not walked again. `tell` is called with a sentence for each.
+    """
+    found = []
+    for number, (name, patient) in enumerate(patients.items(), start=1):
+        path = folder / f"{name}.json"
+        of = value_hash(
+            {
+                "subject": patient.subject.to_toml(),
+                "affected": patient.affected,
+                "settings": configuration.model_dump(mode="json"),
+                "code": code,
+                "policy": policy.key,
+            }
+        )
+        result = read_json(path) if path.is_file() else {}
+        if result.get("of") != of:
+            result = {"of": of, **walk(patient, policy, configuration)}
+            write_json(path, result)
+        found.append(result)
+        said = f"falls from {result['falls']} of {result['starts']} starts"
+        if result["angle"] is not None:
+            said = f"{said}, {result['angle']:.2f}° from the stride"
+        tell(f"{name}: {said} ({number} of {len(patients)})")
+    return found

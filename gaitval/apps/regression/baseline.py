@@ -1,0 +1,435 @@
+"""Store the results of a finished run, and simulate its policy again to compare."""
+
+import os
+import shutil
+import stat
+import tempfile
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitval import file_gate
+from gaitval.artefacts import (
+    copy_files,
+    file_hash,
+    read_json,
+    read_toml,
+    value_hash,
+    write_json,
+)
+from gaitval.configuration import load_configuration
+from gaitval.disk_errors import why_unwritable
+from gaitval.errors import ArtefactError, GaitvalError, SubjectError
+from gaitval.folder_lock import held
+from gaitval.metrics.typed import OpenResult, Size
+from gaitval.metrics.walk_results import StoredStarts
+from gaitval.study.inputs import (
+    IDENTIFIED,
+    METRICS,
+    STARTS,
+    STORED_FILES,
+    start_kind,
+    stored_policy,
+    validated_task,
+)
+from gaitval.study.sources import code_of
+from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
+from gaitval.study.stages import (
+    metrics_of,
+    push_stage,
+    reference_stage,
+    repeat_stage,
+    save_identified_reference,
+    scale_stage,
+    simulate_stage,
+    validate_stage,
+)
+from gaitval.apps.regression.finished import Record, check_finished, read_records
+from gaitval.apps.regression.seal import changes, check_seal, read_seal, seal
+from gaitval.apps.regression.whole_folder import disk_says, writing_whole
+
+if TYPE_CHECKING:
+    from gaitval.metrics.results import Metrics
+
+TEMPORARY = "gaitval-check-"
+"""How the names of folders begin in which a check walks."""
+
+TIMES = "times.json"
+"""Wall times of the runs that made a baseline, by what they started from (`start_kind`)."""
+
+
+WALKING = ("scale", "reference", "simulate", "repeat", "push", "validate")
+"""Stages of a run that `check` runs again, in this order."""
+
+_ABANDONED = 60.0
+"""Seconds after which a folder of a check that nobody has locked is nobody's."""
+
+
+def store_baseline(folder: Path, target: Path, identifier: str | None = None) -> None:
+    """Store policy, mu and metrics of the finished run in `folder` as the sealed baseline `target`,
+    for `check` and to start trainings from. Its wall times are added to `TIMES`, beside those of
+    runs with another start. The target is as it was before unless all of it could be written.
+
+    Raises ArtefactError if the run is not finished, was edited, is of another subject than
+    `identifier`, or would be refused by every check.
+    """
+    missing = [name for name in STORED_FILES if not (folder / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{folder}: {', '.join(missing)} missing, so this is not a finished run. Run `gaitval "
+            "subject` for it first."
+        )
+    records = read_records(folder)
+    _check_unchanged(folder, records)
+    check_finished(folder)
+    _check_believed(folder)
+    _check_subject(folder, identifier)
+    # all that may be refused is read before anything is written
+    times = {**_earlier_times(target), start_kind(folder): _times(folder)}
+    walked = [records[name].code for name in WALKING if name in records]
+    known = [code for code in walked if code is not None]
+    with writing_whole(target) as new:
+        copy_files(folder, new, STORED_FILES)
+        write_json(new / TIMES, times)
+        seal(new, code=by_folder(known) if len(known) == len(walked) else None)
+
+
+def _check_unchanged(folder: Path, records: Mapping[str, Record]) -> None:
+    """Refuse files that are not as the stages of a run wrote them."""
+    written = {
+        name: found for record in records.values() for name, found in (record.outputs or {}).items()
+    }
+    for name in STORED_FILES:
+        if name in written and file_hash(folder / name) != written[name]:
+            raise ArtefactError(
+                f"{folder / name}: not as the run wrote it. Run `gaitval subject` for it again, "
+                "which restores what was changed."
+            )
+
+
+def _check_believed(folder: Path) -> None:
+    """Refuse a run whose baseline every check would refuse."""
+    from gaitval.apps.regression.stored import FIX
+
+    try:
+        believed(folder / METRICS)
+    except ArtefactError as error:
+        if not str(error).endswith(FIX):
+            raise
+        raise ArtefactError(
+            f"{str(error).removesuffix(FIX)}Every check would refuse this baseline. Run `gaitval "
+            f"subject SUBJECT --out {folder}` again with the settings that it is to have, or "
+            f"`gaitval validate SUBJECT --out {folder} --force` to measure it with those that it "
+            "has."
+        ) from None
+
+
+def _check_subject(folder: Path, identifier: str | None) -> None:
+    """Refuse a run of somebody else than was asked for."""
+    from gaitval.datasets.subject_file import load_subject
+
+    path = folder / "subject.toml"
+    found = load_subject(path).identifier
+    if identifier not in (None, found):
+        raise ArtefactError(
+            f"{path}: is of subject {found}, but a baseline of {identifier} was asked for. Give "
+            f"the run folder of {identifier} with --out, or name subject {found}."
+        )
+
+
+def _earlier_times(target: Path) -> dict[str, Any]:
+    """The wall times in a stored baseline; none if there is none yet."""
+    path = target / TIMES
+    found = read_json(path) if path.exists() else {}
+    if not isinstance(found, dict):
+        raise ArtefactError(f"{path}: not a table of wall times; it was edited. Delete the file.")
+    return found
+
+
+def seal_again(baseline: Path, *, walked: bool = False) -> None:
+    """Seal a stored `baseline` that was changed on purpose, or that an earlier gaitval wrote;
+    `walked` if its metrics are those of a walk of the installed code.
+    Raises ArtefactError if it is still incomplete or contradicts itself.
+    """
+    believed(baseline / METRICS)
+    if walked:
+        seal(baseline, code=installed_code())
+        return
+    try:
+        # a new seal does not change by which code the stored walk was made
+        code = read_seal(baseline).code
+    except ArtefactError:
+        code = None
+    seal(baseline, code=code)
+
+
+def by_folder(codes: Iterable[Mapping[str, str]]) -> dict[str, str]:
+    """One hash for each folder of the package, from the file hashes `codes` (`sources.code_of`)."""
+    folders: dict[str, dict[str, list[str]]] = {}
+    for code in codes:  # of a file with several stages each uses its part
+        for name, found in code.items():
+            files = folders.setdefault("/".join(name.split("/")[:2]), {})
+            files.setdefault(name, []).append(found)
+    return {name: value_hash(files) for name, files in sorted(folders.items())}
+
+
+def installed_code() -> dict[str, str]:
+    """The code of the installed gaitval that walks and measures, by folder."""
+    stages = (
+        scale_stage,
+        reference_stage,
+        simulate_stage,
+        repeat_stage,
+        push_stage,
+        validate_stage,
+    )
+    return by_folder(code_of(stage) for stage in stages)
+
+
+def identified_reference_stage(run: Run) -> Stage:
+    """The reference of the identified body of a stored `run`, which does not contain it."""
+    return Stage(
+        "identified",
+        lambda: save_identified_reference(run, run.folder),
+        inputs=("subject.toml", "model.urdf", "reference.npz", "identification.json"),
+        outputs=(IDENTIFIED,),
+        values=run.sections("contact", "record"),
+    )
+
+
+def starts_stage(run: Run) -> Stage:
+    """The walks of a stored `run` from every start phase, by which a correction is judged before it
+    is stored.
+    """
+
+    def walk() -> None:
+        from gaitval.metrics.rollouts import walked_far
+        from gaitval.policy.rollouts import RolloutPool
+
+        task, mu = validated_task(run)
+        phases = run.configuration.validation.start_phases
+        with RolloutPool(task, workers=run.configuration.training.workers) as pool:
+            found = walked_far(pool, stored_policy(run, run.folder / "policy"), mu, phases)
+        write_json(run.folder / STARTS, StoredStarts(starts=list(found)).as_dict())
+
+    simulate = simulate_stage(run)
+    return replace(
+        simulate,
+        name="starts",
+        run=walk,
+        inputs=tuple(name for name in simulate.inputs if name != STARTS),
+        outputs=(STARTS,),
+    )
+
+
+def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
+    """The stages of `run` from a stored policy to its walks, with a second engine if `witness`."""
+    return (
+        scale_stage(run),
+        reference_stage(run),
+        identified_reference_stage(run),
+        starts_stage(run),
+        simulate_stage(run, witness=witness),
+    )
+
+
+class _Time(OpenResult):
+    """When a stage ran; only how long it took."""
+
+    seconds: Size
+
+
+class _Provenance(OpenResult):
+    """`provenance.json`; only the times of the stages."""
+
+    stages: dict[str, _Time]
+
+
+def _times(folder: Path) -> dict[str, Any]:
+    """Wall times of a finished run: seconds of each stage, and their sum.
+
+    For a stage that was interrupted, only its last part counts.
+    """
+    rounds = len(read_json(folder / "identification.json")["rounds"])
+    path = folder / "provenance.json"
+    fix = "delete it and run `gaitval subject` again"
+    found = _Provenance.read(read_json(path), str(path), file=path.name, fix=fix)
+    stages = {
+        name: time.seconds
+        for name, time in found.stages.items()
+        # `train-3` is of round 3: rounds left by an earlier run do not count
+        if not (number := name.partition("-")[2]).isdigit() or int(number) <= rounds
+    }
+    return {
+        "seconds": round(sum(stages.values()), 1),
+        "stages": stages,
+        "processors": processors(),
+    }
+
+
+def processors() -> int:
+    """Processors that this process may use; all of the machine's if that is not known."""
+    if hasattr(os, "sched_getaffinity"):
+        # containers and job schedulers often give fewer than the machine has
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def stored_metrics(file: Path, *, fewer: bool = False) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted and are as stored;
+    with `fewer`, they may lack measures of the installed gaitval. Raises ArtefactError (see
+    `believed`, `seal.check_seal`).
+    """
+    metrics = believed(file, fewer=fewer)
+    check_seal(file.parent)
+    return metrics
+
+
+def believed(file: Path, *, fewer: bool = False) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted; `fewer` as in
+    `stored_metrics`. Raises ArtefactError if they are not readable, incomplete, in contradiction to
+    themselves, or of another configuration, subject or record than those stored beside them;
+    PolicyError if the policy cannot be used.
+    """
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval.metrics.results import identification_from, read_metrics
+    from gaitval.metrics.validation import provenance_of
+    from gaitval.policy.storage import load_policy
+    from gaitval.reference.adjustment import Adjustment
+    from gaitval.apps.regression.stored import FIX, believe
+
+    metrics = read_metrics(file)
+    believe(metrics, str(file), fewer=fewer)
+    folder = file.parent
+    check_complete(folder)
+    configuration = load_configuration(folder / "configuration.toml")
+    load_subject(folder / "subject.toml")  # refuses one that cannot be used
+    # loaded for their checks only: a damaged file is refused before a walk takes its time
+    load_policy(folder / "policy", environment=configuration.environment)
+    mu, correction = folder / "identification.json", folder / "correction.json"
+    identification_from(read_json(mu), str(mu))
+    Adjustment.from_dict(read_json(correction), str(correction))
+    subject = file_gate.read_text(folder / "subject.toml", SubjectError, largest=file_gate.WRITTEN)
+    settings = read_toml(folder / "configuration.toml", ArtefactError)
+    beside = provenance_of(subject, settings, metrics.record)
+    for name, what in (
+        ("configuration", "configuration.toml has other settings than"),
+        ("subject", "subject.toml is another than that of"),
+        ("record", "the record in it is not that of"),
+    ):
+        if getattr(beside, name) != getattr(metrics.provenance, name):
+            raise ArtefactError(
+                f"{file}: {what} the walk that was measured: the hash in `provenance` differs. A "
+                f"comparison would not be of like with like. {FIX}"
+            )
+    return metrics
+
+
+def check_complete(baseline: Path) -> None:
+    """Raise ArtefactError if a file of a stored baseline is missing."""
+    missing = [name for name in STORED_FILES if not (baseline / name).is_file()]
+    if missing:
+        raise ArtefactError(
+            f"{baseline}: {', '.join(missing)} missing. A baseline is a whole folder, as "
+            "`gaitval baseline SUBJECT` writes it. Give --baseline that folder."
+        )
+
+
+def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "Metrics":
+    """Metrics of the policy of a stored `baseline`, walked and validated again with the installed
+    code.
+
+    `observer` sees the stages. `quick` walks only what is compared with the record, which takes
+    seconds; how far the policy walks and which pushes it survives is then not measured
+    (`regression.LONG_MEASURES`).
+    """
+    from gaitval.datasets.subject_file import load_subject
+
+    check_complete(baseline)
+    subject = load_subject(str(baseline / "subject.toml"))
+    configuration = load_configuration(baseline / "configuration.toml")
+    if quick:
+        settings = configuration.validation
+        short = {
+            "start_phases": settings.start_phases[:1],
+            "consecutive_cycles": settings.cycles + 2,
+        }
+        # Two short walks: a process that takes one off this one starts for as long.
+        alone = configuration.training.model_copy(update={"workers": 1})
+        configuration = configuration.model_copy(
+            update={"validation": settings.model_copy(update=short), "training": alone}
+        )
+    with _temporary() as temporary:
+        try:
+            with open_run(subject, configuration, temporary, observer) as run:
+                return _walked(run, baseline, quick=quick)
+        except GaitvalError as error:
+            if (why := disk_says(error, temporary)) is not None:
+                raise ArtefactError(_no_room(str(temporary.parent), why)) from None
+            told = str(error).replace(str(temporary), str(baseline))  # theirs, not a copy of ours
+            raise type(error)(told).with_way_on(*error.goes_on) from None
+
+
+@contextmanager
+def _temporary() -> Iterator[Path]:
+    """A temporary folder to walk in; what killed checks have left is removed first."""
+    try:
+        remove_abandoned()
+        made = tempfile.TemporaryDirectory(prefix=TEMPORARY)
+    except OSError as error:
+        told = why_unwritable(error) or f"{error.strerror}. Make room"
+        where = str(Path(error.filename).parent) if error.filename else "no temporary folder"
+        raise ArtefactError(_no_room(where, told)) from None
+    with made as name:
+        yield Path(name)
+
+
+def _no_room(where: str, told: str) -> str:
+    return (
+        f"{where}: a check walks in a temporary folder, which cannot be written here: {told}, or "
+        "set TMPDIR to a folder on another disk; then run the same command again. The baseline is "
+        "unchanged."
+    )
+
+
+def changed_inputs(baseline: Path, now: "Metrics") -> list[str]:
+    """Dependencies of `baseline` that differ in the new walk with metrics `now`, a phrase each."""
+    from gaitval.metrics.results import read_metrics
+
+    return changes(read_seal(baseline), read_metrics(baseline), now, installed_code())
+
+
+def _walked(run: Run, baseline: Path, *, quick: bool) -> "Metrics":
+    from gaitval.metrics.results import read_metrics
+
+    # `open_run` has written subject and configuration, and the metrics are to be found anew
+    copy_files(baseline, run.folder, STORED_FILES[2:-1])
+    for stage in walking_stages(run, witness=not quick):
+        run_stage(stage, run.folder, observer=run.observer)
+    if quick:
+        return metrics_of(run, pushes=None)
+    for stage in (repeat_stage(run), push_stage(run), validate_stage(run)):
+        run_stage(stage, run.folder, observer=run.observer)
+    return read_metrics(run.folder)
+
+
+def remove_abandoned(folder: Path | None = None) -> None:
+    """Remove what killed checks of this user have left in `folder`, by default that of temporary
+    files.
+
+    A running check holds the lock of its folder. The lock is valid even where several containers
+    share the folder, and process numbers mean nothing.
+    """
+    where = Path(tempfile.gettempdir()) if folder is None else folder
+    user = os.getuid() if hasattr(os, "getuid") else None
+    for left in where.glob(f"{TEMPORARY}*"):
+        with suppress(OSError, ArtefactError):
+            about = left.lstat()
+            # one of tomorrow is not new either: the clock has gone back
+            old = abs(time.time() - about.st_mtime) > _ABANDONED
+            if stat.S_ISDIR(about.st_mode) and old and user in (None, about.st_uid):
+                with held(left):
+                    shutil.rmtree(left)

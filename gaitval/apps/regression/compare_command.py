@@ -1,0 +1,158 @@
+"""`gaitval compare`: many walks in one report, and what changed between two versions."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+from gaitval.errors import ConfigurationError, ToleranceError
+
+if TYPE_CHECKING:
+    from gaitval.apps.regression.versions import Flip
+
+
+@added_command(
+    "gaitval compare reports                  # all runs and baselines below reports/",
+    "gaitval compare reports/S05 runs/patient --out comparison",
+    "gaitval compare runs/new --before runs/old --strict",
+    after="report",
+)
+def compare(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN...",
+            help="Run folders, stored baselines, or folders that contain some; or folders of "
+            "`gaitval device`.",
+            show_default=False,
+        ),
+    ],
+    before: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--before",
+            metavar="FOLDER",
+            help="The same of an earlier version, matched by subject. May be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="Exit code 1 if a measure got worse by more than its margin, or if a subject of "
+            "--before has no walk now, or a device of it no result.",
+        ),
+    ] = False,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
+        "comparison"
+    ),
+) -> None:
+    """Put many walks into one report: comparison.html, comparison.pdf, and tables as CSV.
+
+    Tables by subject, each curve of all people side by side, and, with --before, what improved and
+    what got worse. A change counts only beyond the margin of its measure, which is that of a stored
+    baseline where --before is one. Nothing is simulated.
+    """
+    from gaitval.apps.regression import device_results
+
+    if strict and not before:
+        raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")
+    worn = [run for run in runs if device_results.is_result(run)]
+    earlier = [each for each in before or () if device_results.is_result(each)]
+    walked = [run for run in runs if run not in worn]
+    then = [each for each in before or () if each not in earlier]
+    if before:
+        _check_both("results of `gaitval device`", worn, earlier)
+        _check_both("walks", walked, then)
+    # both reports are written before either fails
+    worse = [
+        *(_compare_results(out, worn, earlier, strict=strict) if worn else ()),
+        *(_compare_walks(out, walked, then, strict=strict) if walked else ()),
+    ]
+    if worse:
+        raise ToleranceError(" ".join(worse))
+
+
+def _check_both(what: str, now: Sequence[Path], before: Sequence[Path]) -> None:
+    """Refuse to compare what is there in one version only: nothing would be compared with it."""
+    if bool(now) == bool(before):
+        return
+    here, there = ("RUN", "--before") if now else ("--before", "RUN")
+    raise ConfigurationError(
+        f"{', '.join(map(str, now or before))}: {what} given with {here}, but none with {there}, "
+        f"so they have nothing to be compared with. Give theirs with {there}, or leave them out."
+    )
+
+
+def _compare_results(
+    out: Path, worn: Sequence[Path], earlier: Sequence[Path], *, strict: bool
+) -> list[str]:
+    """Write the report of results of devices; in words, why a strict comparison fails."""
+    from gaitval.apps.regression import device_results
+    from gaitval.apps.regression.moved import print_moved
+    from gaitval.apps.regression.regression import lost
+
+    found = device_results.compare(out, worn, earlier)
+    display.plain(f"Devices: {len(worn)}. Report: {out / 'devices.html'}, .pdf, .csv")
+    print_moved(found.rows)
+    for names, why in ((found.gone, "no result now"), (found.added, "no result before")):
+        if names:
+            display.plain(f"{why} of {', '.join(names)}")
+    worse = len(lost(found.rows))
+    if not strict or not (worse or found.gone):
+        return []
+    missing = f"; no result now of {', '.join(found.gone)}" if found.gone else ""
+    return [
+        f"{worse} of {len(found.rows)} figures of devices moved by more than their "
+        f"margin{missing}. If the change is intended, compare with results of the new version."
+    ]
+
+
+def _compare_walks(
+    out: Path, runs: Sequence[Path], before: Sequence[Path], *, strict: bool
+) -> list[str]:
+    """Write the report of walks; in words, why a strict comparison fails."""
+    from gaitval.apps.regression.collect import collect, collect_versions
+    from gaitval.apps.regression.comparison_page import write_comparison
+    from gaitval.apps.regression.moved import print_moved
+    from gaitval.apps.regression.versions import matched
+
+    walks = collect(runs)
+    versions = matched(*collect_versions(before, walks)) if before else None
+    write_comparison(out, "comparison", walks, versions)
+    display.plain(f"Walks: {len(walks)}. Report: {out / 'comparison.html'}, .pdf and .csv")
+    if versions is None:
+        return []
+    for subject, flip in versions.flipped():
+        display.plain(_flip_line(subject, flip))
+    worse, improved = versions.lost(), versions.improved()
+    print_moved([row for _, row in (*worse, *improved)])
+    missing = versions.only_before
+    count = sum(len(pair.rows) for pair in versions.pairs)
+    told = f"{len(worse)} of {count} measures got worse "
+    told += f"by more than their margin, {len(improved)} better"
+    told += f"; no walk now of {', '.join(missing)}" if missing else ""
+    other = [pair.now.subject for pair in versions.pairs if not pair.same_record]
+    told += f"; compared with another record than before: {', '.join(other)}" if other else ""
+    if not strict or not (worse or missing):
+        display.plain(told)
+        return []
+    return [
+        f"{told}. The report in {out} says which; if the change is intended, compare with a "
+        "baseline of the new version."
+    ]
+
+
+def _flip_line(subject: str, flip: "Flip") -> str:
+    """A limit that is no longer kept, or is kept again."""
+    kind = "limit" if flip.decides else "limit for context"
+    verdict = f"{kind} {'is kept now' if flip.kept else 'is no longer kept'}"
+    before, now = ("–" if value is None else f"{value:.4g}" for value in (flip.before, flip.now))
+    of = "" if flip.target == "walk" else f", {flip.target}"
+    limit = f"{flip.limit.replace('_', ' ')} {flip.tolerance:g}"
+    unit = "" if flip.unit == "1" else f" {flip.unit}"
+    return f"{subject}: {verdict}: {flip.title}{of}: {before} → {now}{unit} ({limit})"

@@ -1,0 +1,435 @@
+"""One report of many walks: tables by subject, curves side by side, and what changed between two
+versions.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from gaitval.arrays import Array
+from gaitval.artefacts import versions as versions_of_here
+from gaitval.artefacts import write_text
+from gaitval.build_info import now, source_commit
+from gaitval.coordinates import SIDES
+from gaitval.metrics.groups import group_rows
+from gaitval.metrics.origin import is_judged, measure_origin
+from gaitval.metrics.record_results import KINDS, Kind
+from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
+from gaitval.metrics.typed import array
+from gaitval.metrics.verdicts import SIGNS, target_text
+from gaitval.reporting.drawing import WIDTH, new_figure, svg
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
+from gaitval.reporting.page import write_page
+from gaitval.reporting.words import number
+from gaitval.apps.regression.csv_text import csv_text
+from gaitval.apps.regression.pair_grids import pair_grids
+from gaitval.apps.regression.regression import Row
+from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
+
+CURVES: Final[tuple[tuple[Kind, str], ...]] = (
+    *(("angles", name) for name in ("hip_flexion", "knee_angle", "ankle_angle")),
+    *(("moments", name) for name in ("hip_flexion", "knee_angle", "ankle_angle")),
+    *(("forces", name) for name in ("vertical", "forward", "medial")),
+)
+COLUMNS: Final = 5
+SUBJECTS: Final = 10
+"""Most columns of a table, so that it fits on a printed page, and panels of a drawing."""
+_HEIGHTS: Final = {1: 1.6, 2: 2.0, 3: 1.7, 4: 1.45}
+"""Inches of a row of panels by their number, where they are wider than those of `COLUMNS`."""
+SHOWN: Final = 60
+"""Most rows of what changed; all are in the CSV file."""
+DIGITS: Final = {"Nm/kg": 3, "J/kg": 3, "1": 3, "%": 1, "cycles": 0, "walks": 0}
+"""Decimals of a measure by its unit; 2 of others."""
+CLIP: Final = 4.0
+"""Margins: changes beyond are drawn at the edge."""
+_KINDS: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
+
+
+def write_comparison(
+    folder: Path, name: str, walks: Sequence[StoredWalk], versions: Versions | None
+) -> None:
+    """Write `name`.html, `name`.pdf, all measures as `name`.csv and all curves as `name`_curves.csv
+    into `folder`, of at least one of `walks`; the same person may be there more than once.
+    `versions` are the same walks matched with those before; None if nothing is compared with.
+    """
+    before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
+    labels = _labels(walks)
+    groups = list(_groups(walks, labels))
+    write_text(folder / f"{name}.csv", _measures_csv(walks, labels, versions))
+    write_text(folder / f"{name}_curves.csv", _curves_csv(walks, labels, before))
+    write_page(
+        folder,
+        name,
+        "gaitval.apps.regression:comparison.html.j2",
+        {
+            "name": name,
+            "software": versions_of_here(),
+            "commit": source_commit(),
+            "written": now(),
+            "walks": [_overview(walk, label) for walk, label in zip(walks, labels, strict=True)],
+            "group_names": [row.group for row in group_rows(walks[0].metrics)],
+            "group_units": [row.unit for row in group_rows(walks[0].metrics)],
+            "groups": groups,
+            "means": _means(groups, [walk.subject for walk in walks]),
+            "people": len({walk.subject for walk in walks}),
+            "measures": _measure_tables(walks, labels),
+            "small_multiples": _drawings(walks, before),
+            "three_abreast": len(walks) == 1,
+            "before": bool(before),
+            "versions": None if versions is None else _versions(versions),
+            "pairs": [] if versions is None else pair_grids(versions.pairs),
+        },
+    )
+
+
+def _labels(walks: Sequence[StoredWalk]) -> list[str]:
+    """The subject of each walk; with its folder where there is another of the same."""
+    names = [walk.subject for walk in walks]
+    return [
+        name if names.count(name) == 1 else f"{name} ({walk.folder})"
+        for name, walk in zip(names, walks, strict=True)
+    ]
+
+
+def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
+    metrics = walk.metrics
+    pushes = metrics.push_recovery
+    stood = None if pushes is None else [each for row in pushes.survived for each in row]
+    known = [name for name, by in metrics.told.items() if by]
+    return {
+        "label": label,
+        "source": metrics.subject.source,
+        "told": "all" if len(known) == len(metrics.told) else ", ".join(known) or "nothing",
+        "speed": metrics.record.spatiotemporal.walking_speed,
+        "recorded": metrics.is_recorded_at_all,
+        "accepted": metrics.summary.accepted,
+        "judged": metrics.summary.accepted + metrics.summary.refused,
+        "reached": metrics.summary.goals_reached,
+        "goals": metrics.summary.goals,
+        "falls": sum(start.fell for start in metrics.walk.starts),
+        "starts": len(metrics.walk.starts),
+        "stood": None if stood is None else f"{sum(stood)} of {len(stood)}",
+        "version": metrics.provenance.versions.get("gaitval", "not known"),
+        "folder": str(walk.folder),
+        "sealed": walk.margins is not None,
+    }
+
+
+def _groups(walks: Sequence[StoredWalk], labels: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """RMSE and skill of each group of curves, a row a walk."""
+    for walk, label in zip(walks, labels, strict=True):
+        cells = []
+        for row in group_rows(walk.metrics):
+            skills = list(row.skills().values())
+            cells.append(
+                {
+                    "rmse": row.walked if is_judged(row.origin) else None,
+                    "skill": skills[0] if skills else None,
+                    "told": row.status == "fitted",
+                    "digits": 3 if row.unit == "Nm/kg" else 2,
+                }
+            )
+        yield {"label": label, "cells": cells}
+
+
+def _means(groups: Sequence[Mapping[str, Any]], people: Sequence[str]) -> list[dict[str, Any]]:
+    """Mean and SD over the people (`people`, a name a row), of each column; none where a walk was
+    too short. Who walked more than once counts once, with the mean of those walks: they are not
+    independent.
+    """
+    found = []
+    for cells in zip(*(row["cells"] for row in groups), strict=True):
+        walked: dict[str, list[float | None]] = {}
+        for person, cell in zip(people, cells, strict=True):
+            walked.setdefault(person, []).append(cell["rmse"])
+        known = None not in [each for values in walked.values() for each in values]
+        errors = [float(np.mean([e for e in v if e is not None])) for v in walked.values() if known]
+        whole = len(errors) > 1
+        found.append(
+            {
+                "mean": float(np.mean(errors)) if whole else None,
+                "sd": float(np.std(errors, ddof=1)) if whole else None,
+                "digits": cells[0]["digits"],
+            }
+        )
+    return found
+
+
+def _measure_tables(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[dict[str, Any]]:
+    """The worst value of every measure, a column a walk, at most `SUBJECTS` in a table."""
+    better = {margin.measure: margin.better for margin in load_registry().margin}
+    tables = []
+    for first in range(0, len(walks), SUBJECTS):
+        some = walks[first : first + SUBJECTS]
+        columns = [_worst(walk, better) for walk in some]
+        names = [name for name in WALK_UNITS if any(name in column for column in columns)]
+        tables.append(
+            {
+                "labels": labels[first : first + SUBJECTS],
+                "rows": [
+                    {
+                        "name": name.replace("_", " "),
+                        "unit": UNITS[name],
+                        "values": [column.get(name, "–") for column in columns],
+                    }
+                    for name in names
+                ],
+            }
+        )
+    return tables
+
+
+def _worst(walk: StoredWalk, better: Mapping[str, str]) -> dict[str, str]:
+    """The worst value of each measure over its targets; a dash if one was not measured."""
+    found: dict[str, list[float | None]] = {}
+    for row in walk.metrics.measures:
+        if is_judged(row.origin):
+            found.setdefault(row.measure, []).append(row.value)
+    shown = {}
+    for name, values in found.items():
+        worst = max if better[name] == "lower" else min
+        known = [value for value in values if value is not None]
+        whole = len(known) == len(values)
+        shown[name] = number(worst(known) if whole else None, DIGITS.get(UNITS[name], 2))
+    return shown
+
+
+def _versions(versions: Versions) -> dict[str, Any]:
+    moved = [*versions.lost(), *versions.improved()]
+    rows = [row for pair in versions.pairs for row in pair.rows]
+    return {
+        "pairs": [
+            {
+                "subject": pair.now.subject,
+                "before": str(pair.before.folder),
+                "now": str(pair.now.folder),
+                "sealed": pair.before.margins is not None,
+                "same_record": pair.same_record,
+                **{
+                    change: sum(row.change == change for row in pair.rows)
+                    for change in ("lost", "improved", "kept")
+                },
+            }
+            for pair in versions.pairs
+        ],
+        "rows": [_moved(subject, row) for subject, row in moved[:SHOWN]],
+        "more": max(0, len(moved) - SHOWN),
+        "lost": len(versions.lost()),
+        "improved": len(versions.improved()),
+        "count": len(rows),
+        "only_before": versions.only_before,
+        "only_now": versions.only_now,
+        "flips": [_flip(subject, flip) for subject, flip in versions.flipped()],
+        "drawing": _strips(versions),
+    }
+
+
+def _moved(subject: str, row: Row) -> dict[str, Any]:
+    grown = in_margins(row)
+    return {
+        "subject": subject,
+        "measure": row.measure.replace("_", " "),
+        "target": target_text(row.target),
+        "before": _value(row.baseline),
+        "now": _value(row.current),
+        "unit": row.unit,
+        "margin": f"{row.margin:g}",
+        "grown": "" if grown is None or math.isinf(grown) else number(grown, 1),
+        "lost": row.change == "lost",
+    }
+
+
+def _flip(subject: str, flip: Flip) -> dict[str, Any]:
+    return {
+        "subject": subject,
+        "title": flip.title,
+        "target": target_text(flip.target),
+        "decides": flip.decides,
+        "before": _value(flip.before),
+        "now": _value(flip.now),
+        "limit": f"{SIGNS[flip.limit]} {flip.tolerance:g}",
+        "unit": "" if flip.unit == "1" else flip.unit,
+        "kept": flip.kept,
+    }
+
+
+def _value(value: float | None) -> str:
+    return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
+
+
+def _strips(versions: Versions) -> str:
+    """Change of every measure in its margins, a dot for each subject and target; worse is right."""
+    better = {margin.measure: margin.better for margin in load_registry().margin}
+    found: dict[str, list[float]] = {}
+    for pair in versions.pairs:
+        for row in pair.rows:
+            grown = in_margins(row)
+            if grown is not None:
+                sign = 1.0 if better[row.measure] == "lower" else -1.0
+                found.setdefault(row.measure, []).append(sign * grown)
+    names = list(found)
+    with new_figure(0.21 * len(names) + 0.8) as figure:
+        axes = figure.subplots()
+        axes.axvspan(-1.0, 1.0, color=BAND_COLOUR, zorder=0)
+        axes.axvline(0.0, color="#b0b0b0", linewidth=0.5, zorder=1)
+        random = np.random.default_rng(0)  # spreads dots that would lie on each other
+        for place, name in enumerate(names):
+            values = np.clip(found[name], -CLIP, CLIP)
+            colours = np.where(
+                values > 1.0, COLOURS["left"], np.where(values < -1.0, COLOURS["right"], "#606060")
+            )
+            height = place + random.uniform(-0.25, 0.25, len(values))
+            axes.scatter(values, height, s=7, c=colours, linewidths=0, zorder=2)
+        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+        axes.set_ylim(len(names) - 0.4, -0.6)
+        axes.set_xlim(-CLIP - 0.2, CLIP + 0.2)
+        axes.set_xlabel("better  ←  change in margins  →  worse")
+        return svg(figure, "changes")
+
+
+def _drawings(
+    walks: Sequence[StoredWalk], before: Mapping[int, StoredWalk]
+) -> list[dict[str, Any]]:
+    """Each curve of all walks, a panel a walk."""
+    found = []
+    for kind, name in CURVES:
+        unit = walks[0].metrics.units.of(kind)
+        parts = [
+            _panels(walks[first : first + SUBJECTS], kind, name, before, first)
+            for first in range(0, len(walks), SUBJECTS)
+        ]
+        found.append(
+            {
+                "title": NAMES[name]
+                + {"angles": "", "moments": " moment", "forces": " force"}[kind],
+                "unit": unit.replace("deg", "°"),
+                "parts": parts,
+            }
+        )
+    return found
+
+
+def _panels(
+    walks: Sequence[StoredWalk],
+    kind: Kind,
+    name: str,
+    before: Mapping[int, StoredWalk],
+    first: int,
+) -> str:
+    rows = -(-len(walks) // COLUMNS)
+    columns = min(COLUMNS, len(walks))
+    with new_figure(_HEIGHTS.get(columns, 1.25) * rows + 0.2, width=_width(len(walks))) as figure:
+        axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+        for index, (axis, walk) in enumerate(zip(axes, walks, strict=False)):
+            # a number and not the name, which comes from outside and may be long
+            axis.set_title(_short(walk.subject) or str(first + index + 1), loc="left", pad=2)
+            _panel(axis, walk, kind, name, before.get(id(walk)))
+        for axis in axes[len(walks) :]:
+            axis.set_visible(False)
+        axes[0].set_xlim(0, 100)
+        axes[0].set_xticks([0, 50, 100])
+        return svg(figure, f"{kind}-{name}-{first}")
+
+
+def _width(walks: int) -> float:
+    """Inches of a drawing with a panel for each walk; those of one walk stand three abreast."""
+    return WIDTH / 3 if walks == 1 else WIDTH
+
+
+def _short(name: str) -> str:
+    """A name that is short and plain enough to be drawn; else nothing."""
+    plain = name.isascii() and all(each.isalnum() or each in "-_. " for each in name)
+    return name.replace("_", "-") if plain and len(name) <= 14 else ""
+
+
+def _panel(axis: Axes, walk: StoredWalk, kind: Kind, name: str, before: StoredWalk | None) -> None:
+    axis.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+    for side in SIDES:
+        key = f"{name}_{side[0]}"
+        recorded = walk.metrics.record.curves.of(kind)[key]
+        style = "-" if side == "right" else (0, (3, 1.5))
+        axis.plot(
+            PERCENT, _array(recorded), color=RECORD_COLOUR, linewidth=1.7, linestyle=style, zorder=2
+        )
+        if before is not None:
+            earlier = before.metrics.walk.curves.of(kind)[key].mean
+            axis.plot(
+                PERCENT, _array(earlier), color=COLOURS[side], linewidth=0.8,
+                linestyle=(0, (1, 1.2)), zorder=3,
+            )  # fmt: skip
+        axis.plot(
+            PERCENT, _array(walk.metrics.walk.curves.of(kind)[key].mean), color=COLOURS[side],
+            linewidth=1.0, linestyle=style, zorder=4,
+        )  # fmt: skip
+
+
+def _array(values: Sequence[float | None] | None) -> Array:
+    """A curve, nulls as NaN; nothing but NaN for a curve that is not there."""
+    if values is None:
+        return np.full(len(PERCENT), np.nan)
+    return array(values)
+
+
+def _measures_csv(
+    walks: Sequence[StoredWalk], labels: Sequence[str], versions: Versions | None
+) -> str:
+    pairs = {} if versions is None else {id(pair.now): pair for pair in versions.pairs}
+    lines: list[list[object]] = [
+        [
+            *("walk", "subject", "measure", "target", "unit", "comparison", "value"),
+            *("before", "margin", "change", "compared_with"),
+        ]
+    ]
+    for walk, label in zip(walks, labels, strict=True):
+        how = {(m.measure, m.target): m.comparison for m in walk.metrics.measures}
+        origins = walk.metrics.origins
+        pair = pairs.get(id(walk))
+        if pair is None:
+            lines += [
+                [
+                    *(label, walk.subject, row.measure, row.target, row.unit),
+                    *(row.comparison, row.value, None, None, None),
+                    measure_origin(row.measure, row.target, origins),
+                ]
+                for row in walk.metrics.measures
+            ]
+            continue
+        lines += [
+            [
+                *(label, walk.subject, row.measure, row.target, row.unit),
+                *(how.get((row.measure, row.target)), row.current, row.baseline, row.margin),
+                *(row.change, measure_origin(row.measure, row.target, origins)),
+            ]
+            for row in pair.rows
+        ]
+    return csv_text(lines)
+
+
+def _curves_csv(
+    walks: Sequence[StoredWalk], labels: Sequence[str], before: Mapping[int, StoredWalk]
+) -> str:
+    lines: list[list[object]] = [
+        [
+            *("walk", "quantity", "side", "percent", "unit"),
+            *("recorded", "simulated", "sd", "before"),
+        ]
+    ]
+    for walk, label in zip(walks, labels, strict=True):
+        earlier = before.get(id(walk))
+        for kind in sorted(KINDS):
+            unit = walk.metrics.units.of(kind)
+            for key, curve in walk.metrics.walk.curves.of(kind).items():
+                old = None if earlier is None else earlier.metrics.walk.curves.of(kind)[key].mean
+                recorded = walk.metrics.record.curves.of(kind)[key]
+                columns = (recorded, curve.mean, curve.sd, old)
+                name, side = key[:-2], {"r": "right", "l": "left"}[key[-1]]
+                lines += [
+                    [label, f"{name} {_KINDS[kind]}", side, percent, unit]
+                    + [None if column is None else column[percent] for column in columns]
+                    for percent in PERCENT.tolist()
+                ]
+    return csv_text(lines)

@@ -1,0 +1,98 @@
+"""Warnings about a walking trial: its markers, its forces and its clock."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+
+from gaitval.gait.events import marker_events
+from gaitval.gait.plate_contacts import OUTSIDE
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.gait.sampling import interpolated
+from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.mocap.findings import Finding
+from gaitval.mocap.foot_markers import pelvis_markers
+from gaitval.mocap.lost_frames import lost_frames
+from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
+from gaitval.session.request import Request
+from gaitval.checks.event_checks import contact_doubts
+from gaitval.checks.force_checks import (
+    channel_doubts,
+    force_doubts,
+    place_doubts,
+    whole_stances,
+)
+from gaitval.checks.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval.checks.motion_checks import (
+    aid_doubts,
+    belt_doubts,
+    motion_doubts,
+    swing_doubts,
+    weight_doubts,
+)
+
+__all__ = ["belt_doubts", "marker_doubts", "trial_doubts"]
+
+
+def marker_doubts(
+    as_read: Recording,
+    standing: Recording,
+    walking: Recording,
+    landmarks: Mapping[str, str],
+    moved: Iterable[MarkerDistance],
+) -> Iterator[QualityFlag]:
+    """All warnings about the markers of a trial, `as_read` in the axes of its file. `standing` and
+    `walking` are both trials, cleaned, in the project's axes, and `landmarks` names their markers;
+    `moved` are distances on a segment that differ between them (`same_person.displaced`).
+    """
+    yield from trajectory_doubts(as_read)
+    for one in moved:
+        yield QualityFlag(
+            "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
+            f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
+            "one of the two has moved, or is not the same marker; left as it is: check the labels",
+        )  # fmt: skip
+    yield from foot_marker_doubts(standing, walking, landmarks)
+
+
+def trial_doubts(
+    request: Request,
+    recording: Recording,
+    landmarks: Mapping[str, str],
+    events: Sequence[Event],
+    findings: Sequence[Finding],
+    measured: tuple[FootForces, FootForces, InverseDynamics] | None,
+) -> tuple[QualityFlag, ...]:
+    """All warnings about a trial of `request` but those about events of its file. `recording` is
+    cleaned and zeroed, and `landmarks` names its markers; `events` were found; `findings` are of
+    `assign_forces`. `measured` are forces at their own rate, at the marker frames, and inverse
+    dynamics with these; None without forces.
+    """
+    found = [*swing_doubts(events, request.height_m, forces=measured is not None)]
+    if measured is None:
+        return tuple(found)
+    forces, loads, dynamics = measured
+    needed = loads.force.sum(axis=1) + dynamics.residual_force
+    if request.aid is not None:
+        # The aid is in none of the balances of force and motion; channels can still be dead.
+        channels = [channel_doubts(plate, recording.force_rate) for plate in recording.plates]
+        return (*found, *aid_doubts(request.aid, needed, loads), *chain(*channels))
+    if weight := [*weight_doubts(needed, loads)]:
+        return (*found, *weight)  # everything else is off for the same reason
+    frames = (forces.time - recording.start) * recording.marker_rate
+    pelvis = interpolated(pelvis_markers(recording, landmarks), frames)
+    stances = whole_stances(recording, forces)
+    of_plates = [*force_doubts(recording, forces, pelvis)]
+    for plate in recording.plates:
+        outside = sum(
+            OUTSIDE in one.action and one.names[0] == f"plate {plate.name}" for one in findings
+        )
+        used = sum(stance.plate == plate.name for stance in stances)
+        of_plates += place_doubts(plate.name, outside, used)
+    of_motion = motion_doubts(needed, loads, stances, forces.rate, request.mass_kg)
+    contacts = [*contact_doubts(forces, marker_events(recording, landmarks=landmarks))]
+    # What was lost, not a plate, makes events differ; looking for it takes a while.
+    if contacts and not lost_frames(recording.markers):
+        found += contacts
+    named = {doubt.plate for doubt in of_plates}
+    # a plate with a warning already explains why its force and the motion disagree
+    return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))

@@ -1,0 +1,119 @@
+"""Commands of the published data sets: what there is, and their download."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import (
+    BarColumn,
+    DownloadColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+    TransferSpeedColumn,
+)
+from rich.text import Text
+
+from gaitval.terminal import display
+from gaitval.terminal.app import Added, Command, Group
+
+data_app = typer.Typer(
+    cls=Group,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="List and download published data sets; copy the sample recording.",
+)
+data = Added(data_app, after="subjects")
+
+FolderOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--folder", help="Folder of the data; by default the user's cache.", show_default=False
+    ),
+]
+
+
+@data_app.command(
+    "list",
+    cls=Command,
+    help="List the data sets that can be fetched, and which parts are on this machine."
+    "\n\n\b\nExamples:\n  gaitval data list",
+)
+def data_list(folder: FolderOption = None) -> None:
+    """List the data sets."""
+    from gaitval.datasets.archive import datasets
+
+    for state in datasets(folder):
+        dataset = state.dataset
+        missing = f"missing: {', '.join(state.missing)}" if state.missing else "complete"
+        display.output.print(Text(dataset.name, style="bold"), "", dataset.title)
+        display.output.print(
+            f"  {dataset.size / 1e9:.2f} GB, {dataset.licence}, doi:{dataset.doi}\n"
+            f"  {dataset.citation}\n  {state.folder}: {missing}",
+        )
+
+
+@data_app.command(
+    "fetch",
+    cls=Command,
+    help="Download a data set by its DOI, verify it and unpack it. The same command resumes."
+    "\n\n\b\nExamples:\n  gaitval data fetch wbds\n  gaitval data fetch wbds --folder /data",
+)
+def data_fetch(
+    name: Annotated[str, typer.Argument(help="Name of the data set, see `gaitval data list`.")],
+    folder: FolderOption = None,
+) -> None:
+    """Download a data set."""
+    from gaitval.datasets.archive import fetch
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        DownloadColumn(),
+        TransferSpeedColumn(),
+        TimeRemainingColumn(),
+        console=display.messages,
+    )
+    tasks: dict[str, TaskID] = {}
+
+    def show(file: str, done: int, total: int | None) -> None:
+        if file not in tasks:
+            tasks[file] = bar.add_task(file, total=total)
+        bar.update(tasks[file], completed=done, total=total)
+
+    with bar:
+        files = fetch(name, folder, on_progress=show)
+    for file in files:
+        how = "downloaded" if file.downloaded else "was here"
+        if file.resumed_from:
+            how += f", continued from {file.resumed_from / 1e6:.0f} MB"
+        display.output.print(
+            f"{file.path}: {how}; MD5 {file.md5} as stated by the {file.hash_from}",
+            soft_wrap=True,
+        )
+
+
+@data_app.command(
+    "sample",
+    cls=Command,
+    help="Copy the sample recording: markers and force plates of a virtual person, as C3D, with "
+    "the true angles and moments beside them. It comes with gaitval; nothing is downloaded."
+    "\n\n\b\nExamples:\n  gaitval data sample\n  gaitval data sample recordings/sample",
+)
+def data_sample(
+    folder: Annotated[
+        Path, typer.Argument(metavar="[FOLDER]", help="Where to copy it.", show_default=False)
+    ] = Path("sample"),
+) -> None:
+    """Copy the sample recording."""
+    from gaitval.artefacts import read_json
+    from gaitval.datasets.sample import copy_sample, import_line
+
+    files = copy_sample(folder)
+    size = sum(file.stat().st_size for file in files)
+    display.plain(f"{folder}: {', '.join(file.name for file in files)} ({size / 1e3:.0f} kB)")
+    line = import_line(folder, read_json(folder / "truth.json"))
+    display.plain(f"Import it: {line}")

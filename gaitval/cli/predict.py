@@ -1,0 +1,173 @@
+"""The command that walks a person at a speed that was not recorded, or that is held out."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from gaitval.terminal import display
+from gaitval.terminal.app import (
+    ConfigOption,
+    OutOption,
+    SetOption,
+    SubjectArgument,
+    UseOption,
+    added_command,
+)
+from gaitval.errors import ConfigurationError
+
+AS_WALKED: Final = 0.005
+"""m/s, from a trial's speed within which a speed is that of the trial."""
+
+if TYPE_CHECKING:
+    from gaitval.datasets.subject import Subject
+    from gaitval.metrics.results import Metrics
+
+
+@added_command(
+    "gaitval predict 5 --speed 0.95",
+    "gaitval predict 5 --holdout T03",
+    "gaitval predict 5 --holdout slow_trial.toml",
+    "gaitval predict my_patient.toml --speed 1.3 --use kinematics",
+    after="import",
+)
+def predict(
+    subject: SubjectArgument,
+    speed: Annotated[
+        float | None,
+        typer.Option("--speed", metavar="M/S", help="Speed to walk at.", show_default=False),
+    ] = None,
+    holdout: Annotated[
+        str | None,
+        typer.Option(
+            "--holdout",
+            metavar="TRIAL",
+            help="Predict this trial of the subject, which is held out, and compare. A name, or "
+            "the file of the same person on another trial.",
+            show_default=False,
+        ),
+    ] = None,
+    use: UseOption = None,
+    out: OutOption = None,
+    config: ConfigOption = None,
+    settings: SetOption = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Also beyond 50 % of a speed that was walked; run again."),
+    ] = False,
+) -> None:
+    """Walk at a speed that was not recorded, or that is held out.
+
+    What is expected at that speed follows from the person's other trials and from how other people
+    change with speed. One policy for each person learns the range of speeds (the first time: 5
+    minutes); a speed then takes a minute. With --holdout the walk is compared with the trial that
+    was held out, beside predictions that need no model: the nearest trial copied, the straight line
+    of two trials, the change of other people added.
+    """
+    from gaitval.configuration import load_configuration
+    from gaitval.datasets.subject_file import builtin_subjects, load_subject
+    from gaitval.metrics.results import read_metrics
+    from gaitval.prediction.known import told
+    from gaitval.study.stage import open_run
+    from gaitval.study.predicted_study import run_prediction, run_range
+
+    person = load_subject(subject)
+    if holdout is not None and holdout.endswith(".toml"):
+        # a file of another trial: it is added to the person, and held out by its name
+        person = person.with_trial(load_subject(holdout))
+        holdout = person.trials[-1].name
+    wanted = _wanted(speed, holdout)
+    chosen = [*(settings or ()), *([f"record.use={use}"] if use else []), *wanted]
+    configuration = load_configuration(config, settings=chosen)
+    record = configuration.record
+    if record.speed:
+        _check_unwalked(person, record.speed)
+    told(person, record, builtin_subjects(), forced=force)  # refuses what cannot be predicted
+    name = f"{person.identifier}-range"
+    name += f"-without-{record.holdout}" if record.holdout else ""
+    name += "-kinematics" if record.use == "kinematics" else ""
+    folder = out or Path("reports") / name
+    # one range for all speeds: a speed in its settings would train it again for each
+    of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
+    at = record.speed or person.on_trial(record.holdout).walking_speed_m_s
+    with display.live_view() as live:
+        with open_run(person, of_range, folder, live) as run:
+            run_range(run, force=force)
+        with open_run(person, configuration, folder / f"at-{at:g}", live) as run:
+            run_prediction(run, folder, force=force)
+    metrics = read_metrics(run.folder)
+    if record.holdout:
+        display.print_groups(metrics)
+    else:
+        print_distances(metrics)
+    display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
+    display.print_verdict(metrics)
+
+
+def _check_unwalked(person: "Subject", speed: float) -> None:
+    """Refuse to predict what was recorded: the walk would then not be compared with it."""
+    for name in (person.trial, *(trial.name for trial in person.trials)):
+        walked = person.on_trial(name).walking_speed_m_s
+        if abs(walked - speed) < AS_WALKED:
+            raise ConfigurationError(
+                f"--speed {speed:g}: {person.identifier} was recorded at {walked:g} m/s (trial "
+                f"{name}), so there is nothing to predict. Give --holdout {name} to predict that "
+                "trial from the others and compare."
+            )
+
+
+def _wanted(speed: float | None, holdout: str | None) -> list[str]:
+    """Settings for the speed or the trial to predict."""
+    if (speed is None) == (holdout is None):
+        raise ConfigurationError(
+            "give one of --speed (m/s) and --holdout (a trial, whose speed is predicted)."
+        )
+    if holdout is not None and not holdout.strip():
+        raise ConfigurationError(
+            "--holdout: empty. Give the name of a trial of the subject, such as T03."
+        )
+    if speed is not None:
+        if not 0.0 < speed < math.inf:
+            raise ConfigurationError(
+                f"--speed {speed:g}: not a walking speed. Give one above zero, in m/s."
+            )
+        return [f"record.speed={speed}"]
+    return [f'record.holdout="{holdout}"']
+
+
+def print_distances(metrics: "Metrics") -> None:
+    """Print, where nothing was recorded, the walk's distance in `metrics` from its prediction,
+    beside the errors of predictions of held-out trials.
+    """
+    from rich.table import Table
+
+    from gaitval.metrics.groups import group_rows
+
+    errors = metrics.prediction_errors
+    held_out = {} if errors is None else {row.group: row for row in errors.groups}
+    table = Table(title=f"{metrics.subject.identifier}: distance from the prediction")
+    for name in ("mean RMSE", "walk from prediction", "prediction from held-out trials", "unit"):
+        table.add_column(name)
+    for row in group_rows(metrics):
+        known = held_out.get(row.group)
+        spread = "" if known is None or known.sd is None else f" ± {known.sd:.2g}"
+        table.add_row(
+            row.group,
+            "fell" if row.walked is None else f"{row.walked:.3g}",
+            "not known" if known is None else f"{known.mean:.3g}{spread}",
+            row.unit,
+        )
+    display.output.print(table)
+    if errors is not None:
+        whose = "of this person" if errors.own else f"of {errors.people} other people"
+        display.output.print(
+            f"The uncertainty of the prediction is that of {errors.trials} recorded trials "
+            f"{whose}, each predicted from the same person's others, from as far in speed.",
+            soft_wrap=True,
+        )  # fmt: skip
+    else:
+        display.plain(
+            "How wrong the prediction is, is not known: no recorded trial is as far in speed from "
+            "the same person's others."
+        )

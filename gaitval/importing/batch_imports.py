@@ -1,0 +1,194 @@
+"""The people of a session file or folder, one import after the other.
+
+An import that is refused does not stop the others.
+"""
+
+import csv
+import io
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Final, get_args
+
+from gaitval import wings
+from gaitval.artefacts import read_toml, write_text
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.metrics.recording_limits import State, failure
+from gaitval.importing.importing import Imported, import_files
+from gaitval.session.request import Tell, silent
+from gaitval.importing.summary import limit_rows
+from gaitval.session.trial import valid_cycles
+from gaitval.importing.write import FOLDER
+from gaitval.importing.batch_person import BatchPerson, person_of
+
+TABLE: Final = "batch.csv"
+_OF_THE_PAGE: Final = ("What was found before this:", "Everything else was worked out:")
+"""What begins a line that only says where the page is, which has a column of its own."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one person; empty where it was not reached.
+
+    Attributes
+    ----------
+    trials : used, of those given.
+    cycles : for moments and forces, or for angles if there are no forces; right and left.
+    reason : why it was refused and what to do, in one line.
+    page : to read.
+    limits : how many passed, failed and were not judged.
+    failed : those that failed, with value and limit.
+    warnings : of the import, and why trials were left out.
+    """
+
+    name: str
+    made: bool
+    trials: str
+    cycles: str
+    reason: str
+    page: str
+    limits: str = ""
+    failed: str = ""
+    warnings: str = ""
+
+
+def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
+    """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
+    else of the program that wrote it, if a wing reads its folders.
+
+    `tell` is called with a sentence for each key of an earlier gaitval, what it is read as, and for
+    each person of a program's folder, which of its files are read. Raises
+    ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
+    people have one name.
+    """
+    path = Path(path)
+    files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
+    people = [person for file in files for person in _read(file, tell)]
+    for name in wings.names(wings.SESSIONS) if path.is_dir() and not files else ():
+        for about, tables in wings.load(wings.SESSIONS, name)(path):
+            for table in tables:
+                people.append(person_of(about, f"read as {name}", table, tell))
+                still = table.get("static", "none")
+                walks = ", ".join(table["trials"])
+                tell("session", f"{about}: read as {name}: standing trial {still}; walks {walks}")
+    if not people:
+        raise ConfigurationError(
+            f"{path}: no session.toml in this folder or below it. Write one with a table "
+            "[[people]] for each person (gaitval imports --help)."
+        )
+    names = [person.name for person in people]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ConfigurationError(
+            f"{path}: {', '.join(twice)}: more than one person of this name, whose files would be "
+            "written over each other. Give each a name of their own."
+        )
+    return tuple(people)
+
+
+def _read(file: Path, tell: Tell) -> list[BatchPerson]:
+    values = read_toml(file, ConfigurationError, "Check the name and the folder")
+    tables = values.get("people")
+    if not isinstance(tables, list) or not tables or set(values) != {"people"}:
+        raise ConfigurationError(
+            f"{file}: a session file has a table [[people]] for each person, and nothing else; "
+            f"this one has {', '.join(values) or 'nothing'}."
+        )
+    return [
+        person_of(file, f"person {number}", table, tell)
+        for number, table in enumerate(tables, start=1)
+    ]
+
+
+def import_batch(
+    people: Sequence[BatchPerson],
+    out: Path,
+    configuration: Configuration,
+    *,
+    tell: Callable[[str, str, str], None] | None = None,
+) -> list[Outcome]:
+    """Import `people` one after the other, each into a folder of their name in `out`; writes a
+    table.
+
+    `configuration` serves all; `tell` is called with each decision: person, step, and a sentence.
+    """
+    outcomes = []
+    for person in people:
+
+        def told(step: str, text: str, name: str = person.name) -> None:
+            if tell is not None:
+                tell(name, step, text)
+
+        # The table is written after every person: a run that is cut off has those that are done.
+        outcomes.append(_one(person, Path(out), configuration, told if tell else silent))
+        _write(Path(out) / TABLE, outcomes)
+    return outcomes
+
+
+def _one(person: BatchPerson, out: Path, configuration: Configuration, tell: Tell) -> Outcome:
+    options = person.model_copy(update={"person": person.person or person.name})
+    try:
+        imported = import_files(options, out / person.name, configuration=configuration, tell=tell)
+    except GaitvalError as error:
+        tell("refused", str(error))
+        pages = [out / person.name / FOLDER / f"{name}.html" for name in ("recording", "refused")]
+        page = next((str(each) for each in pages if each.exists()), "")
+        trials = f"0 of {len(person.trials)}"
+        return Outcome(person.name, False, trials, "", _in_one_line(error), page)
+    return _made(person, imported, out)
+
+
+def _in_one_line(error: GaitvalError) -> str:
+    """All that an error says, and the options to continue with, without line breaks."""
+    lines = [line for line in str(error).splitlines() if line.strip()]
+    said, in_list = "", False
+    for line in lines:
+        if line.startswith(_OF_THE_PAGE):
+            continue
+        item = line[0].isspace()
+        if in_list:  # its items have no full stop
+            said = said.rstrip(".;") + (";" if item else ".")
+        said, in_list = f"{said} {line.strip()}", item
+    if error.goes_on:
+        said += f" To continue without it: {' or '.join(error.goes_on)}."
+    return re.sub(r"\s+", " ", said).strip()
+
+
+def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
+    found = imported.found
+    kinetics = bool(found.forces)
+    counts = [
+        sum(len(valid_cycles(walk, side, kinetics=kinetics)) for walk in found.trials)
+        for side in SIDES
+    ]
+    rows = limit_rows(found)
+    states = Counter(row.state for row in rows)
+    return Outcome(
+        name=person.name,
+        made=True,
+        trials=f"{len(found.trials)} of {len(person.trials)}",
+        cycles=f"{counts[0]} right, {counts[1]} left",
+        reason="",
+        page=str(out / person.name / FOLDER / "recording.html"),
+        limits=", ".join(f"{states[state]} {state}" for state in get_args(State)),
+        failed="; ".join(
+            failure(row.name, row.value, row.limit, row.unit) for row in rows if row.failed
+        ),
+        warnings="; ".join(
+            re.sub(r"\s+", " ", text.strip().rstrip("."))
+            for step, text in found.decisions
+            if step in ("warnings", "trials")  # of these, those that are left out
+        ),
+    )
+
+
+def _write(path: Path, outcomes: Sequence[Outcome]) -> None:
+    text = io.StringIO()
+    table = csv.DictWriter(text, [field.name for field in fields(Outcome)], lineterminator="\n")
+    table.writeheader()
+    table.writerows(asdict(outcome) for outcome in outcomes)
+    write_text(path, text.getvalue())

@@ -1,0 +1,114 @@
+"""An import from what a user gives to the files of a folder, for the command and for Python."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from gaitval import wings
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
+from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.folder_lock import held
+from gaitval.importing.person import check_there, person_of_session
+from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
+from gaitval.session.session import Import, Progress, work_out
+from gaitval.session.subject import subject_of
+from gaitval.importing.write import SUBJECT, check_folder, write_import, write_subject
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import found and wrote.
+
+    Attributes
+    ----------
+    files : below the folder, but for `subject.toml`.
+    subject_file : of `subject`.
+    """
+
+    found: Import
+    subject: Subject
+    files: tuple[Path, ...]
+    subject_file: Path
+
+
+def import_files(
+    options: ImportOptions, out: Path, *, configuration: Configuration, tell: Tell = silent
+) -> Imported:
+    """Work out the trials of a session (`options`) and write everything into the folder `out`.
+
+    A refusal throws nothing away: what was found before it is written, with a page. The subject is
+    named after the folder; `configuration` has the constants; `tell` is called with each decision:
+    the step, and a sentence.
+
+    Raises
+    ------
+    ConfigurationError : motion or plates are to be changed by forces that an aid shares.
+    ArtefactError : the folder cannot be written to, or holds a subject that no import wrote.
+    SubjectError : a body that cannot be.
+    RecordError, ScalingError : see `gaitval.session.session.work_out`.
+    """
+    out = Path(out)
+    check_folder(out)
+    progress = Progress()
+    request = request_of(options, out, progress.noting(tell))
+    # A typing error leaves no folder behind.
+    check_there([request.static, *(path for name in FILES for path in getattr(request, name))])
+    if request.aid is not None and (request.consistent or request.correct):
+        raise ConfigurationError(
+            f"--{'consistent' if request.consistent else 'correct'} with --aid {request.aid}: what "
+            "the aid carries is not measured, and would be taken for an error of masses, motion or "
+            "plates. Leave one of them out."
+        )
+    if request.correct:
+        wings.load(wings.PARTS, "correctable")(request.correct)
+    with held(out):
+        return _import(out, request, configuration, tell, progress)
+
+
+def _import(
+    out: Path, request: Request, configuration: Configuration, tell: Tell, progress: Progress
+) -> Imported:
+    """Work out a request and write what was found, in a folder that is locked."""
+    try:
+        # as `scale_subject` has it of the subject that comes of this
+        symmetric = configuration.scaling.symmetric and request.prosthesis not in SIDES
+        found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
+    except GaitvalError as error:
+        from gaitval.importing.refusal import EARLIER, write_refusal
+
+        had = (out / SUBJECT).exists()
+        page = write_refusal(out, request, progress, error, configuration.report)
+        said = f"{error}\nWhat was found before this: {page}"
+        said += f"\nThe subject of the import before is kept: {out / EARLIER}" if had else ""
+        raise type(error)(said).with_way_on(*error.goes_on) from None
+    files = tuple(write_import(out, found, configuration))
+    try:
+        if request.halves is None:
+            subject = subject_of(found)
+        else:
+            subject = wings.load(wings.PARTS, "halves")(found, request.halves)
+    except GaitvalError as error:
+        raise type(error)(
+            f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"
+        ).with_way_on(*error.goes_on) from None
+    return Imported(found, subject, files, write_subject(out, subject))
+
+
+def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
+    """What is to be worked out, into `out`: what the `options` do not give of the person comes from
+    the files, and `tell` says so.
+    """
+    known = person_of_session(options, tell)
+    static = options.trials[0] if options.static is None else options.static
+    given = {name: getattr(options, name) for name in ImportOptions.model_fields}
+    folder = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
+    about = {"static": static, "identifier": folder or "subject"}
+    request = Request.model_validate(given | known._asdict() | about)
+    person, laboratory, guessed = request.who
+    assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
+    said = [(name, getattr(request, name)) for name in ("age", "prosthesis", "aid")]
+    also = "".join(f", {name} {value}" for name, value in said if value is not None)
+    tell("person", f"{person} of laboratory {laboratory}, trial {request.trial}{also}{assumed}")
+    return request

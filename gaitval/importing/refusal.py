@@ -1,0 +1,114 @@
+"""What an import that was refused found before: a page, and the files that were finished."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gaitval import wings
+from gaitval.artefacts import versions
+from gaitval.build_info import now, source_commit
+from gaitval.configuration import ReportSettings
+from gaitval.coordinates import SIDES
+from gaitval.errors import GaitvalError
+from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.reporting.page import write_page
+from gaitval.session.request import Request
+from gaitval.session.session import Progress
+from gaitval.session.trial import WalkingTrial, valid_cycles
+from gaitval.importing.write import (
+    FOLDER,
+    RECORD,
+    REFUSED,
+    SUBJECT,
+    cycle_table,
+    refusal_files,
+    write_body,
+    write_table,
+    writing,
+)
+
+EARLIER: Final = f"{SUBJECT}.before"
+"""The subject of an earlier import into the folder of one that was refused."""
+_STEPS: Final = (
+    "reading the files, axes and names of the markers",
+    "scaling the body",
+    "motion, events and forces of the trials",
+    "gait cycles of both sides, moments and forces",
+)
+
+
+def write_refusal(
+    folder: Path,
+    request: Request,
+    progress: Progress,
+    error: GaitvalError,
+    settings: ReportSettings | None = None,
+) -> Path:
+    """Write what was found before an error into `folder`; returns the page.
+
+    The subject of an earlier import is not that of these files: it is kept as `EARLIER`, where no
+    command takes it for this one's. The page shows `request`, `progress` and `error`; `settings`
+    are paper and language, A4 and English by default.
+    Raises ArtefactError if the folder cannot be written to.
+    """
+    target = Path(folder) / FOLDER
+    with writing(folder):
+        target.mkdir(parents=True, exist_ok=True)
+        if (Path(folder) / SUBJECT).exists():
+            (Path(folder) / SUBJECT).replace(Path(folder) / EARLIER)
+        (target / RECORD).unlink(missing_ok=True)
+        written = _finished(target, progress)
+        reached = sum(
+            (progress.session is not None, progress.body is not None, bool(progress.trials))
+        )
+        context = {
+            "request": request,
+            "steps": [
+                (name, index < reached, index == reached) for index, name in enumerate(_STEPS)
+            ],
+            "error": str(error),
+            "ways_on": error.goes_on,
+            "decisions": progress.decisions,
+            "trials": [_about(walk) for walk in progress.trials],
+            "files": [path.name for path in written],
+            "versions": versions(),
+            "commit": source_commit(),
+            "written": now(),
+        }
+        write_page(target, REFUSED, "refused.html.j2", context, settings)
+    return refusal_files(target)[0]
+
+
+def _finished(target: Path, progress: Progress) -> list[Path]:
+    written: list[Path] = []
+    if progress.body is not None and progress.session is not None:
+        written += write_body(target, progress.body, progress.session.marker_set.name)
+    for number, walk in enumerate(progress.trials, start=1):
+        written += wings.load(wings.PARTS, "opensim").write_trial(target, number, walk)
+    if progress.trials:
+        written.append(write_table(target / "cycles.csv", cycle_table(progress.trials)))
+    return written
+
+
+def _about(walk: WalkingTrial) -> dict[str, Any]:
+    errors = marker_errors(walk.kinematics)
+    speeds = np.concatenate([walk.gait[side].speed for side in SIDES])
+    return {
+        "name": walk.name,
+        "marker_rms": 100.0 * errors.whole_rms,
+        "marker_largest": 100.0 * errors.whole_largest,
+        "worst": errors.worst_marker,
+        "events": len(walk.events),
+        "cycles": {
+            side: (
+                len(valid_cycles(walk, side, kinetics=False)),
+                len(valid_cycles(walk, side, kinetics=True)),
+                [str(cycle) for cycle in walk.cycles[side] if cycle.reasons],
+            )
+            for side in SIDES
+        },
+        "moments": walk.moments is not None,
+        "speed": float(np.nanmean(speeds)) if len(speeds) else None,
+        "findings": [str(finding) for finding in walk.findings],
+    }

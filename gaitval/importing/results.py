@@ -1,0 +1,252 @@
+"""Content of `import.json`, as typed models.
+
+The models are the schema: `scripts/schemas.py` writes it beside them. A figure that could not be
+measured is null.
+"""
+
+from typing import Annotated, Final, Literal
+
+from pydantic import Field
+
+from gaitval.configuration import ProcessingSettings
+from gaitval.metrics.typed import Count, Flag, Number, Positive, Result, Sha256, Sides
+
+IMPORT_VERSION: Final = 1
+"""Of `import.json`."""
+
+Figure = Number | None
+Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
+MeanAndDeviation = Annotated[list[Figure], Field(min_length=2, max_length=2)]
+"""Mean and standard deviation over gait cycles; the deviation of one cycle is null."""
+
+
+class InputResult(Result):
+    """A file that was read."""
+
+    role: Literal["static", "trial", "forces", "functional"]
+    name: str
+    sha256: Sha256
+    size: Count
+    """Bytes."""
+
+
+class PersonResult(Result):
+    """Who was recorded."""
+
+    identifier: str
+    sex: Literal["F", "M"]
+    mass_kg: Positive
+    height_m: Positive
+
+
+class LengthResult(Result):
+    """A length of the body before and after the joint fit, m, with standard deviations."""
+
+    name: str
+    prior: Number
+    prior_sd: Number
+    fitted: Number
+    standard_error: Figure
+    at_bound: Flag
+
+
+class LimitResult(Result):
+    """A published limit, and whether the import keeps it."""
+
+    id: str
+    target: str
+    value: Figure
+    limit: Number
+    unit: str
+    passed: Flag
+    verdict: Literal["passed", "FAILED", "not judged"] | None = None
+    """What is said of it; older files have none."""
+
+
+class PlacementResult(Result):
+    """How well the markers of the standing trial are on their landmarks."""
+
+    name: str
+    value: Figure
+    limit: Number
+    unit: str
+    source: str
+    passed: Flag
+
+
+class MarkerErrorsResult(Result):
+    """Distances of the markers from their places on the model, m."""
+
+    rms: Figure
+    largest: Figure
+    worst: str
+    by_marker: dict[str, Figure]
+    """RMS of each."""
+
+
+class AnchoringResult(Result):
+    """How resting feet slid before and after they were anchored, m."""
+
+    sliding_before: Figure
+    sliding_after: Figure
+    largest_before: Figure
+    largest_after: Figure
+    marker_rms_before: Figure
+    marker_rms_after: Figure
+
+
+class GaitResult(Result):
+    """Spatiotemporal parameters of a side; s, steps/min, m, shares of the cycle, m/s."""
+
+    stride_time: MeanAndDeviation
+    step_time: MeanAndDeviation
+    cadence: MeanAndDeviation
+    stride_length: MeanAndDeviation
+    step_length: MeanAndDeviation
+    step_width: MeanAndDeviation
+    stance_fraction: MeanAndDeviation
+    double_support_fraction: MeanAndDeviation
+    speed: MeanAndDeviation
+    walk_ratio: MeanAndDeviation
+
+
+class GaitBySide(Sides[GaitResult]):
+    """Right and left."""
+
+
+class ResidualsResult(Result):
+    """What inverse dynamics leaves on the pelvis, N and Nm; see `Residuals`."""
+
+    force_rms: Figure
+    force_peak: Figure
+    moment_rms: Figure
+    moment_peak: Figure
+    force_share: Figure
+    moment_share: Figure
+    frames: Count
+
+
+class ConsistentResult(Result):
+    """What `--consistent` changed: coordinates rad or m (RMS), markers m, masses."""
+
+    coordinate_change: dict[str, Figure]
+    marker_change_rms_m: Figure
+    marker_change_max_m: Figure
+    mass_factors: dict[str, Number]
+    trunk_offset_m: Point
+
+
+class FunctionalHipResult(Result):
+    """A functional hip centre beside that of the regression, m; axes of the pelvis are forward,
+    left, up.
+    """
+
+    difference_m: Point
+    """From the regression's centre to the functional one, in the axes of the pelvis."""
+    standard_error_m: Number
+    images_apart_m: Number
+    """Distance of the images of the centre in the pelvis and in the thigh."""
+    residual_m: Number
+    ranges_deg: Point
+    to_ankle_m: Number
+    to_ankle_error_m: Number
+    regression_to_ankle_m: Number
+    regression_error_m: Number
+
+
+class FunctionalKneeResult(Result):
+    """A functional knee axis beside the line across the epicondyles, rad."""
+
+    angle_rad: Number
+    rotation_rad: Number
+    """About the thigh's long axis, internal positive."""
+    higher_m: Number | None = None
+    """By which the axis passes above the knee's centre; None in an older import."""
+    standard_error_rad: Number
+    images_apart_rad: Number
+    residual_m: Number
+    ranges_deg: Point
+
+
+class FunctionalResult(Result):
+    """What a range-of-motion trial shows of one joint."""
+
+    trial: str
+    side: Literal["right", "left"]
+    joint: Literal["hip", "knee"]
+    refused: str
+    """Why it was not found; empty if it was."""
+    hip: FunctionalHipResult | None = None
+    knee: FunctionalKneeResult | None = None
+
+
+class DoubtResult(Result):
+    """A figure that physics, or everybody's walking, contradicts; see `gait.quality_flags`."""
+
+    trial: str
+    check: str
+    where: str
+    value: Figure
+    limit: Number
+    unit: str
+    message: str
+
+
+class StoredEventsResult(Result):
+    """Events of one kind in the file, beside those found; found less stored, s."""
+
+    kind: Literal["heel_strike", "toe_off"]
+    stored: Count
+    matched: Count
+    other_foot: Count
+    mean_s: Figure
+    sd_s: Figure
+
+
+class TrialResult(Result):
+    """One walking trial."""
+
+    trial: str
+    belt_speed_m_s: Figure
+    marker_errors_m: dict[Literal["joint fit", "marker pairs"], MarkerErrorsResult]
+    anchoring: AnchoringResult
+    frames_not_converged: Count
+    gait: GaitBySide
+    findings: list[str]
+    stored_events: Annotated[list[StoredEventsResult], Field(default_factory=list)]
+    residuals: dict[str, ResidualsResult]
+    """As recorded, and made consistent; empty without forces of both feet."""
+    consistent: ConsistentResult | None = None
+
+
+class ImportResult(Result):
+    """What an import found: figures, decisions, hashes of the inputs, versions."""
+
+    schema_version: Literal[1]
+    versions: dict[str, str]
+    inputs: list[InputResult]
+    person: PersonResult
+    processing: ProcessingSettings
+    marker_set: str
+    axes: str
+    decisions: list[tuple[str, str]]
+    """The step, and what was decided or found."""
+    lengths_m: list[LengthResult]
+    measurements: dict[str, Number | Point | dict[str, str]]
+    """`Measurements` of the body, m and rad, and where they come from."""
+    factors: dict[str, Number]
+    """By which marker pairs scale the generic body."""
+    model: Sha256
+    """Of the masses, joints and inertias of the body."""
+    weight_ratio: Figure
+    """Mean vertical force over the body's weight."""
+    walking_speed_m_s: Figure
+    verdicts: list[LimitResult]
+    placement: list[PlacementResult]
+    doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
+    measurement: list[dict[str, str | Figure]] = Field(default_factory=list)
+    """Each a `gaitval.measurement.said.FaultRow`."""
+    bands: dict[str, dict[str, list[Figure] | dict[str, Number]]] = Field(default_factory=dict)
+    """Of each curve: `half` of the width of its band of 90 %, and `sources`: shares of it."""
+    trials: Annotated[list[TrialResult], Field(min_length=1)]
+    functional: list[FunctionalResult] = Field(default_factory=list)

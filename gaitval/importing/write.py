@@ -1,0 +1,255 @@
+"""Write what an import found: the subject for the main job, OpenSim files, tables, the report."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from gaitval import wings
+from gaitval.arrays import Array
+from gaitval.artefacts import replacing, value_hash, versions, write_json, write_text
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject import Subject
+from gaitval.errors import ArtefactError
+from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.metrics.recording_limits import CONSISTENT, state_of
+from gaitval.model.body import BodyModel
+from gaitval.model.markers import MARKERS, save_markers
+from gaitval.model.urdf import write_urdf
+from gaitval.reporting.figure_data import FOLDER as FIGURES
+from gaitval.reporting.recording_report import write_recording_report
+from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
+from gaitval.session.scale import FittedBody
+from gaitval.session.session import Import
+from gaitval.session.subject import PHASE, speed
+from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
+from gaitval.session.trial import WalkingTrial
+
+FOLDER: Final = "recording"
+"""Folder, beside `subject.toml`, for everything else."""
+
+SUBJECT: Final = "subject.toml"
+RECORD: Final = "import.json"
+REFUSED: Final = "refused"
+
+
+def refusal_files(target: Path) -> tuple[Path, ...]:
+    """The page that a refused import leaves in `target`."""
+    return tuple(target / f"{REFUSED}.{ending}" for ending in ("html", "pdf"))
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse an unusable output `folder` before any work is done: raises ArtefactError if it is a
+    file or lies below one, may not be written to, or contains a subject that no import wrote.
+    """
+    for wanted in (Path(folder), Path(folder) / FOLDER):
+        nearest = wanted
+        while not os.path.lexists(nearest):
+            nearest = nearest.parent
+        if not nearest.is_dir():
+            raise ArtefactError(f"{nearest}: is a file, not a folder. Give a folder with --out.")
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise ArtefactError(f"{nearest}: no permission to write. Give another with --out.")
+    subject = Path(folder) / SUBJECT
+    if subject.exists() and not (Path(folder) / FOLDER / RECORD).exists():
+        raise ArtefactError(
+            f"{subject}: this file would be overwritten, but no import wrote it. Give another "
+            "folder with --out, or move the file."
+        )
+
+
+@contextmanager
+def writing(folder: Path) -> Iterator[None]:
+    """Raise ArtefactError for an OSError: which file or `folder` is not written, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise ArtefactError(
+            f"{error.filename or folder}: cannot be written ({error.strerror}). Free disk space or "
+            "check the disk, or give another folder with --out; then run the same command again."
+        ) from None
+
+
+def write_subject(folder: Path, subject: Subject) -> Path:
+    """Write `subject` to `subject.toml` in `folder`, after all other files; returns its path."""
+    with writing(folder):
+        write_text(folder / SUBJECT, subject.to_toml())
+    return folder / SUBJECT
+
+
+def write_import(folder: Path, found: Import, configuration: Configuration) -> list[Path]:
+    """Write everything of `found` but the subject below `folder`/recording; returns the files.
+
+    Each file is written whole or not at all. The `subject.toml` and `import.json` of an earlier
+    import are removed first, and `import.json` is written last: if it exists, so do all others,
+    from the same import. `configuration` gives contact and paper. Raises ArtefactError if the
+    folder cannot be written to.
+    """
+    target = folder / FOLDER
+    with writing(folder):
+        target.mkdir(parents=True, exist_ok=True)
+        for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
+            earlier.unlink(missing_ok=True)
+        opensim = wings.load(wings.PARTS, "opensim")
+        written: list[Path] = opensim.write_import(target, found, configuration.contact)
+        written += write_body(target, found.body, found.session.marker_set.name)
+        written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
+        written.append(write_table(target / "curves.csv", _curve_table(found)))
+        write_recording_report(target, summary_of(found), configuration.report)
+        written += [target / "recording.html", target / "recording.pdf"]
+        written += sorted((target / FIGURES).glob("*.csv"))
+        record = ImportResult.model_validate(_plain(_record(found)))
+        write_json(target / RECORD, record.as_dict())
+    return [*written, target / RECORD]
+
+
+def write_body(target: Path, body: FittedBody, marker_set: str) -> list[Path]:
+    """Write model, table and markers (of `marker_set`) of `body` to `target`; returns the files."""
+    write_urdf(body.model, target / "model.urdf")
+    save_markers(target / MARKERS, body.markers, marker_set)
+    table = write_table(target / "scaling.csv", body.scaled.frame())
+    return [table, target / "model.urdf", target / MARKERS]
+
+
+def write_table(path: Path, table: pd.DataFrame) -> Path:
+    """Write a table as CSV, whole or not at all; returns its path."""
+    with replacing(path) as temporary:
+        table.to_csv(temporary, index=False)
+    return path
+
+
+def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
+    """Every cycle of every trial of `trials`, and why it does not count."""
+    rows = []
+    for walk in trials:
+        for side in SIDES:
+            for cycle in walk.cycles[side]:
+                row = asdict(cycle) | {"trial": walk.name}
+                rows.append(row | {"reasons": "; ".join(cycle.reasons)})
+    return pd.DataFrame(rows)
+
+
+def _curve_table(found: Import) -> pd.DataFrame:
+    """Mean and SD of every curve: rad, Nm/kg and body weights, 0 to 100 % of the side's cycle."""
+    columns: dict[str, Array] = {"percent": 100.0 * PHASE}
+    for kind, curves in (("angle", found.angles), ("moment", found.moments)):
+        for name, curve in curves.items():
+            columns[f"{kind}_{name}_mean"] = curve.mean
+            columns[f"{kind}_{name}_sd"] = curve.deviation
+    for side, force in found.forces.items():
+        for axis, direction in enumerate(("forward", "left", "up")):
+            columns[f"force_{direction}_{side[0]}_mean"] = force.mean[:, axis]
+            columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
+    return pd.DataFrame(columns | getattr(found.measurement, "columns", dict)())
+
+
+def _record(found: Import) -> dict[str, Any]:
+    """The contents of `import.json`."""
+    request, body = found.request, found.body
+    return {
+        "schema_version": IMPORT_VERSION,
+        "versions": versions(),
+        "inputs": [file._asdict() for file in input_files(found)],
+        "person": {
+            "identifier": request.identifier,
+            "sex": request.sex,
+            "mass_kg": request.mass_kg,
+            "height_m": request.height_m,
+        },
+        "processing": found.processing.model_dump(mode="json"),
+        "marker_set": found.session.marker_set.name,
+        "axes": found.session.axes.option,
+        "decisions": [list(decision) for decision in found.decisions],
+        "lengths_m": [asdict(length) for length in body.fit.lengths],
+        "measurements": body.chosen.to_dict(),
+        "factors": dict(body.factors),
+        "model": value_hash(_model_figures(body.model)),
+        "weight_ratio": found.weight_ratio,
+        "walking_speed_m_s": speed(found),
+        "verdicts": [
+            {
+                "id": verdict.id,
+                "target": verdict.target,
+                "value": verdict.value,
+                "limit": verdict.tolerance,
+                "unit": verdict.unit,
+                "passed": verdict.passed,
+                "verdict": state_of(
+                    verdict.id, verdict.passed, reduced=verdict.target.endswith(CONSISTENT)
+                ),
+            }
+            for verdict in verdicts(found)
+        ],
+        "placement": [asdict(check) | {"passed": check.passed} for check in body.placement.checks],
+        "doubts": [
+            {"trial": trial} | {name: getattr(doubt, name) for name in _OF_A_DOUBT}
+            for trial, doubt in found.doubts
+        ],
+        "measurement": [asdict(row) for row in getattr(found.measurement, "faults", ())],
+        "bands": getattr(found.measurement, "band_records", dict)(),
+        "trials": [_trial_record(walk) for walk in found.trials],
+        "functional": [joint.record() for joint in found.functional],
+    }
+
+
+_OF_A_DOUBT: Final = ("check", "where", "value", "limit", "unit", "message")
+
+
+def _trial_record(walk: WalkingTrial) -> dict[str, Any]:
+    record: dict[str, Any] = {
+        "trial": walk.name,
+        "belt_speed_m_s": walk.belt,
+        "marker_errors_m": {
+            method: {
+                "rms": errors.whole_rms,
+                "largest": errors.whole_largest,
+                "worst": errors.worst_marker,
+                "by_marker": dict(zip(errors.names, errors.rms.tolist(), strict=True)),
+            }
+            for method, errors in (
+                ("joint fit", marker_errors(walk.kinematics)),
+                ("marker pairs", marker_errors(walk.compared)),
+            )
+        },
+        "anchoring": {name: getattr(walk.anchoring, name) for name in AnchoringResult.model_fields},
+        "frames_not_converged": int((~walk.kinematics.converged).sum()),
+        "gait": {side: walk.gait[side].summary() for side in SIDES},
+        "findings": [str(finding) for finding in walk.findings],
+        "stored_events": [asdict(compared) for compared in walk.stored_events],
+        "residuals": {target or "recorded": asdict(left) for target, left in trial_residuals(walk)},
+    }
+    if walk.consistent is not None:
+        record["consistent"] = {
+            "coordinate_change": dict(walk.consistent.coordinate_change),
+            "marker_change_rms_m": walk.consistent.marker_change_rms,
+            "marker_change_max_m": walk.consistent.marker_change_max,
+            "mass_factors": dict(walk.consistent.mass_factors),
+            "trunk_offset_m": walk.consistent.trunk_offset.tolist(),
+        }
+    return record
+
+
+def _model_figures(model: BodyModel) -> list[list[float]]:
+    return [
+        [segment.mass, *segment.joint_position, *segment.centre_of_mass, *segment.inertia.ravel()]
+        for segment in model.segments
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """For JSON: NumPy numbers as Python numbers, NaN as null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,467 @@
+"""A band of 90 % on every curve, by derivatives: each source of error is perturbed once.
+
+The body is scaled and its markers are placed again with a landmark beside its place, in standing
+and in walking; one gait cycle of each side then goes through inverse kinematics and dynamics as in
+the import. The joint fit to both trials is not repeated: what a landmark does to the standing pose
+and to the joint centres is what moves the curves.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.constants import STANDARD_GRAVITY
+from gaitval.coordinates import COORDINATES, RANGES, SIDES, Side, split_side
+from gaitval.errors import GaitvalError
+from gaitval.gait.cycles import GaitCycle, normalise
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.inverse.inverse_kinematics import inverse_kinematics
+from gaitval.inverse.marker_placement import place_markers
+from gaitval.mocap.recording import FootForces
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.scaling import build_body
+from gaitval.session.average import side_angles
+from gaitval.session.session import Import
+from gaitval.session.standing import standing_places
+from gaitval.session.trial import WalkingTrial, completed, smoothed, valid_cycles
+from gaitval.measurement.estimate import Examined
+from gaitval.measurement.expected import USUAL
+from gaitval.measurement.sources import (
+    HIP_CENTRE,
+    LANDMARKS,
+    MASSES,
+    NINETY,
+    ONE_CYCLE,
+    TISSUE,
+    TISSUE_TURN,
+    of_stature,
+)
+
+MARGIN_SECONDS: Final = 0.2
+"""s before and after the cycle, in which filters settle."""
+ABOVE: Final = {
+    "pelvis": "hip_flexion",
+    "thigh": "hip_flexion",
+    "shank": "knee_angle",
+    "foot": "ankle_angle",
+}
+"""The joint whose excursion moves the soft tissue of a segment."""
+PLATES: Final = ("delay", "place x", "place y", "rotation", "gain", "cross-talk x", "cross-talk y")
+REMEDIES: Final = {
+    "landmarks": "a range-of-motion trial of hips and knees (--functional), and landmarks found "
+    "twice",
+    "plates": "a trial in which markers stand on the corners of the plates and the person stands "
+    "still on each of them",
+    "cycles": "a longer trial, with more gait cycles",
+    "soft tissue": "clusters of markers on plates of thigh and shank",
+}
+
+Curves = dict[str, Array]
+AXES: Final = ("forward", "left", "up")
+"""Of a force, in the names of its curves."""
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Bands of 90 % of the mean curves of an import.
+
+    Attributes
+    ----------
+    half : (101,) half of the width by the name of the curve ("angle_knee_angle_r",
+        "moment_…", "force_up_r"), rad, Nm/kg and body weights.
+    lengths : m, likewise of the lengths of the body.
+    shares : by curve ("length_thigh_right" of a length), the sources of its variance over the
+        cycle, the largest first, with their shares.
+    remedy : which recording would make the bands narrower most, and by how much of the variance.
+    """
+
+    half: Curves
+    lengths: dict[str, float]
+    shares: dict[str, tuple[tuple[str, float], ...]]
+    remedy: tuple[str, float]
+
+
+@dataclass(frozen=True)
+class _Window:
+    """A gait cycle of one side, with its margins."""
+
+    walk: WalkingTrial
+    side: Side
+    cycle: GaitCycle
+    frames: slice
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A perturbation of size one standard deviation."""
+
+    source: str
+    places: Mapping[str, Array]
+    walking: Mapping[tuple[Side, str], Array]
+    hips: Mapping[str, Array]
+
+    def opposite(self) -> "_Change":
+        return _Change(
+            self.source,
+            {name: -moved for name, moved in self.places.items()},
+            {place: -moved for place, moved in self.walking.items()},
+            {side: -moved for side, moved in self.hips.items()},
+        )
+
+
+def bands(found: Import, seen: Examined | None) -> Bands | None:
+    """The bands of the import `found`, whose faults were `seen`; None if no whole cycle of either
+    side is shown.
+    """
+    chain = _Chain(found)
+    if not chain.windows:
+        return None
+    base, lengths = chain.run(chain.nothing)
+    parts: dict[str, Curves] = {}
+    of_lengths: dict[str, dict[str, float]] = {}
+    for change in chain.changes():
+        try:
+            curves, other = chain.run(change)
+        except GaitvalError:
+            # A landmark that may not be there gives no body; to the other side it may.
+            try:
+                curves, other = chain.run(change.opposite())
+            except GaitvalError:
+                continue
+        moved = {name: curves[name] - base[name] for name in base}
+        _add(parts, change.source, moved)
+        for name in lengths:
+            of = of_lengths.setdefault(change.source, {})
+            of[name] = of.get(name, 0.0) + (other[name] - lengths[name]) ** 2
+    for source, curves in chain.of_loads(seen):
+        _add(parts, source, {name: curves[name] - base[name] for name in curves})
+    _add(parts, "cycle to cycle", _between_cycles(found))
+    return _summed(parts, of_lengths)
+
+
+def _add(parts: dict[str, Curves], source: str, moved: Curves) -> None:
+    of = parts.setdefault(source, {})
+    for name, values in moved.items():
+        of[name] = of.get(name, 0.0) + values**2
+
+
+def _summed(parts: dict[str, Curves], lengths: dict[str, dict[str, float]]) -> Bands:
+    names = sorted({name for of in parts.values() for name in of})
+    total = {name: sum(of[name] for of in parts.values() if name in of) for name in names}
+    shares = {}
+    groups = dict.fromkeys(REMEDIES, 0.0)
+    for name in names:
+        size = float(np.mean(total[name]))
+        each = {s: float(np.mean(of[name])) / size for s, of in parts.items() if name in of}
+        shares[name] = tuple(sorted(each.items(), key=lambda item: -item[1])[:5])
+        for source, share in each.items():
+            groups[_group(source)] += share / len(names)
+    widest = max(groups, key=lambda group: groups[group])
+    sizes = {
+        name: NINETY * float(np.sqrt(sum(of[name] for of in lengths.values())))
+        for name in next(iter(lengths.values()), {})
+    }
+    for name, half in sizes.items():
+        each = {s: of[name] * (NINETY / half) ** 2 for s, of in lengths.items() if half > 0.0}
+        shares[f"length_{name}"] = tuple(sorted(each.items(), key=lambda item: -item[1])[:5])
+    return Bands(
+        # An angle that the markers hardly show goes from one end of its range to the other with a
+        # landmark; it cannot be further off than that.
+        half={name: np.minimum(NINETY * np.sqrt(total[name]), _widest(name)) for name in names},
+        lengths=sizes,
+        shares=shares,
+        remedy=(REMEDIES[widest], groups[widest]),
+    )
+
+
+def _widest(name: str) -> float:
+    """The whole range of a coordinate, rad, of an angle by the `name` of its curve."""
+    low, high = RANGES.get(name.removeprefix("angle_"), (-np.inf, np.inf))
+    return float(high - low)
+
+
+def _group(source: str) -> str:
+    if source == "cycle to cycle":
+        return "cycles"
+    if source.startswith("plates"):
+        return "plates"
+    return "soft tissue" if source.startswith("soft tissue") else "landmarks"
+
+
+def _between_cycles(found: Import) -> Curves:
+    """Standard errors of the means."""
+    curves: Curves = {}
+    for kind, of in (("angle", found.angles), ("moment", found.moments)):
+        for name, curve in of.items():
+            curves[f"{kind}_{name}"] = _error(curve.deviation, len(curve.curves), kind)
+    for side, curve in found.forces.items():
+        for axis, name in enumerate(AXES):
+            curves[f"force_{name}_{side[0]}"] = _error(
+                curve.deviation[:, axis], len(curve.curves), "force"
+            )
+    return curves
+
+
+def _error(deviation: Array, count: int, kind: str) -> Array:
+    if count < 2:
+        return np.full(len(deviation), ONE_CYCLE[kind])
+    # Few cycles show their own spread badly; it is at least half of what others have.
+    return np.asarray(np.maximum(np.nan_to_num(deviation), 0.5 * ONE_CYCLE[kind]) / np.sqrt(count))
+
+
+class _Chain:
+    """From landmarks to the curves of one cycle of each side."""
+
+    def __init__(self, found: Import) -> None:
+        self.found = found
+        self.set = found.session.marker_set
+        self.stature = of_stature(found.request.height_m)
+        self.places = standing_places(found.session.standing)
+        self.windows = [w for side in SIDES if (w := _window(found, side)) is not None]
+        self.nothing = _Change("", {}, {}, {})
+        model, markers, pose = self.body(self.nothing)
+        self.of_marker = {marker.name: marker.segment for marker in markers}
+        self.stand = segment_frames(model, pose[None])[0]
+        self.pose = pose
+        self.moving = {
+            window.side: self.positions(window, model, markers, self.nothing)
+            for window in self.windows
+        }
+        self.turning = {
+            side: segment_frames(model, positions)[:, :, :3, :3]
+            for side, positions in self.moving.items()
+        }
+        hip = {s: self.stand[SEGMENTS.index(f"thigh_{s}"), :3, 3] for s in "rl"}
+        self.nothing = replace(self.nothing, hips={s.upper(): hip[s] for s in "rl"})
+
+    def body(self, change: _Change) -> tuple[BodyModel, Sequence[ModelMarker], Array]:
+        """Model, markers and standing pose with changed landmarks."""
+        request = self.found.request
+        places = {name: place + change.places.get(name, 0.0) for name, place in self.places.items()}
+        landmarks = self.set.on_landmarks({name: at.tolist() for name, at in places.items()})
+        hips = dict(change.hips) or None
+        measured = measure(landmarks, **request.widths, hip_centres=hips)
+        self.measured = replace(measured, symmetric=self.found.body.chosen.symmetric)
+        scaled = build_body(request, self.measured)
+        placed = place_markers(
+            scaled.model, self.measured, places, self.set, **request.widths, hip_centres=hips
+        )
+        return scaled.model, placed.markers, placed.standing
+
+    def positions(
+        self,
+        window: _Window,
+        model: BodyModel,
+        markers: Sequence[ModelMarker],
+        change: _Change,
+    ) -> Array:
+        """(T, 31) of a window, low-passed."""
+        recording = window.walk.recording
+        there = [marker for marker in markers if marker.name in recording.names]
+        measured = recording.columns([m.name for m in there])
+        measured = measured[window.frames].copy()
+        for i, marker in enumerate(there):
+            measured[:, i] += change.walking.get((window.side, marker.name), 0.0)
+        poses = inverse_kinematics(model, there, measured)
+        processing = self.found.processing
+        return completed(poses, smoothed(poses, recording.marker_rate, processing))
+
+    def run(self, change: _Change) -> tuple[Curves, dict[str, float]]:
+        """Curves and lengths with a change."""
+        change = change if change.hips else replace(change, hips=self.nothing.hips)
+        model, markers, _ = self.body(change)
+        curves: Curves = {}
+        for window in self.windows:
+            positions = self.positions(window, model, markers, change)
+            curves |= self.curves(window, model, positions, None)
+        lengths = {
+            name: value
+            for name, value in self.measured.to_dict().items()
+            if isinstance(value, float) and name != "pelvic_tilt"
+        }
+        return curves, lengths
+
+    def curves(
+        self, window: _Window, model: BodyModel, positions: Array, loads: FootForces | None
+    ) -> Curves:
+        """Of a window's side: angles, moments and forces over its cycle."""
+        walk, side = window.walk, window.side
+        time = walk.recording.time[window.frames]
+        angles = side_angles(model, positions, side)
+        found = {f"angle_{n}": normalise(time, v, window.cycle) for n, v in angles.items()}
+        loads = loads or _cut(walk.loads, window.frames)
+        if loads is None or not window.cycle.kinetics_valid:
+            return found
+        moments = inverse_dynamics(
+            model, time, positions, loads.force, loads.centre_of_pressure, loads.free_moment
+        ).recorded_moments()
+        mass = self.found.request.mass_kg
+        for name, values in moments.items():
+            if name.endswith(f"_{side[0]}"):
+                found[f"moment_{name}"] = normalise(time, values / mass, window.cycle)
+        force = normalise(time, loads.force[:, SIDES.index(side)], window.cycle)
+        for axis, name in enumerate(AXES):
+            found[f"force_{name}_{side[0]}"] = force[:, axis] / (mass * STANDARD_GRAVITY)
+        return found
+
+    def changes(self) -> list[_Change]:
+        """One for each landmark, hip centre and segment of soft tissue, and direction."""
+        found = []
+        axes = np.eye(3)
+        for landmark, deviation in LANDMARKS.items():
+            pelvis = landmark in ("ASIS", "PSIS", "Sacrum")
+            # What a leg's landmark does to the other leg's curves is nothing, so both go together.
+            sides = (["R."], ["L."]) if pelvis else (["R.", "L."],)
+            for of in sides if landmark != "Sacrum" else ([""],):
+                names = {self.set.landmarks.get(f"{s}{landmark}"): s for s in of}
+                marks = {n: s for n, s in names.items() if n in self.places}
+                for axis in axes:
+                    if marks:
+                        word = f"{of[0] if pelvis else ''}{landmark}"
+                        found.append(self.displaced(word, marks, self.stature * deviation * axis))
+        for axis in axes:
+            turn = self.stand[SEGMENTS.index("pelvis"), :3, :3]
+            hips = {
+                s: at + turn @ (self.stature * HIP_CENTRE * axis)
+                for s, at in self.nothing.hips.items()
+            }
+            found.append(_Change("hip centres", {}, {}, hips))
+        for segment, size in TISSUE.items():
+            found += [self.tissue(segment, self.stature * size * axis, 0.0) for axis in axes]
+        found += [self.tissue(s, np.zeros(3), turn) for s, turn in TISSUE_TURN.items()]
+        return found
+
+    def displaced(self, word: str, marks: Mapping[str, str], by: Array) -> _Change:
+        """Markers beside their landmarks: fixed to the segment, in standing and in walking."""
+        places, walking = {}, {}
+        for name in marks:
+            segment = SEGMENTS.index(self.of_marker.get(name, "pelvis"))
+            places[name] = self.stand[segment, :3, :3] @ by
+            for side, turning in self.turning.items():
+                if name in self.of_marker:
+                    walking[side, name] = turning[:, segment] @ by
+        return _Change(f"landmark {word}", places, walking, {})
+
+    def tissue(self, segment: str, by: Array, turn: float) -> _Change:
+        """All markers of a segment move on it with the joint above, and turn about its length."""
+        walking = {}
+        for side, positions in self.moving.items():
+            suffix = "" if segment == "pelvis" else f"_{side[0]}"
+            joint = COORDINATES.index(f"{ABOVE[segment]}_{side[0]}")
+            moved = (positions[:, joint] - self.pose[joint])[:, None]
+            index = SEGMENTS.index(f"{segment}{suffix}")
+            for name, whose in self.of_marker.items():
+                if whose != f"{segment}{suffix}":
+                    continue
+                place = self.stand[index, :3, :3].T @ (self.places[name] - self.stand[index, :3, 3])
+                own = by + turn * np.cross([0.0, 0.0, 1.0], place)
+                walking[side, name] = moved * (self.turning[side][:, index] @ own)
+        return _Change(f"soft tissue of the {segment}", {}, walking, {})
+
+    def of_loads(self, seen: Examined | None) -> list[tuple[str, Curves]]:
+        """Curves with faults of plates as large as usual, or as found, and with other masses."""
+        model, _, _ = self.body(self.nothing)
+        found = []
+        large = {} if seen is None else {
+            part: value
+            for f in seen.found
+            for part, value in zip(f.cause.parts, f.values.tolist(), strict=True)
+        }  # fmt: skip
+        for window in self.windows:
+            positions = self.moving[window.side]
+            loads = window.walk.loads
+            for fault in PLATES:
+                if loads is None:
+                    break
+                usual = USUAL[split_axis(fault)].sound
+                worst = [abs(v) for name, v in large.items() if name.startswith(fault)]
+                size = float(np.hypot(usual, max(worst, default=0.0)))
+                moved = _cut(_with_fault(loads, fault, size), window.frames)
+                found.append(
+                    (f"plates: {split_axis(fault)}", self.curves(window, model, positions, moved))
+                )
+            for segment, share in MASSES.items():
+                heavier = _heavier(model, segment, share)
+                found.append(
+                    (f"mass of the {segment}", self.curves(window, heavier, positions, None))
+                )
+        return found
+
+
+def split_axis(fault: str) -> str:
+    """A fault's kind: "place" of "place x"."""
+    return fault.removesuffix(" x").removesuffix(" y")
+
+
+def _window(found: Import, side: Side) -> _Window | None:
+    """The cycle of a side whose duration is nearest to the median, of those with most shown."""
+    for kinetics in (True, False):
+        cycles = [
+            (walk, cycle) for walk in found.trials
+            for cycle in valid_cycles(walk, side, kinetics=kinetics)
+        ]  # fmt: skip
+        if cycles:
+            middle = np.median([cycle.duration for _, cycle in cycles])
+            walk, cycle = min(cycles, key=lambda one: abs(one[1].duration - middle))
+            time = walk.recording.time
+            inside = np.flatnonzero(
+                (time >= cycle.start - MARGIN_SECONDS) & (time <= cycle.end + MARGIN_SECONDS)
+            )
+            return _Window(walk, side, cycle, slice(int(inside[0]), int(inside[-1]) + 1))
+    return None
+
+
+def _cut(loads: FootForces | None, frames: slice) -> FootForces | None:
+    if loads is None:
+        return None
+    return replace(
+        loads,
+        start=float(loads.time[frames.start]),
+        force=loads.force[frames],
+        centre_of_pressure=loads.centre_of_pressure[frames],
+        free_moment=loads.free_moment[frames],
+        valid=loads.valid[frames],
+    )
+
+
+def _with_fault(loads: FootForces, fault: str, size: float) -> FootForces:
+    """The loads on the feet with a fault of both plates."""
+    force, point = loads.force, loads.centre_of_pressure
+    if fault == "delay":
+        at = np.clip(np.arange(len(force)) - size * loads.rate, 0, len(force) - 1)
+        low = np.floor(at).astype(int)
+        share = (at - low)[:, None, None]
+        high = np.minimum(low + 1, len(force) - 1)
+        # Where a foot lands or leaves, one of the two samples has no point; it acts at the other's.
+        both = np.isfinite(point[low]) & np.isfinite(point[high])
+        one = np.where(np.isfinite(point[low]), point[low], point[high])
+        late = np.where(both, (1 - share) * point[low] + share * point[high], one)
+        return replace(
+            loads, force=(1 - share) * force[low] + share * force[high], centre_of_pressure=late
+        )
+    if fault.startswith("place"):
+        return replace(loads, centre_of_pressure=point + size * np.eye(3)["xy".index(fault[-1])])
+    if fault == "gain":
+        return replace(loads, force=force * (1 + size), free_moment=loads.free_moment * (1 + size))
+    if fault == "rotation":
+        return replace(loads, force=force + size * np.cross([0.0, 0.0, 1.0], force))
+    return replace(loads, force=force + size * force[..., 2:] * np.eye(3)["xy".index(fault[-1])])
+
+
+def _heavier(model: BodyModel, segment: str, share: float) -> BodyModel:
+    """A body with heavier segments of this name."""
+    return replace(
+        model,
+        segments=tuple(
+            replace(one, mass=(1 + share) * one.mass, inertia=(1 + share) * one.inertia)
+            if split_side(one.name)[1] == segment
+            else one
+            for one in model.segments
+        ),
+    )

@@ -1,0 +1,65 @@
+"""OpenSim's files of an import: the model, and of each trial markers, motion, loads and moments."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gaitval.configuration import ContactSettings
+from gaitval.coordinates import COORDINATES, ROOT
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.session.session import Import
+from gaitval.session.trial import WalkingTrial
+from gaitval.opensim.motion import (
+    write_external_loads,
+    write_ground_reaction,
+    write_markers,
+    write_moments,
+    write_motion,
+)
+from gaitval.opensim.osim import write_osim
+
+FILES: Final = ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
+
+
+def write_import(target: Path, found: Import, contact: ContactSettings) -> list[Path]:
+    """Write OpenSim's files of everything `found` to `target`; returns them.
+
+    They belong together: OpenSim's inverse dynamics finds the written moments from the written
+    motion and ground reaction. So the ground reaction is the one that inverse dynamics used, and a
+    trial that was made consistent has a model with its own masses. The models' feet have this
+    `contact`.
+    """
+    determined = np.asarray(found.trials[0].kinematics.determined.any(axis=0))
+    held = {
+        name: 0.0
+        for name, seen in zip(COORDINATES, determined, strict=True)
+        if not seen and name not in ROOT
+    }
+    friction = float(nominal_parameters()[PARAMETERS.index("friction")])
+
+    def write_model(path: Path, model: BodyModel) -> None:
+        write_osim(path, model, found.body.markers, contact, friction, held=held)
+        written.append(path)
+
+    written: list[Path] = []
+    write_model(target / "model.osim", found.body.model)
+    for number, walk in enumerate(found.trials, start=1):
+        written += write_trial(target, number, walk)
+        if walk.consistent is not None:
+            write_model(target / f"trial{number}_model.osim", walk.consistent.model)
+    return written
+
+
+def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
+    """Write OpenSim's files of a trial `walk` to `target`, with `number` in their names."""
+    files = {name: target / f"trial{number}_{name}" for name in FILES}
+    write_markers(files["markers.trc"], walk.recording)
+    write_motion(files["ik.mot"], walk.recording.time, walk.motion)
+    if walk.loads is None or walk.moments is None:
+        return [files["markers.trc"], files["ik.mot"]]
+    write_ground_reaction(files["grf.mot"], walk.loads)
+    write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
+    write_moments(files["id.sto"], walk.motion, walk.moments)
+    return list(files.values())

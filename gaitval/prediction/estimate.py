@@ -1,0 +1,241 @@
+"""The estimate: a statistical answer, which need not obey Newton as a walk must.
+
+For each quantity it is e + l + r + w · (f - s). e is what is expected of anybody at this speed
+(`gaitval.prediction.population`). l is what the body's levers add (`LEVERS`): steps that are wider
+by a share have a medial force that is larger by a share, and a wider pelvis has its hip centres
+elsewhere. r is what a ridge regression through other people says, of the rest, of how this person's
+angles and stride time differ from the expected ones. f is how the dynamic fit of the angles differs
+from e, and s what the same regression says of such fits: so f - s is what mechanics knows of this
+person that the regression does not (a Gaussian process with a mechanical mean: Kennedy & O'Hagan
+2001, J R Stat Soc B 63:425). The one number of a quantity, w, is the one with which other people,
+each estimated from the rest, would have been estimated best (stacking: Wolpert 1992, Neural Netw
+5:241; Breiman 1996, Mach Learn 24:49).
+
+The regression is the mean of four that look at different things, because a few people cannot say
+which is best, with as much noise as signal in each. What it knows is of one laboratory: how its
+markers sit shows in its angles and its moments. On another laboratory's people it makes some
+moments worse (docs/how-to/estimate.md), so there e + l + w · f is all, with the lever of the step
+width alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from scipy.stats import t as student
+
+from gaitval.arrays import Array
+from gaitval.prediction.deviations import (
+    KINETICS,
+    Deviation,
+    Trial,
+    deviation,
+    deviations,
+)
+
+NOISE: Final = 1.0
+"""Noise of a ridge regression over the signal that its features can explain: as much."""
+BAND: Final = 0.9
+"""Share of people whose curve the band around an estimate is to contain, at each percent."""
+WIDER_ELSEWHERE: Final = np.array([[2.5], [1.5], [2.1], [1.6], [1.3], [1.5], [1.1]])
+"""By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
+others with plates, imported without them, need it (`python -m evidence fit seen --from FOLDER`)."""
+
+
+class Lever(NamedTuple):
+    """A number of the body by which a curve of kinetics differs in proportion to an expected one.
+
+    Attributes
+    ----------
+    of : the field of `Deviation`.
+    moved, by : places in `KINETICS`, of what differs and of what is expected.
+    anywhere : whether it is the same in every laboratory.
+    """
+
+    of: Literal["step_width", "pelvic_width"]
+    moved: int
+    by: int
+    anywhere: bool
+
+
+_MEDIAL: Final = KINETICS.index(("forces", "medial"))
+LEVERS: Final = (
+    Lever("step_width", _MEDIAL, _MEDIAL, anywhere=True),
+    Lever(
+        "pelvic_width",
+        KINETICS.index(("moments", "hip_flexion")),
+        KINETICS.index(("forces", "vertical")),
+        anywhere=False,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Kinetics of a person, right and left side, n samples of each side's own cycle, in the units
+    of a `NormalForm` (`deviations.units`).
+
+    Attributes
+    ----------
+    kinetics : (2, 7, n) `KINETICS`.
+    expected : (2, 7, n) of anybody at this speed.
+    half_width : (7, n) of the band of `BAND`, by how far the estimates of others are off.
+    weights : (7,) w.
+    regressed, own : (2, 7, n) l + r, and f - s.
+    looked_at_angles : whether the regression was used.
+    """
+
+    kinetics: Array
+    expected: Array
+    half_width: Array
+    weights: Array
+    regressed: Array
+    own: Array
+    looked_at_angles: bool
+
+
+def _shape(curves: Array) -> Array:
+    return np.asarray(curves - curves.mean(axis=-1, keepdims=True))
+
+
+def _level(curves: Array) -> Array:
+    return np.asarray(curves.mean(axis=-1, keepdims=True))
+
+
+Blocks = tuple[Array, ...]
+
+
+def _blocks(of: Deviation) -> list[Blocks]:
+    """What each of the four regressions looks at: blocks (2, k, m) that count equally."""
+    shape = _shape(np.concatenate([of.sagittal, of.other], axis=1))
+    stride_time = np.full((2, 1, 1), of.stride_time)
+    return [
+        (_level(of.sagittal), _shape(of.sagittal)),
+        (shape,),
+        (shape, shape[::-1]),  # of this leg and of the other
+        (_level(of.sagittal), _shape(of.sagittal), _level(of.other), _shape(of.other), stride_time),
+    ]
+
+
+class _Ridge(NamedTuple):
+    """A regression: the RMS of each curve of each block, and features (2p, m) with their
+    coefficients (2p, q) of p trials.
+    """
+
+    scales: tuple[Array, ...]
+    features: Array
+    coefficients: Array
+
+    def of(self, blocks: Blocks) -> Array:
+        """(2, q) for both legs."""
+        return np.asarray(_features(blocks, self.scales) @ self.features.T @ self.coefficients)
+
+
+def _features(blocks: Blocks, scales: Sequence[Array]) -> Array:
+    """(2, m): every curve in units of how much people differ in it, every block as heavy."""
+    scaled = [each / rms / np.sqrt(each[0].size) for each, rms in zip(blocks, scales, strict=True)]
+    return np.concatenate([each.reshape(2, -1) for each in scaled], axis=1)
+
+
+def _ridge(seen: Sequence[Blocks], targets: Array) -> _Ridge:
+    """By least squares through the legs of p trials; `targets` (2p, q)."""
+    scales = tuple(
+        np.sqrt(np.mean(np.square(each), axis=(0, 1, 3)))[:, None]
+        for each in map(np.array, zip(*seen, strict=True))
+    )
+    features = np.concatenate([_features(blocks, scales) for blocks in seen])
+    gram = features @ features.T
+    gram += NOISE * np.trace(gram) / len(gram) * np.eye(len(gram))
+    return _Ridge(scales, features, np.linalg.solve(gram, targets))
+
+
+def _levered(
+    found: Sequence[Deviation], of: Deviation, levers: Sequence[Lever]
+) -> tuple[Array, list[Array]]:
+    """What `levers` say of another person's kinetics, (2, 7, n), and what they leave of `found`."""
+    said, rest = np.zeros_like(of.usual), [each.kinetics.copy() for each in found]
+    for of_what, moved, by, _ in levers:
+        long = [getattr(each, of_what) * each.usual[:, by] for each in found]
+        upper = sum(np.sum(arm * left[:, moved]) for arm, left in zip(long, rest, strict=True))
+        lower = sum(np.sum(arm**2) for arm in long) * (1.0 + NOISE / len(found))
+        share = upper / lower if lower > 0.0 else 0.0
+        for arm, left in zip(long, rest, strict=True):
+            left[:, moved] -= share * arm
+        said[:, moved] += share * getattr(of, of_what) * of.usual[:, by]
+    return said, rest
+
+
+def _regressed(
+    found: Sequence[Deviation], rest: Sequence[Array], of: Deviation
+) -> tuple[Array, Array]:
+    """What the gaits `found` say of the `rest` of kinetics and of the fit (2, 7, n) of another
+    person's.
+    """
+    both = [np.concatenate([r, each.fit], axis=1) for r, each in zip(rest, found, strict=True)]
+    targets = np.concatenate(both)
+    seen = list(zip(*map(_blocks, found), strict=True))
+    said = np.mean(
+        [
+            _ridge(kind, targets.reshape(len(targets), -1)).of(mine)
+            for kind, mine in zip(seen, _blocks(of), strict=True)
+        ],
+        axis=0,
+    ).reshape(2, *targets.shape[1:])
+    kinetics, fit = np.split(said, 2, axis=1)
+    return kinetics, fit
+
+
+class _Parts(NamedTuple):
+    """Of one person: what levers and regression say of the kinetics, and mechanics' own part."""
+
+    regressed: Array
+    own: Array
+
+
+def _parts(of: Deviation, people: Sequence[Sequence[Trial]], angles: bool) -> _Parts:
+    found = [each for person in deviations(people) for each in person]
+    said, rest = _levered(found, of, [each for each in LEVERS if angles or each.anywhere])
+    if not angles:
+        return _Parts(said, of.fit)
+    kinetics, fit = _regressed(found, rest, of)
+    return _Parts(said + kinetics, of.fit - fit)
+
+
+def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Array]) -> Array:
+    """(7,) w in 0 to 1, least squares of what remains by mechanics' own part; each person's
+    squared error counts against that of the expectation.
+    """
+    upper = sum(
+        np.mean(r * f, axis=(0, 2)) / e for r, f, e in zip(remains, own, errors, strict=True)
+    )
+    lower = sum(np.mean(f * f, axis=(0, 2)) / e for f, e in zip(own, errors, strict=True))
+    return np.asarray(np.clip(upper / lower, 0.0, 1.0))  # fmt: skip
+
+
+def estimate(trial: Trial, people: Sequence[Sequence[Trial]], *, angles: bool = True) -> Estimate:
+    """The kinetics of a person whose forces were not recorded, from angles, times and fit of their
+    `trial`; kinetics of its gait are not read. `people` are the trials of others, at least four,
+    the own first. `angles`: look at how angles differ, too: only for people of the others'
+    laboratory.
+    """
+    remains, own, errors = [], [], []
+    for i, person in enumerate(people):
+        rest = [*people[:i], *people[i + 1 :]]
+        truth = deviation(person[0], rest)
+        parts = _parts(truth, rest, angles)
+        remains.append(truth.kinetics - parts.regressed)
+        own.append(parts.own)
+        errors.append(np.mean(truth.kinetics**2, axis=(0, 2)))
+    weights = _weights(remains, own, errors)
+    missed = [r - weights[:, None] * f for r, f in zip(remains, own, strict=True)]
+    # With few people the band is wider than the normal distribution's, by Student's t. What was
+    # missed is of people who were left out, so it has the error of the others' mean in it.
+    wide = student.ppf(0.5 + 0.5 * BAND, len(people) - 1)
+    half_width = wide * np.sqrt(np.mean(np.square(missed), axis=(0, 1)))
+    half_width = half_width if angles else WIDER_ELSEWHERE * half_width
+    of = deviation(trial, people)
+    parts = _parts(of, people, angles)
+    kinetics = of.usual + parts.regressed + weights[:, None] * parts.own
+    kinetics[:, -1] = np.maximum(kinetics[:, -1], 0.0)  # the ground does not pull
+    return Estimate(kinetics, of.usual, half_width, weights, *parts, angles)

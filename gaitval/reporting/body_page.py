@@ -1,0 +1,63 @@
+"""What was learned of a person's body, on a page: two sentences, a picture, tables."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from gaitval.model.body import BodyModel
+from gaitval.reporting.page import write_html
+from gaitval.reporting.words import number
+from gaitval.reporting.body_bars import bars, draw
+from gaitval.identification.joints import judged_lengths
+from gaitval.identification.shared_errors import BODY_ERRORS, NAMES, Shared
+from gaitval.identification.verdicts import Judged, judged
+from gaitval.reporting.body_words import next_trials, sentences
+
+Table = tuple[str, list[list[str]]]
+_UNITS: Final = {
+    "damping": ("Nms/rad", 1.0, 2),
+    "friction": ("1", 1.0, 2),
+    **{f"{segment}_length": ("1", 1.0, 3) for segment in ("foot", "shank", "thigh")},
+}
+"""Unit, factor to it and decimals of a parameter that is no length."""
+_LENGTH: Final = ("mm", 1000.0, 1)
+
+
+def tables(found: Shared, model: BodyModel) -> list[Table]:
+    """A title, and a header and rows, of: parameters, errors of the record, further trials; from
+    what was `found` of the record, about the `model` as scaled.
+    """
+    body = [["parameter", "unit", "expected", "found", "SD", "SD / prior SD", "verdict"]]
+    for each in judged(found.posterior):
+        body.append(_row(each, *_UNITS.get(each.name, _LENGTH)))
+    for each in judged_lengths(found.posterior, model):
+        body.append(_row(replace(each, name=f"{each.name}: change"), *_LENGTH))
+    errors = [["error of the record or the model", "unit", "found", "SD"]]
+    for name, value, sd in zip(NAMES, found.values, found.sd, strict=True):
+        share = "% of the speed" if name == "belt" else "% of the excursion"
+        unit, factor = ("mm", 1000.0) if name in BODY_ERRORS else (share, 100.0)
+        errors.append([name, unit, number(factor * value, 1), number(factor * sd, 1)])
+    return [
+        ("Body: lengths as factors of the scaled ones, places as changes", body),
+        ("What seems wrong", errors),
+        ("SD / prior SD that trials would leave (calculated)", next_trials(found, model)),
+    ]
+
+
+def _row(each: Judged, unit: str, factor: float, digits: int) -> list[str]:
+    """A row of the table of the body: values are shown times `factor`, in `unit`."""
+    values = (factor * value for value in (each.prior_mean, each.mean, each.sd))
+    shown = [number(value, digits) for value in values]
+    return [each.name, unit, *shown, number(each.contraction, 2), each.verdict]
+
+
+def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> Path:
+    """Write the page of the person `name` to `path`; other parameters are those of `tables`."""
+    context = {
+        "name": name,
+        "said": sentences(found, model),
+        "tables": tables(found, model),
+        "drawings": {"body": partial(draw, bars(found, model))},
+    }
+    return write_html(path.parent, path.stem, "body.html.j2", context)

@@ -1,0 +1,78 @@
+"""What was learned of a person's body, in sentences."""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.coordinates import SIDES
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS
+from gaitval.reporting.words import number
+from gaitval.identification.combinations import judged_combinations
+from gaitval.identification.joints import FunctionalLeg, with_joints
+from gaitval.identification.legs import SEEN, LegDifference
+from gaitval.identification.pooled import SAME
+from gaitval.identification.shared_errors import Shared
+from gaitval.identification.verdicts import Judged
+
+_LITTLE: Final = 0.9
+"""Contraction from which on a record adds next to nothing."""
+
+
+def sentences(found: Shared, model: BodyModel) -> str:
+    """Two sentences: how long the legs are, and whether they differ; from what was `found` of the
+    record, about the `model` as scaled.
+    """
+    leg = judged_combinations(found.posterior, model)[0]
+    scaled = model.leg_length
+    length = f"Legs: {100 * (scaled + leg.mean):.1f} ± {100 * leg.sd:.1f} cm, thigh and shank"
+    before = f"scaled: {100 * scaled:.1f} ± {100 * leg.prior_sd:.1f}"
+    added = ", so the record adds next to nothing" if leg.contraction > _LITTLE else ""
+    return f"{length} ({before}){added}. {_difference(found.legs)}."
+
+
+def _difference(legs: LegDifference) -> str:
+    """Which leg is longer, or that this cannot be seen."""
+    mean, sd = legs.estimate
+    if abs(mean) <= SEEN * sd:
+        size = f"{number(1000 * mean, 0)} ± {1000 * sd:.0f} mm"
+        return f"Whether the legs differ in length cannot be seen (left less right {size})"
+    longer = "The left leg is longer by" if mean > 0 else "The right leg is longer by"
+    differs = f"{longer} {1000 * abs(mean):.0f} ± {1000 * sd:.0f} mm"
+    if legs.differ:
+        return (
+            f"{differs}: more than people's legs differ, or that hip centre lies as much lower "
+            "than the other: measure both legs, because a walk cannot tell these apart"
+        )
+    return f"{differs}: within what people's legs differ"
+
+
+NEXT: Final = (
+    "this record",
+    "another trial of the session, at another speed",
+    "a range-of-motion trial of hips and knees",
+)
+_AGAIN: Final = 2.0 / (1.0 + SAME)
+"""Factor on what the record says, of another trial of its session, see `pooled`."""
+
+
+def next_trials(found: Shared, model: BodyModel) -> list[list[str]]:
+    """What each trial would leave of the prior's SD: a header and a row for each of `NEXT`.
+    Calculated by adding information (of functional hips, see `joints`) to what was `found` of the
+    record, about the `model` as scaled; not simulated.
+    """
+    posterior = found.posterior
+    prior = np.diag(1.0 / posterior.prior_sd**2)
+    told = np.linalg.inv(posterior.covariance) - prior
+    again = np.asarray(np.linalg.inv(prior + _AGAIN * told), dtype=np.float64)
+    unmoved = FunctionalLeg(np.zeros(3), 0.0, 0.0, 0.0)
+    moved = with_joints(posterior, model, dict.fromkeys(SIDES, unmoved))
+    shown = ("thigh_length", "shank_length", "foot_length", "hip_y")
+    rows = [["trials", "leg", *shown]]
+    trials = (posterior, replace(posterior, covariance=again), moved)
+    for title, after in zip(NEXT, trials, strict=True):
+        leg: Judged = judged_combinations(after, model)[0]
+        parts = [leg.contraction, *(after.contraction[PARAMETERS.index(name)] for name in shown)]
+        rows.append([title, *(f"{each:.2f}" for each in parts)])
+    return rows

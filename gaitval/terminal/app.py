@@ -1,0 +1,488 @@
+"""The root of the `gaitval` command: its help, its errors, and what commands share."""
+
+import os
+import re
+import shlex
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Iterable, MutableMapping
+from contextlib import suppress
+from functools import cached_property, partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
+
+from gaitval import __version__, wings
+from gaitval.terminal import display
+from gaitval.terminal import signals
+from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.memory import seldom_search, share_heap
+
+STOPPED = 130
+"""Exit code after Ctrl-C, as in shells."""
+INTERNAL = 70
+"""Exit code after an error in gaitval itself (EX_SOFTWARE of sysexits.h)."""
+
+OVERVIEW = """Learn to walk as a recorded person walks, and report how accurate the walk is.
+
+A body model is scaled to a person. A policy learns to walk with it as the person's gait
+was recorded. Uncertain body parameters are identified, and the simulated walk is compared
+with the record: joint angles, joint moments and ground reaction forces.
+
+Each stage reads and writes files in a run folder (reports/S05). It is skipped when nothing
+that it reads has changed, and resumes after Ctrl-C or a kill. A single stage keeps the
+settings of its run folder; `subject` starts from the defaults.
+
+Exit codes: 0 done, 1 a limit was failed (validate, check, compare
+--strict), 2 the input cannot be used,
+70 a fault of gaitval, 130 interrupted.
+"""
+
+
+PANELS = {
+    "Main jobs": ("subject", "import", "report"),
+    "More ways in, and many people": ("subjects",),
+    "Stored accuracy": ("baseline",),
+    "Single stages of a run": (
+        *("scale", "reference", "train", "identify", "correct", "simulate", "push", "validate"),
+    ),
+}
+"""Commands of the core in the order in which the help shows them, by heading."""
+
+_YES_OR_NO = ("true", "false", "yes", "no", "on", "off")
+_NUMBERS = {"float_parsing": "number", "int_parsing": "whole number"}
+"""By what pydantic calls its refusal."""
+
+
+def panel_of(name: str) -> str:
+    """The heading under which the help shows the command `name`."""
+    return next(panel for panel, names in PANELS.items() if name in names)
+
+
+def _no_type(ctx: Any) -> None:
+    """A flag's column for its type is empty."""
+
+
+def _plain_flags(parameters: Iterable[Any]) -> None:
+    """Show flags as such: typer writes `<bool>` behind them, as if they took a value."""
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False):
+            parameter.display_type_rich = _no_type
+
+
+class Command(TyperCommand):
+    """A command whose flags look and behave as flags."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Arguments and options, flags without a type."""
+        found: list[Any] = super().get_params(ctx)
+        _plain_flags(found)
+        return found
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Refuse a value behind a flag in words that help."""
+        flags = {
+            name
+            for parameter in self.get_params(ctx)
+            if getattr(parameter, "is_flag", False)
+            for name in parameter.opts
+        }
+        # `--force yes` would otherwise be read as a flag and an unexpected argument
+        for flag, value in pairwise(args):
+            if flag in flags and value.lower() in _YES_OR_NO:
+                ctx.fail(f"{flag} takes no value: give {flag} alone for yes, leave it out for no.")
+        # a folder without a name would be the current one
+        if "--out=" in args or not {("--out", ""), ("-o", "")}.isdisjoint(pairwise(args)):
+            ctx.fail("--out is empty: a shell variable that is not set? Give a value.")
+        try:
+            rest: list[str] = super().parse_args(ctx, [_with_home(each) for each in args])
+        except typer.BadParameter as error:
+            # typer says what pydantic says, without what was given: 1,3 or 70kg
+            for problem in getattr(error.__cause__, "errors", list)():
+                kind = _NUMBERS.get(problem["type"])
+                if kind is not None:
+                    error.message = (
+                        f"{problem['input']!r} is no {kind}. Write digits, with a point for "
+                        "decimals, and no unit."
+                    )
+            raise
+        return rest
+
+
+def _with_home(word: str) -> str:
+    """Shells leave the ~ of `--out=~/runs`, which would make a folder of that name here."""
+    option, home = re.match(r"(--[\w-]+=)?(~/.*)?", word, re.DOTALL).groups("")  # type: ignore[union-attr]
+    return option + os.path.expanduser(home) if home else word
+
+
+class LaterCommand(Command):
+    """A command with options from the fields of a model, which is loaded when one of them is
+    needed, so that `gaitval --help` does not wait for it.
+    """
+
+    complete: Callable[[], Callable[..., None]]
+    """Gives the function with all of its options."""
+
+    @cached_property
+    def _whole(self) -> Any:
+        alone = typer.Typer(add_completion=False)
+        alone.command(self.name, cls=Command)(type(self).complete())
+        return typer.main.get_command(alone)
+
+    @property
+    def params(self) -> list[Any]:
+        """Arguments and options."""
+        found: list[Any] = self._whole.params
+        return found
+
+    @params.setter
+    def params(self, found: list[Any]) -> None:
+        """Those of the function that stands in for it are not used."""
+
+    @property
+    def callback(self) -> Any:
+        """What the command does."""
+        return self._whole.callback
+
+    @callback.setter
+    def callback(self, found: Any) -> None:
+        """As `params`."""
+
+
+class Group(TyperGroup):
+    """Commands of one word, whose help shows flags as flags."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Arguments and options, flags without a type."""
+        found: list[Any] = super().get_params(ctx)
+        _plain_flags(found)
+        return found
+
+
+class Added(NamedTuple):
+    """A command of a wing, which registers it as an entry point of `wings.COMMANDS`.
+
+    Attributes
+    ----------
+    app : Typer application of this command alone.
+    after : the command of the core behind which the help shows it.
+    """
+
+    app: typer.Typer
+    after: str
+
+
+class _Commands(Group):
+    """Orders the commands, and turns errors that a user can fix into a message and an exit code.
+
+    A command of a wing is loaded when it is called, or when all are asked for.
+    """
+
+    @property
+    def commands(self) -> MutableMapping[str, Any]:
+        """The core's and those of the wings that can be loaded, in the order of the help."""
+        order = [name for names in PANELS.values() for name in names]
+        for name in set(wings.names(wings.COMMANDS)) - set(self._loaded):
+            with suppress(ConfigurationError):  # said when it is called
+                self._load(name)
+        # in reverse, so that those inserted behind one command end up in alphabetical order
+        for name in sorted(self._after, reverse=True):
+            order.insert(order.index(self._after[name]) + 1, name)
+        return {name: self._loaded[name] for name in order}
+
+    @commands.setter
+    def commands(self, core: MutableMapping[str, Any]) -> None:
+        self._loaded = core
+        self._after: dict[str, str] = {}
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command by its name; None if there is none."""
+        if cmd_name not in self._loaded and cmd_name in wings.names(wings.COMMANDS):
+            self._load(cmd_name)
+        return self._loaded.get(cmd_name)
+
+    def _load(self, name: str) -> None:
+        added: Added = wings.load(wings.COMMANDS, name)
+        self._loaded[name] = get_command(added.app)
+        self._loaded[name].name = name
+        self._loaded[name].rich_help_panel = panel_of(added.after)  # a group has none of its own
+        self._after[name] = added.after
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            try:
+                return super().invoke(ctx)
+            except ModuleNotFoundError as error:
+                from gaitval.missing_extras import raise_named
+
+                raise_named(error)
+                raise
+        except GaitvalError as error:
+            # Without one, where the command itself could not be loaded.
+            of = ctx.invoked_subcommand or "gaitval"
+            display.messages.print(f"{of}:", style="bold red", end=" ")
+            display.plain(str(error), "red", display.messages)
+            for option in error.goes_on:
+                line = shlex.join(["gaitval", *sys.argv[1:]])
+                display.plain(f"To continue without it: {line} {option}", to=display.messages)
+            raise typer.Exit(error.exit_code) from None
+        except OSError as error:
+            from gaitval.disk_errors import FAILED, why_unwritable
+
+            if (told := why_unwritable(error)) is None:
+                raise
+            display.plain(
+                f"{error.filename or 'a file of the run, or a temporary one'}: cannot be "
+                f"{'read or ' * (error.errno in FAILED)}written: {told}, or give another folder "
+                "with --out. Finished work is kept.",
+                "red",
+                display.messages,
+            )
+            raise typer.Exit(GaitvalError.exit_code) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(_interrupted()) from None
+
+
+app = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    epilog="Start with [bold]gaitval subject 5[/]; `gaitval COMMAND --help` has examples.",
+)
+
+SubjectArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SUBJECT",
+        help="Number (5), name (S05, WBDS14), or path of your own subject's TOML file.",
+        show_default=False,
+    ),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", "-o", help="Run folder; by default reports/S05 for S05.", show_default=False
+    ),
+]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        "-c",
+        help="TOML file with some of the settings; the others keep their values. `paper`: the "
+        "paper's own state and reward, to compare with; its walks fall (docs/learning.md).",
+        show_default=False,
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        "-s",
+        metavar="SECTION.KEY=VALUE",
+        help="One setting, for example training.samples=500000. May be repeated.",
+        show_default=False,
+    ),
+]
+LanguageOption = Annotated[
+    str | None,
+    typer.Option(
+        "--language",
+        metavar="CODE",
+        help="Language of the pages, such as de or pt; citations, and what an import found, stay "
+        "English. Kept by later runs in the same folder. Short for --set report.language=CODE.",
+        show_default=False,
+    ),
+]
+PaperOption = Annotated[
+    str | None,
+    typer.Option(
+        "--paper",
+        metavar="a4|letter",
+        help="Sheets of the PDF. Kept by later runs in the same folder. Short for --set "
+        "report.paper=letter.",
+        show_default=False,
+    ),
+]
+
+
+def with_pages(
+    settings: list[str] | None, language: str | None, paper: str | None
+) -> list[str] | None:
+    """`settings` with the `language` and `paper` of the pages, where these are given."""
+    asked = {"language": language, "paper": paper}
+    added = [f"report.{name}={value}" for name, value in asked.items() if value is not None]
+    return [*(settings or ()), *added] or None
+
+
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Run even if nothing that it reads has changed.")
+]
+RoundOption = Annotated[int, typer.Option("--round", min=1, max=1000, help="Round of Algorithm 1.")]
+ScratchOption = Annotated[
+    bool, typer.Option("--scratch", help="Train from nothing, and not from the general policy.")
+]
+TrainOption = Annotated[
+    bool,
+    typer.Option(
+        "--train",
+        help="Train for this person even if the policy that it starts from needs no training "
+        "(training.samples=full).",
+    ),
+]
+StartOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--start",
+        metavar="FOLDER",
+        help="Train from the policy in this folder (policy.json, policy.safetensors): a general "
+        "one, or one of the same body. Not given: from the general one.",
+        show_default=False,
+    ),
+]
+
+UseOption = Annotated[
+    str | None,
+    typer.Option(
+        "--use",
+        metavar="all|kinematics",
+        help="What the run may know of the record: all of it, or angles, speed and timing only. "
+        "Not given: as in the settings (record.use), else all.",
+        show_default=False,
+    ),
+]
+
+
+def _paragraphs(text: str) -> str:
+    """One line per paragraph, for the terminal to wrap."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+
+
+Function = Callable[..., None]
+
+
+def command(
+    *examples: str, name: str | None = None, complete: Callable[[Function], Function] | None = None
+) -> Callable[[Function], Function]:
+    """Register a command of the core; its help is the docstring, with the `examples` below.
+
+    Its `name` is the function's by default. `complete` gives the function options in place of its
+    `**options` when they are first needed.
+    """
+
+    def register(function: Function) -> Function:
+        panel = panel_of(name or function.__name__)
+        _register(app, function, examples, panel=panel, name=name, complete=complete)
+        return function
+
+    return register
+
+
+def added_command(
+    *examples: str, after: str, complete: Callable[[Function], Function] | None = None
+) -> Callable[[Function], Added]:
+    """Make a wing's command of a function, shown in the help behind the core's command `after`;
+    `complete` as `command` takes it.
+    """
+
+    def make(function: Function) -> Added:
+        alone = typer.Typer(
+            add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
+        )
+        _register(alone, function, examples, panel=panel_of(after), complete=complete)
+        return Added(alone, after)
+
+    return make
+
+
+def _register(
+    to: typer.Typer,
+    function: Function,
+    examples: Iterable[str],
+    *,
+    panel: str,
+    name: str | None = None,
+    complete: Callable[[Function], Function] | None = None,
+) -> None:
+    shown = "\n".join(f"  {example}" for example in examples)
+    text = _paragraphs(function.__doc__ or "")
+    # a class per command, since typer takes a class and not an instance
+    later = complete and {"complete": staticmethod(partial(complete, function))}
+    to.command(
+        name or function.__name__,
+        cls=type("_Later", (LaterCommand,), later) if later else Command,
+        help=f"{text}\n\n\b\nExamples:\n{shown}",  # \b keeps the lines of the examples
+        rich_help_panel=panel,
+    )((lambda: None) if later else function)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        display.output.print(f"gaitval {__version__}")
+        raise typer.Exit
+
+
+@app.callback(help=_paragraphs(OVERVIEW))
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Options of `gaitval` itself."""
+
+
+def main() -> None:
+    """Entry point of the `gaitval` command."""
+    share_heap()
+    seldom_search()
+    signals.end_in_order()
+    # Processes that are started here take no modules from the folder that this one is run in, where
+    # others may have put some.
+    os.environ.setdefault("PYTHONSAFEPATH", "1")
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(_interrupted())
+    except Exception as error:
+        asked = signals.received()
+        if asked is not None:  # a library has made an error of its own out of the interruption
+            sys.exit(_interrupted() if asked == signal.SIGINT else 128 + asked)
+        if os.environ.get("GAITVAL_TRACEBACK"):
+            traceback.print_exc()
+        display.plain(
+            f"internal error: {type(error).__name__}: {error}\n{_what_to_do(error)}; finished work "
+            "is kept.",
+            "red",
+            display.messages,
+        )
+        sys.exit(INTERNAL)
+
+
+def _what_to_do(error: Exception) -> str:
+    from concurrent.futures import BrokenExecutor
+
+    # A library that does not fit into memory says so in an error below its own.
+    told = "".join(traceback.format_exception(error))
+    no_room = "failed to map segment" in told or "annot allocate memory" in told
+    if no_room or isinstance(error, BrokenExecutor | MemoryError):
+        return (
+            "Memory ran out, most likely, or somebody killed a worker process. Free some memory, "
+            "or take fewer processes (--set training.workers=1), and run the same command again"
+        )
+    return (
+        "This is a fault of gaitval or of this machine (out of memory?), not of your input. Set "
+        "GAITVAL_TRACEBACK=1 and run the same command again to see where it happens"
+    )
+
+
+def _interrupted() -> int:
+    """Say that Ctrl-C ended the command; returns the exit code."""
+    display.messages.print("interrupted; the same command resumes", style="yellow")
+    return STOPPED

@@ -1,0 +1,398 @@
+"""What the command line shows: live progress of stages, and tables."""
+
+import csv
+import math
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final, get_args
+
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.segment import Segment
+from rich.table import Column, Table
+from rich.text import Text
+
+from gaitval import file_gate
+from gaitval.errors import ArtefactError
+from gaitval.study.stage import BESIDE, INTERRUPTED, Observer
+
+if TYPE_CHECKING:
+    from gaitval.metrics.results import Metrics
+    from gaitval.metrics.tolerances import Verdict
+    from gaitval.metrics.walk_results import PushRecovery
+    from gaitval.session.session import Import
+
+VERDICT_ROWS = 10
+"""Most rows at the end of a command; all are in metrics.json and the report."""
+
+PLAIN_SECONDS = 30.0
+"""Time between lines of progress if the output is not a terminal."""
+
+HIDDEN: Final = dict.fromkeys(
+    {*range(32), *range(127, 160), *range(0x202A, 0x202F), *range(0x2066, 0x206A)} - {9, 10},
+    "\ufffd",
+)
+"""Control characters but tab and line feed, and those that turn the direction of a text."""
+
+
+class Terminal(Console):
+    """Shows names and texts from files as they are: no markup or emoji in them is followed, and no
+    control character reaches the terminal, which could be a command to it.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, highlight=False, **options)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """As `Console.render`; rich's own control codes have segments of their own."""
+        for each in super().render(renderable, options):
+            yield each if each.control else each._replace(text=each.text.translate(HIDDEN))
+
+    def on_broken_pipe(self) -> None:
+        """Go on without words: who closed the pipe (`| head -1`) has read enough. Neither the work
+        nor the exit code, which is a verdict, ends with it, as they would with `Console`.
+        """
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
+
+
+# Tables are not squeezed into 80 columns without a terminal.
+output = Terminal(width=None if sys.stdout.isatty() else 120)
+messages = Terminal(stderr=True)
+
+
+class Live(Observer):
+    """Shows stages and their progress: a bar on a terminal, else occasional lines.
+
+    `console` may be a terminal or not.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.stage = ""
+        self._bar: Progress | None = None
+        self._task = TaskID(0)
+        self._begun = self._last_line = monotonic()
+        self._first_done = 0.0
+
+    def say(self, message: str) -> None:
+        """Print a line as it is."""
+        plain(message, to=self.console)
+
+    def skipped(self, stage: str) -> None:
+        """Say that a stage was up to date."""
+        self.say(f"{stage}: up to date")
+
+    def started(self, stage: str, reason: str) -> None:
+        """Say that a stage runs or resumes, and why."""
+        self.stage = stage
+        self._begun = self._last_line = monotonic()
+        self._first_done = -1.0
+        how = {INTERRUPTED: "resumes", BESIDE: "continues"}.get(reason, "starts")
+        self.say(f"{stage}: {how} ({reason})")
+        if self.console.is_terminal:
+            self._show_clock()
+
+    def progress(self, values: Mapping[str, float]) -> None:
+        """Show the progress of a stage: of its `values`, `total` and one of `samples`,
+        `generation`, `steps`, `pushes` or `walks` count; all others (`reward`, `cycles`, ...) are
+        shown beside it.
+        """
+        units = ("samples", "generation", "steps", "pushes", "walks")
+        unit = next(name for name in units if name in values)
+        done, total = values[unit], values["total"]
+        rest = "  ".join(
+            f"{'cycles walked' if name == 'cycles' else name.replace('_', ' ')} {value:.3g}"
+            for name, value in values.items()
+            if name not in (unit, "total")
+        )
+        # the first report of a stage: what is done by then was done by an earlier call
+        if self._first_done < 0:
+            self._first_done = done
+            self.close()  # the clock, now that it is known how much there is to do
+        if self.console.is_terminal:
+            self._show_bar(unit, done, total, rest)
+        elif monotonic() - self._last_line >= PLAIN_SECONDS:
+            self._last_line = monotonic()
+            self.say(
+                f"{self.stage}: {done:,.0f} of {total:,.0f} {unit}  {rest}  "
+                f"{self._time_left(done, total)}"
+            )
+
+    def finished(self, stage: str, seconds: float) -> None:
+        """Say how long a stage took."""
+        self.close()
+        self.say(f"{stage}: done in {duration(seconds)}")
+
+    def close(self) -> None:
+        """Remove the bar."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _show_clock(self) -> None:
+        """A moving bar with the time, for a stage without progress."""
+        self.close()
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TimeElapsedColumn(),
+            console=self.console,
+            transient=True,
+        )
+        self._bar.add_task(self.stage, total=None)
+        self._bar.start()
+
+    def _show_bar(self, unit: str, done: float, total: float, rest: str) -> None:
+        if self._bar is None:
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TaskProgressColumn(),
+                TextColumn("{task.completed:,.0f} {task.fields[unit]}  {task.fields[rest]}"),
+                TimeElapsedColumn(),
+                TextColumn("left"),
+                # Rates differ between learning and evaluation, so look at minutes, not seconds.
+                TimeRemainingColumn(elapsed_when_finished=False),
+                console=self.console,
+                speed_estimate_period=180.0,
+                transient=True,
+            )
+            self._task = self._bar.add_task(
+                self.stage, total=total, completed=int(done), unit=unit, rest=rest
+            )
+            self._bar.start()
+        self._bar.update(self._task, completed=done, total=total, rest=rest)
+
+    def _time_left(self, done: float, total: float) -> str:
+        progressed = done - self._first_done
+        if progressed <= 0:
+            return ""
+        # of what this call has done: a resumed stage does not start at 0
+        seconds = (monotonic() - self._begun) * (total - done) / progressed
+        return f"{duration(seconds)} left"
+
+
+@contextmanager
+def live_view() -> Iterator[Live]:
+    """Show the stages of a command on `messages` within the block."""
+    live = Live(messages)
+    try:
+        yield live
+    finally:
+        live.close()
+
+
+def plain(text: str, style: str = "", to: Console | None = None) -> None:
+    """Print a line of `text` with paths in it, unwrapped and as it is, in one `style`: to `output`,
+    or to the console `to`.
+    """
+    (to or output).print(text, style=style, soft_wrap=True)
+
+
+def duration(seconds: float) -> str:
+    """`seconds` in words: 2 min 05 s."""
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes >= 60:
+        return f"{minutes // 60} h {minutes % 60:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+def print_csv(path: Path, title: str) -> None:
+    """Print the CSV file `path` as a table with a `title`, numbers to four digits."""
+    text = file_gate.read_text(path, ArtefactError, largest=file_gate.TABLE)
+    header, *rows = csv.reader(text.splitlines())
+    print_rows([header, *([_short(cell) for cell in row] for row in rows)], title)
+
+
+def print_rows(rows: Sequence[Sequence[str]], title: str) -> None:
+    """Print `rows`, the header first, as a table with a `title`."""
+    header, *others = rows
+    columns = (Column(name.replace("_", " "), overflow="fold") for name in header)
+    table = Table(*columns, title=title)
+    for row in others:
+        table.add_row(*map(Text, row))
+    output.print(table)
+
+
+def _short(cell: str) -> str:
+    try:
+        return f"{float(cell):.4g}"
+    except ValueError:
+        return cell
+
+
+def print_verdict(metrics: "Metrics") -> None:
+    """Print the verdict of `metrics` in a sentence, then each failed limit once with its worst
+    value and its remedy: at most `VERDICT_ROWS` rows, acceptance before context.
+    """
+    from gaitval.metrics.verdicts import (
+        close_text,
+        failed_limits,
+        limit_verdicts,
+        sentence,
+        spread_text,
+        target_text,
+        value_text,
+    )
+
+    def of(row: "Verdict") -> str:
+        where = target_text(row.target)
+        return f" ({where})" if where else ""
+
+    plain(f"\n{sentence(metrics)}")
+    failed = failed_limits(metrics)
+    shown = failed or limit_verdicts(metrics, "acceptance")
+    for each in shown[:VERDICT_ROWS]:
+        said = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
+        plain(
+            f"  {each.first.role:<11}{each.first.title}: {each.value_text()}"
+            f"{of(each.worst)}, limit {each.limit_text()}, {said}"
+            + ("" if each.passed else f". {each.remedy}")
+        )
+    narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
+    for row in narrow[: max(VERDICT_ROWS - len(shown), 0)]:
+        plain(
+            f"  {'narrow':<11}{row.title}: {value_text(row)}{of(row)}, {spread_text(row)}, "
+            f"{close_text(row)}"
+        )
+    if len(shown) > VERDICT_ROWS:
+        more = len(shown) - VERDICT_ROWS
+        plain(f"  and {more} more, in the report and `gaitval validate SUBJECT --all`")
+
+
+def print_tolerances(metrics: "Metrics") -> None:
+    """Print every verdict of `metrics`, a row for each limit and target, failed ones in red."""
+    from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
+
+    table = Table(
+        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "verdict"),
+        title=f"{metrics.subject.identifier}: every limit and value",
+    )
+    for row in metrics.tolerances:
+        verdict = "goal" if row.reached else "pass" if row.passed else Text("fail", style="red")
+        table.add_row(
+            row.title,
+            target_text(row.target),
+            value_text(row),
+            spread_text(row),
+            bound_text(row, row.tolerance),
+            bound_text(row, row.goal),
+            row.role,
+            row.status,
+            verdict,
+        )
+    output.print(table)
+
+
+def print_groups(metrics: "Metrics") -> None:
+    """Print errors in `metrics` by group beside those of predictions without a model."""
+    from gaitval.metrics.groups import group_rows
+
+    rows = group_rows(metrics)
+    where = f"{metrics.subject.identifier} ({metrics.subject.source})"
+    title = f"{where}: mean RMSE, and skill against predictions without a model"
+    table = Table("group", "", "walker", *rows[0].guesses, title=title)
+    for row in rows:
+        cells = [
+            ("none" if row.origin == "recorded" else f"not recorded: {row.origin}")
+            if guess is None
+            else f"{guess:.3g}" + ("" if found is None else f" ({found:+.2f})")
+            for guess, found in zip(row.guesses.values(), row.skills().values(), strict=True)
+        ]
+        walked = "fell" if row.walked is None else f"{row.walked:.3g} {row.unit}"
+        table.add_row(row.group, row.status, walked, *cells)
+    output.print(table)
+
+
+def print_pushes(recovery: "PushRecovery") -> None:
+    """Print the largest push survived in `recovery` by phase and direction; left is positive."""
+    title = "Largest push survived, N (degrees from straight ahead, left positive)"
+    directions = (Column(f"{each:g}", justify="right") for each in recovery.directions)
+    table = Table("phase", *directions, title=title)
+    for phase, forces in zip(recovery.phases, recovery.largest, strict=True):
+        table.add_row(f"{phase:g}", *(f"{force:g}" for force in forces))
+    output.print(table)
+
+
+def print_import(found: "Import") -> None:
+    """Print the published limits of the import `found`, and its spatiotemporal parameters."""
+    from gaitval.importing.summary import limit_rows, scaling_methods, spatiotemporal_rows
+
+    title = f"{found.request.identifier}: the recording against published limits"
+    table = Table("measure", "value", "at most", "unit", "verdict", title=title)
+    for row in limit_rows(found):
+        value = "not measured" if row.value is None else f"{row.value:.3g}"
+        verdict = Text(row.state, style="red" if row.failed else "")
+        table.add_row(row.name, value, f"{row.limit:g}", row.unit, verdict)
+    output.print(table)
+    title = "Distance of measured and model markers in walking"
+    table = Table("scaling", "RMS cm", "largest cm", "", title=title)
+    for method in scaling_methods(found):
+        table.add_row(
+            method.name,
+            f"{100 * method.trial_rms:.2f}",
+            f"{100 * method.trial_largest:.2f}",
+            "used" if method.chosen else "",
+        )
+    output.print(table)
+    table = Table("parameter", "right", "left", "unit", title="Gait")
+    for entry in spatiotemporal_rows(found.trials):
+        sides = [_mean_and_deviation(pair, entry.digits) for pair in (entry.right, entry.left)]
+        table.add_row(entry.name, *sides, entry.unit)
+    output.print(table)
+
+
+def print_import_verdict(found: "Import") -> None:
+    """Print the last lines of the import `found`: what the plates carried, and failed limits."""
+    from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
+    from gaitval.importing.summary import limit_rows
+
+    rows = limit_rows(found)
+    if found.weight_ratio is not None:
+        plain(
+            f"The plates carried {100 * found.weight_ratio:.1f} % of the body weight over whole "
+            "gait cycles."
+        )
+    counts = {state: sum(row.state == state for row in rows) for state in get_args(State)}
+    why = f" ({WHY_NOT_JUDGED})" if counts["not judged"] else ""
+    plain(
+        f"Limits: {counts['passed']} passed, {counts['FAILED']} FAILED, {counts['not judged']} not "
+        f"judged{why}."
+    )
+    for row in rows:
+        if row.failed:
+            text = failure(row.name, row.value, row.limit, row.unit, row.remedy)
+            plain(f"FAILED: {text}.", "red")
+
+
+def print_doubts(found: "Import") -> None:
+    """Print the warnings of the import `found`, and which side was not recorded, if any."""
+    from gaitval.session.one_side import ONE_SIDE
+
+    for trial, doubt in found.doubts:
+        missing = doubt.check == ONE_SIDE
+        text = f"Not recorded: {doubt}." if missing else f"Warning: {trial}: {doubt}."
+        plain(text, "yellow")
+
+
+def _mean_and_deviation(pair: tuple[float, float] | None, digits: int) -> str:
+    if pair is None:
+        return "not measured"
+    mean, deviation = pair
+    spread = "" if math.isnan(deviation) else f" ± {deviation:.{digits}f}"
+    return f"{mean:.{digits}f}{spread}"
