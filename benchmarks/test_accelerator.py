@@ -11,12 +11,12 @@ import warp as wp
 from speed_ratio import speed_ratio
 from test_physics_step import ACTIONS, STEPS, walking_side_by_side
 
+from gaitval.apps.accelerator.walkers import AcceleratedWalkers
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.lanes import WIDTH
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Walker, WalkingTask
-from gaitval.apps.accelerator.walkers import AcceleratedWalkers
 
 WALKERS = {True: (1024, 4096, 16384), False: (64,)}
 """How many at once, on a GPU and on the processor."""

@@ -21,8 +21,8 @@ import evidence
 from evidence import ROOT, option
 
 if TYPE_CHECKING:
-    from gaitval.model.devices.device import Device
     from gaitval.apps.devices.study import Wearer
+    from gaitval.model.devices.device import Device
 
 EIGHT = (
     *("hip_exo", "knee_exo", "ankle_exo", "ankle_spring"),
@@ -155,9 +155,9 @@ def _once(work: Path | None, name: str, compute: Callable[[], Any]) -> Any:
 @evidence.measurement()
 def bodies(_: Namespace) -> list[evidence.Row]:
     """The body with each shipped device in yourdfpy, DART, MuJoCo and the compiled engine."""
+    from gaitval.apps.devices.engines import differences, in_engines
     from gaitval.datasets.subject_file import load_subject
     from gaitval.scaling.scaling import scale_subject
-    from gaitval.apps.devices.engines import differences, in_engines
 
     largest: dict[str, float] = {}
     for number, name in enumerate(EIGHT):
@@ -376,8 +376,8 @@ def _share(people: list[list[tuple[float, float]]]) -> tuple[float, float, float
 @evidence.measurement(WORK)
 def search(arguments: Namespace) -> list[evidence.Row]:
     """A search over eight parameters of a controller for one person."""
-    from gaitval.model.devices.aim import Aim
     from gaitval.apps.devices.search import search_spline
+    from gaitval.model.devices.aim import Aim
 
     who = _person("5")
     began = time.process_time()

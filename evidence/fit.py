@@ -42,10 +42,6 @@ from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.results import Metrics, metrics_from
-from gaitval.prediction.known import told
-from gaitval.prediction.normal_form import SAMPLES, NormalForm, moment_units, normal_form
-from gaitval.scaling.scaling import scale_subject
-from gaitval.simulation.servo import closed_cycle
 from gaitval.prediction.deviations import (
     KINETICS,
     Trial,
@@ -57,6 +53,10 @@ from gaitval.prediction.deviations import (
     units,
 )
 from gaitval.prediction.estimate import WIDER_ELSEWHERE, Estimate, estimate
+from gaitval.prediction.known import told
+from gaitval.prediction.normal_form import SAMPLES, NormalForm, moment_units, normal_form
+from gaitval.scaling.scaling import scale_subject
+from gaitval.simulation.servo import closed_cycle
 from gaitval.study.estimate_stage import of_known
 
 BOUNDS = {

@@ -133,8 +133,8 @@ def _sessions(
 
 def _outputs(out: Path, options: Mapping[str, Any]) -> Outputs:
     from gaitval.configuration import load_configuration
-    from gaitval.importing.importing import import_files
     from gaitval.importing.batch_person import BatchPerson
+    from gaitval.importing.importing import import_files
 
     request = options["request"]
     person = BatchPerson(
@@ -164,8 +164,8 @@ def _terminal(imported: Any, out: Path) -> dict[str, Said]:
     """Of the table and of the last lines, which name everything that failed."""
     from rich.console import Console
 
-    from gaitval.terminal import display
     from gaitval.cli.recording import say_what_was_made
+    from gaitval.terminal import display
 
     text = io.StringIO()
     with patch.object(display, "output", Console(file=text, width=400)):
@@ -215,10 +215,10 @@ def _python(out: Path) -> dict[str, Said]:
 
 def _judged(folder: Path, trial: str, *, reduced: bool) -> dict[str, Said]:
     """Of the files of the first trial, which with `--consistent` have a model of their own."""
-    from gaitval.metrics.recording_limits import CONSISTENT
-    from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
     from gaitval.apps.judge.judge import Request, judge
     from gaitval.apps.judge.write import result_of
+    from gaitval.metrics.recording_limits import CONSISTENT
+    from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
 
     found = judge(
         Request(

@@ -25,8 +25,8 @@ from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
 
 if TYPE_CHECKING:
-    from gaitval.mocap.recording import Recording
     from gaitval.apps.export.walked import Walked
+    from gaitval.mocap.recording import Recording
 
 PERSON = "5"
 CYCLES = 100
@@ -479,9 +479,9 @@ def opensim(_: Namespace) -> evidence.Row:
     sys.path.insert(0, str(evidence.ROOT / "tests" / "support"))
     from opensim_peer import inverse_dynamics_tool, read_table, run
 
+    from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
     from gaitval.coordinates import ACTUATED
     from gaitval.inverse.inverse_dynamics import inverse_dynamics
-    from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
 
     walked = _walker()
     with tempfile.TemporaryDirectory() as name:
@@ -573,8 +573,8 @@ def _trial_off(read: "Recording", written: "Recording") -> float:
 
 def _people_off(folder: Path, written: "Recording") -> float:
     """Of the one person of another program's folder, as `gaitval imports` reads them."""
-    from gaitval.mocap.reading import read_recording
     from gaitval.importing.batch_imports import read_batch
+    from gaitval.mocap.reading import read_recording
 
     (person,) = read_batch(folder)
     known = max(abs(person.mass / 63.2 - 1.0), abs(person.height / 1.66 - 1.0))
@@ -586,11 +586,11 @@ def _further(folder: Path, trial: "Recording") -> dict[str, float]:
     """LocoHub's Parquet, and OpenSim's and WBDS's text."""
     from locohub_files import PERSON, PHASE, data_set
 
+    from gaitval.datasets.locohub import read_locohub_trials
     from gaitval.gait.record import REQUIRED_ANGLES
     from gaitval.mocap.mot_writing import StorageTable, write_storage
     from gaitval.mocap.reading import read_recording
     from gaitval.mocap.trc_writing import write_trc
-    from gaitval.datasets.locohub import read_locohub_trials
 
     (person,) = read_locohub_trials(data_set(folder / "a_phase.parquet", "right", "left"))
     curves, record = person.curves(), PERSON.record()
@@ -645,8 +645,8 @@ def install(_: Namespace) -> evidence.Row:
     import gaitval
     from gaitval.configuration import ContactSettings
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.scaling.scaling import scale_subject
     from gaitval.opensim.osim import write_osim
+    from gaitval.scaling.scaling import scale_subject
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -467,8 +467,8 @@ def _stranger(row: Mapping[str, str], gait: str) -> "Subject":
     """Somebody of the body of a `row` of ANSUR II (mm, hectograms) who walks as one of the ten does
     at the same dimensionless speed; only stature, leg and mass are known of the body.
     """
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.apps.virtual.person import on_legs
+    from gaitval.datasets.subject_file import load_subject
 
     leg, person = float(row["trochanterionheight"]) / 1000.0, load_subject(gait).by_stature()
     return on_legs(person, leg, leg / person.leg_length_m).model_copy(

@@ -20,8 +20,12 @@ from xml.etree import ElementTree
 import pandas as pd
 from rich.console import Console
 
+from gaitval.apps.cohort.study import summary_of
+from gaitval.apps.regression.comparison_page import write_comparison
+from gaitval.apps.regression.regression import compare, write_junit
+from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.artefacts import read_json, write_json
-from gaitval.terminal import display
+from gaitval.cli.predict import print_distances
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -39,11 +43,7 @@ from gaitval.metrics.walk_results import StoredPushes
 from gaitval.reporting.report import write_report
 from gaitval.study.stage import Run
 from gaitval.study.stages import metrics_of
-from gaitval.apps.cohort.study import summary_of
-from gaitval.apps.regression.comparison_page import write_comparison
-from gaitval.apps.regression.regression import compare, write_junit
-from gaitval.apps.regression.versions import StoredWalk, matched
-from gaitval.cli.predict import print_distances
+from gaitval.terminal import display
 
 Json = Mapping[str, Any]
 

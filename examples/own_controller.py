@@ -3,9 +3,9 @@
 python examples/own_controller.py
 """
 
-from gaitval.model.devices.device import load_devices
 from gaitval.apps.devices.study import wearer
 from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval.model.devices.device import load_devices
 
 
 class Energiser:

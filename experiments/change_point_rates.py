@@ -16,9 +16,9 @@ import numpy as np
 from scipy.stats import beta
 
 from evidence.marked_table import with_table
+from gaitval.apps.regression.change_points import steps
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
-from gaitval.apps.regression.change_points import steps
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 PAGE: Final = ROOT / "docs" / "how-to" / "history.md"

@@ -41,15 +41,15 @@ from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.walking_group import WalkingGroup
+from gaitval.prediction.deviations import kinetics_of
 from gaitval.prediction.known import told
 from gaitval.prediction.normal_form import normal_form
+from gaitval.prediction.seen import at_own_contacts
 from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.stored_policy import general_walker
-from gaitval.prediction.deviations import kinetics_of
-from gaitval.prediction.seen import at_own_contacts
 from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, of_known, with_kinetics
+from gaitval.study.stored_policy import general_walker
 
 STORE: Final = ROOT / "reports" / "general" / "correction_target.json"
 PAGE: Final = ROOT / "docs" / "learning.md"

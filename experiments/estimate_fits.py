@@ -16,10 +16,10 @@ from gaitval.configuration import ContactSettings, RecordSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.reference_curves import reference_curves
+from gaitval.prediction.deviations import UNIT, fit_of
 from gaitval.prediction.known import told
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.prediction.deviations import UNIT, fit_of
 
 STORE = Path(gaitval.prediction.__file__).parent / "fits.json"
 

@@ -32,9 +32,9 @@ from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.prediction.known import told
+from gaitval.prediction.seen import at_own_contacts
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.prediction.seen import at_own_contacts
 from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, of_known, with_kinetics
 
 PRICE: Final = 0.05

@@ -26,6 +26,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval.apps.virtual.person import drawn_parameters, of_another_size
 from gaitval.arrays import Array
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
@@ -39,8 +40,7 @@ from gaitval.prediction.known import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.run import GENERAL
-from gaitval.apps.virtual.person import drawn_parameters, of_another_size
+from gaitval.study.stored_policy import GENERAL
 
 TARGET: Final = Path(__file__).parent.parent / "reports" / GENERAL
 

@@ -26,19 +26,26 @@ import numpy as np
 
 from experiments.real_people import as_scaled, fit_of
 from experiments.virtual_people import person_of, walked
+from gaitval.apps.virtual.harsh import HarshPerson, harsh_person
+from gaitval.apps.virtual.range_of_motion import functional_legs
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.coordinates import Side
 from gaitval.errors import GaitvalError
+from gaitval.identification.joints import (
+    ANKLE,
+    KNEE,
+    FunctionalLeg,
+    judged_lengths,
+    lengths,
+    with_joints,
+)
 from gaitval.identification.prior import measured_by
+from gaitval.identification.shared_errors import identified
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.joints import ANKLE, KNEE, FunctionalLeg, judged_lengths, lengths, with_joints
-from gaitval.identification.shared_errors import identified
-from gaitval.apps.virtual.harsh import HarshPerson, harsh_person
-from gaitval.apps.virtual.range_of_motion import functional_legs
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"

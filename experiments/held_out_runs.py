@@ -16,20 +16,20 @@ import numpy as np
 
 from evidence import STARTED
 from gaitval.artefacts import read_json, write_json
-from gaitval.terminal.display import live_view
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.importing.importing import import_files
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
 from gaitval.prediction.known import told
 from gaitval.reference.motion import ReferenceMotion
-from gaitval.importing.importing import import_files
 from gaitval.session.request import Halves, ImportOptions
+from gaitval.study.predicted_study import run_prediction, run_range
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Run, Stage, open_run, run_stage
 from gaitval.study.stages import (
@@ -45,7 +45,7 @@ from gaitval.study.stages import (
     simulate_stage,
     train_stage,
 )
-from gaitval.study.predicted_study import run_prediction, run_range
+from gaitval.terminal.display import live_view
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "held_out"
 

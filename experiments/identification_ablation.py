@@ -25,6 +25,8 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.identification.posterior import walked_with
+from gaitval.identification.verdicts import judged
 from gaitval.metrics.comparison import compare_curve, curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon, mean_of
@@ -35,8 +37,6 @@ from gaitval.policy.storage import Policy, load_start
 from gaitval.policy.training import train
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.identification.posterior import walked_with
-from gaitval.identification.verdicts import judged
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ablation.json"

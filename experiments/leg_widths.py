@@ -28,16 +28,16 @@ from experiments.harsh_people import planted
 from experiments.real_people import fit_of
 from experiments.skin_width import Kept
 from experiments.virtual_people import person_of
+from gaitval.apps.virtual.harsh import harsh_person
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
+from gaitval.identification.combinations import combinations
+from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, STUCK
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.combinations import combinations
-from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, STUCK
-from gaitval.apps.virtual.harsh import harsh_person
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "leg_widths.json"

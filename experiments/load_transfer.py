@@ -30,9 +30,9 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import GaitRecord
+from gaitval.prediction.deviations import stored_fits
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.population import with_others_kinetics
-from gaitval.prediction.deviations import stored_fits
 from gaitval.prediction.seen import contacts, shared
 
 PAGE: Final = Path(__file__).resolve().parent.parent / "docs" / "held-out.md"

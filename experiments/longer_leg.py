@@ -20,12 +20,12 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
+from gaitval.identification.offsets import offset_of
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.shared_errors import identified
 from gaitval.model.parameters import nominal_parameters
 from gaitval.scaling.joint_centres import locate
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.offsets import offset_of
-from gaitval.identification.shared_errors import identified
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "longer_leg.json"

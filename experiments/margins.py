@@ -23,6 +23,8 @@ from typing import Any
 
 import numpy as np
 
+from gaitval.apps.regression.baseline import walking_stages
+from gaitval.apps.regression.regression import LONG_MEASURES
 from gaitval.artefacts import copy_files, read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
@@ -46,8 +48,6 @@ from gaitval.study.inputs import (
     walking_task,
 )
 from gaitval.study.stage import Observer, Run, open_run, run_stage
-from gaitval.apps.regression.baseline import walking_stages
-from gaitval.apps.regression.regression import LONG_MEASURES
 
 ROOT = Path(__file__).parent.parent
 SCATTER = ROOT / "benchmarks" / "margins.json"

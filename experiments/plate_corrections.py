@@ -3,8 +3,8 @@
     python -m experiments.plate_corrections
 
 Fits the motion of every record with the shifts of the two plates as unknowns
-(`gaitval.reference.plates`), pools them, because all ten people walked on the same plates, and writes
-the section `[plates]` of `gaitval/datasets/builtin/*.toml`. It also writes the table of
+(`gaitval.reference.plates`), pools them, because all ten people walked on the same plates, and
+writes the section `[plates]` of `gaitval/datasets/builtin/*.toml`. It also writes the table of
 docs/decisions.md.
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 from evidence.marked_table import with_table
 from gaitval.artefacts import write_text
 from gaitval.datasets.subject_file import BUILTIN, load_subject
-from gaitval.scaling.scaling import scale_subject
 from gaitval.reference.plates import PlateEvidence, common_shift, plate_corrections, plate_evidence
+from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = ROOT / "gaitval" / "datasets" / "builtin"

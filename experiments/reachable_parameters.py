@@ -21,11 +21,11 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.verdicts import IDENTIFIED
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.verdicts import IDENTIFIED
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsh.json"

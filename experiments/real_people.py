@@ -21,16 +21,16 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.identification.body_fit import BodyFit, BodyPosterior
+from gaitval.identification.combinations import judged_combinations
+from gaitval.identification.posterior import Profile, search, walked_with
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.verdicts import judged
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.model.tree import segment_frames
 from gaitval.reference.dynamic_fit import Solution, consistent_reference
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.combinations import judged_combinations
-from gaitval.identification.posterior import Profile, search, walked_with
-from gaitval.identification.verdicts import judged
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "real.json"

@@ -3,9 +3,9 @@
     python -m experiments.rollout_identification --seeds 2 --generations 30
 
 For three people and several seeds of the search: mu* and epsilon by rollouts of the general policy.
-Then, always anew, epsilon of its walk with the posterior mean of `gaitval.identification.shared_errors`.
-Writes `reports/identification/rollouts.json` after every search; interrupted, the same command
-resumes.
+Then, always anew, epsilon of its walk with the posterior mean of
+`gaitval.identification.shared_errors`. Writes `reports/identification/rollouts.json` after every
+search; interrupted, the same command resumes.
 """
 
 import argparse
@@ -17,13 +17,13 @@ from experiments.real_people import fit_of
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
+from gaitval.identification.offsets import offset_of
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.rollouts import Walks, identified_by_rollouts
+from gaitval.identification.shared_errors import identified
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.offsets import offset_of
-from gaitval.identification.rollouts import Walks, identified_by_rollouts
-from gaitval.identification.shared_errors import identified
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "rollouts.json"

@@ -23,9 +23,9 @@ from pathlib import Path
 from typing import Any
 
 import evidence
+from gaitval.apps.regression.regression import compare
 from gaitval.artefacts import write_json
 from gaitval.metrics.results import Metrics, metrics_from
-from gaitval.apps.regression.regression import compare
 
 ROOT = Path(__file__).resolve().parent.parent
 WALK = """

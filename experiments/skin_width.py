@@ -3,11 +3,11 @@ leaves of their legs.
 
     python -m experiments.skin_width
 
-Each record is fitted with shared errors (`gaitval.identification.shared_errors`). About the mode all is
-Gaussian, so the likelihood of the record with another width of the prior of skin follows without
-another fit: with the mode x and its precision Λ, and a prior of precision Q instead of P about the
-same mean, log Z = ½ log |Q| - ½ log |Λ + Q - P| + ½ xᵀ Λ (Λ + Q - P)⁻¹ Λ x, up to a constant.
-Writes `reports/identification/skin.json` after every person; interrupted, the same command resumes.
+Each record is fitted with shared errors (`gaitval.identification.shared_errors`). About the mode
+all is Gaussian, so the likelihood of the record with another width of the prior of skin follows
+without another fit: with the mode x and its precision Λ, and a prior of precision Q instead of P
+about the same mean, log Z = ½ log |Q| - ½ log |Λ + Q - P| + ½ xᵀ Λ (Λ + Q - P)⁻¹ Λ x, up to a
+constant. Writes `reports/identification/skin.json` after every person; interrupted, the same command resumes.
 """
 
 from pathlib import Path
@@ -20,10 +20,10 @@ from experiments.real_people import fit_of
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.model.parameters import nominal_parameters
-from gaitval.scaling.scaling import scale_subject
 from gaitval.identification.combinations import combinations
 from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, STUCK, SharedFit
+from gaitval.model.parameters import nominal_parameters
+from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "skin.json"

@@ -22,6 +22,7 @@ import numpy as np
 from evidence.seconds import falls
 from experiments.general_policy import TARGET as GENERAL
 from experiments.general_policy import printed, train_general
+from gaitval.apps.virtual.person import drawn_parameters, of_another_size
 from gaitval.artefacts import value_hash, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
@@ -32,8 +33,7 @@ from gaitval.prediction.known import told
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.run import SLOW
-from gaitval.apps.virtual.person import drawn_parameters, of_another_size
+from gaitval.study.stored_policy import SLOW
 
 TARGET: Final = GENERAL / SLOW
 SAMPLES: Final = 20_000_000

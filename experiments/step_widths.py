@@ -16,10 +16,10 @@ import numpy as np
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve
-from gaitval.prediction.normal_form import normal_form, symmetric
-from gaitval.prediction.population import expected, gaits_of
 from gaitval.prediction.body import step_width
 from gaitval.prediction.deviations import KINETICS, kinetics_of
+from gaitval.prediction.normal_form import normal_form, symmetric
+from gaitval.prediction.population import expected, gaits_of
 
 MEDIAL = KINETICS.index(("forces", "medial"))
 

@@ -23,10 +23,10 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import GaitRecord, PeriodicCurve, periodic_through
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
+from gaitval.prediction.deviations import KINETICS, kinetics_of, kinetics_of_curves, units
 from gaitval.prediction.known import Told, told
 from gaitval.prediction.normal_form import SAMPLES, normal_form
 from gaitval.scaling.scaling import scale_subject
-from gaitval.prediction.deviations import KINETICS, kinetics_of, kinetics_of_curves, units
 from gaitval.study.estimate_stage import of_known
 
 PAGE = Path(__file__).parents[1] / "docs" / "held-out.md"

@@ -3,9 +3,9 @@
     python -m experiments.ten_bodies
 
 First without an offset, also of their further trials; from these the offsets that
-`gaitval.identification.offsets` ships, of all and of all but one, and then again, each with the offset of
-the others. Writes `reports/identification/ten_shared.json` after every record; interrupted, the
-same command resumes. Nothing of a stored run is changed.
+`gaitval.identification.offsets` ships, of all and of all but one, and then again, each with the
+offset of the others. Writes `reports/identification/ten_shared.json` after every record;
+interrupted, the same command resumes. Nothing of a stored run is changed.
 """
 
 import time
@@ -19,10 +19,10 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.scaling.scaling import scale_subject
+from gaitval.identification.body_words import sentences
 from gaitval.identification.offsets import MOVED, OFFSETS, estimated
 from gaitval.identification.shared_errors import identified
-from gaitval.reporting.body_words import sentences
+from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ten_shared.json"

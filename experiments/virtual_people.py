@@ -18,12 +18,16 @@ from typing import Any
 import numpy as np
 
 from experiments.real_people import fit_of
+from gaitval.apps.virtual.person import virtual_person
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycle_curves import recorded_curves
+from gaitval.identification.combinations import combinations, judged_combinations
+from gaitval.identification.posterior import walked_with
+from gaitval.identification.verdicts import judged
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
@@ -34,10 +38,6 @@ from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy, load_start
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.identification.combinations import combinations, judged_combinations
-from gaitval.identification.posterior import walked_with
-from gaitval.identification.verdicts import judged
-from gaitval.apps.virtual.person import virtual_person
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "virtual.json"

@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
+from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
     IDENTIFICATION_VERSION,
     SCHEMA_VERSION,
@@ -18,8 +20,6 @@ from gaitval.metrics.results import (
     Metrics,
 )
 from gaitval.metrics.typed import schema
-from gaitval.importing.results import IMPORT_VERSION, ImportResult
-from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 
 PACKAGE = Path(__file__).parent.parent / "gaitval"
 

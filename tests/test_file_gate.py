@@ -13,12 +13,27 @@ import numpy as np
 import pytest
 
 from gaitval import file_gate
+from gaitval.apps.cohort.store import Store
+from gaitval.apps.cohort.table import read_table
+from gaitval.apps.judge.opensim.fields import read_document
+from gaitval.apps.patients.people import read_people
+from gaitval.apps.patients.strides import read_strides
+from gaitval.apps.regression import history
 from gaitval.artefacts import copy_file, file_hash, read_arrays, read_json, read_toml, write_arrays
 from gaitval.configuration import load_configuration
+from gaitval.datasets.curve_files import read_mean_curves
+from gaitval.datasets.locohub import read_locohub_trials
 from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.unpacking import unpack
+from gaitval.datasets.wbds_files import table_rows
 from gaitval.errors import ArtefactError, GaitvalError, RecordError
+from gaitval.importing.batch_imports import read_batch
+from gaitval.importing.program_folders import opencap_sessions
 from gaitval.inverse.scaled_markers import MarkedBody, load_markers
+from gaitval.mocap.kistler_text import read_kistler_text
 from gaitval.mocap.mot import read_storage
+from gaitval.mocap.motion_analysis import read_motion_analysis_forces
+from gaitval.mocap.qualisys_tsv import read_qualisys_forces
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.model.urdf import read_urdf
@@ -26,21 +41,6 @@ from gaitval.policy.storage import load_policy
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.simulation.rollout import Rollout
-from gaitval.apps.cohort.store import Store
-from gaitval.apps.cohort.table import read_table
-from gaitval.datasets.curve_files import read_mean_curves
-from gaitval.datasets.unpacking import unpack
-from gaitval.datasets.wbds_files import table_rows
-from gaitval.importing.batch_imports import read_batch
-from gaitval.importing.program_folders import opencap_sessions
-from gaitval.mocap.kistler_text import read_kistler_text
-from gaitval.datasets.locohub import read_locohub_trials
-from gaitval.mocap.motion_analysis import read_motion_analysis_forces
-from gaitval.mocap.qualisys_tsv import read_qualisys_forces
-from gaitval.apps.regression import history
-from gaitval.apps.judge.opensim.fields import read_document
-from gaitval.apps.patients.people import read_people
-from gaitval.apps.patients.strides import read_strides
 
 ROOT = Path(__file__).parents[1]
 NOBODY = Recording("nobody", "laboratory", ("a",), np.zeros((1, 1, 3)), 100.0)

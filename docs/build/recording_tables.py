@@ -69,8 +69,8 @@ def figures_of(identifier: str, data: Path) -> dict[str, Any]:
     from recorded_sessions import rajagopal_walk, wbds01_t01
 
     from gaitval.configuration import ProcessingSettings
-    from gaitval.session.session import work_out
     from gaitval.importing.summary import limit_rows
+    from gaitval.session.session import work_out
 
     treadmill = identifier == "WBDS01"
     request = wbds01_t01(data) if treadmill else rajagopal_walk(data)
@@ -218,9 +218,9 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
 
     from evidence.opensim_motion import read_motion
     from gaitval.configuration import Configuration, ContactSettings
-    from gaitval.inverse.inverse_kinematics import inverse_kinematics
     from gaitval.importing.write import FOLDER as EXPORT
     from gaitval.importing.write import write_import
+    from gaitval.inverse.inverse_kinematics import inverse_kinematics
     from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim
     from gaitval.opensim.motion import write_markers
     from gaitval.opensim.osim import write_osim

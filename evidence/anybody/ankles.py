@@ -34,10 +34,10 @@ MEASURES = {
 @evidence.measurement(DATA)
 def ankles(arguments: Namespace) -> list[evidence.Row]:
     """Amputees' ankle moments to expect before they are walked, a prosthetic foot's as springs'."""
-    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.apps.patients.cohort import found_patients
     from gaitval.apps.patients.passive_foot import expected_ankles
     from gaitval.apps.patients.told import expected_record
+    from gaitval.datasets.subject_file import builtin_subjects
 
     strides, people = tables(arguments.data)
     others, phase = builtin_subjects(), np.linspace(0.0, 1.0, 101)

@@ -183,10 +183,10 @@ def walks(arguments: Namespace) -> list[evidence.Row]:
 @evidence.measurement(DATA)
 def speed(arguments: Namespace) -> list[evidence.Row]:
     """Speed estimated from a stride of healthy people whose speed is known, none of the ten."""
-    from gaitval.datasets.subject_file import builtin_subjects
     from gaitval.apps.patients.people import read_people
     from gaitval.apps.patients.records import patient
     from gaitval.apps.patients.strides import read_strides
+    from gaitval.datasets.subject_file import builtin_subjects
 
     strides, people = tables(arguments.data)
     known = read_people(people[-1])
@@ -218,8 +218,8 @@ def speed(arguments: Namespace) -> list[evidence.Row]:
 @evidence.measurement(DATA)
 def walk_ratio(arguments: Namespace) -> evidence.Row:
     """Stride time from stride length: the line of people of odd number, on those of even number."""
-    from gaitval.constants import GRAVITY
     from gaitval.apps.patients.estimates import STRIDE_OF_LINE, WALK
+    from gaitval.constants import GRAVITY
 
     rows = []
     path = arguments.data / "wbds" / "h2a_allspeeds_43subs.csv"

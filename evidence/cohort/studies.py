@@ -21,14 +21,13 @@ from typing import Any, Final
 import evidence
 from evidence import ROOT, option
 from evidence.marked_table import with_table
-from gaitval.datasets.subject_file import load_subject
-from gaitval.study.stage import Observer
-from gaitval.apps.cohort import cluster
-from gaitval.apps.cohort import task
+from gaitval.apps.cohort import cluster, task
 from gaitval.apps.cohort.engine import outcomes_of, run_cohort
 from gaitval.apps.cohort.identity import REAL, fingerprint
 from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
 from gaitval.apps.cohort.table import Study
+from gaitval.datasets.subject_file import load_subject
+from gaitval.study.stage import Observer
 
 sys.path.insert(0, str(ROOT / "tests" / "support"))  # it is no package: pytest finds it so too
 
@@ -316,8 +315,8 @@ def _slow_messages(latency: float) -> None:
 
 def _sizes(work: Path) -> dict[str, float]:
     """Bytes of what a study sends and leaves, and seconds of reading a summary."""
-    from gaitval.artefacts import write_json
     from gaitval.apps.cohort.study import summary_of
+    from gaitval.artefacts import write_json
 
     baseline = ROOT / "reports" / "S05" / "baseline"
     metrics = json.loads((baseline / "metrics.json").read_text())

@@ -17,11 +17,11 @@ from evidence.identification.bodies import PAGE, STORE, rms, within
 from evidence.marked_table import with_table
 from experiments.harsh_people import PEOPLE
 from gaitval.artefacts import write_text
-from gaitval.model.parameters import PARAMETERS
 from gaitval.identification.legs import LegDifference
 from gaitval.identification.offsets import OFFSETS, estimated
 from gaitval.identification.shared_errors import NARROWER
 from gaitval.identification.verdicts import IDENTIFIED
+from gaitval.model.parameters import PARAMETERS
 
 Row = evidence.Row
 DISTANCES = ("hip to knee", "knee to ankle", "hip to ankle, straight leg")

@@ -25,14 +25,14 @@ from gaitval.arrays import Array
 from gaitval.coordinates import COORDINATES
 from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import normalise
+from gaitval.measurement.bands import ABOVE
+from gaitval.measurement.expected import USUAL
+from gaitval.measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN, of_stature
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.session.read import SessionRecordings
 from gaitval.session.session import Import
 from gaitval.session.trial import valid_cycles
-from gaitval.measurement.bands import ABOVE
-from gaitval.measurement.expected import USUAL
-from gaitval.measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN, of_stature
 
 DRAWS = option("--draws", type=int, default=20, help="virtual people")
 SEED = option("--seed", type=int, default=39_000_001, help="of the first draw")

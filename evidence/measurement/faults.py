@@ -27,18 +27,18 @@ from evidence.rows import STARTED
 from experiments.public_recordings import OPTIONS, listed, local_file, several
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
-from gaitval.mocap.recording import Recording
-from gaitval.session import session as importing
-from gaitval.session import trial as trials
 from gaitval.importing.importing import request_of
-from gaitval.session.read import SessionRecordings, read_session
-from gaitval.session.request import ImportOptions, Request, checked
-from gaitval.session.session import Import, work_out
-from gaitval.session.subject import speed
 from gaitval.measurement.balance import STEPPED_ON
 from gaitval.measurement.estimate import alone
 from gaitval.measurement.said import CHECK, named
 from gaitval.measurement.standing import KINDS, with_plates
+from gaitval.mocap.recording import Recording
+from gaitval.session import session as importing
+from gaitval.session import trial as trials
+from gaitval.session.read import SessionRecordings, read_session
+from gaitval.session.request import ImportOptions, Request, checked
+from gaitval.session.session import Import, work_out
+from gaitval.session.subject import speed
 
 FROM: Final = option(
     "--from",

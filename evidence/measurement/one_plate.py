@@ -16,21 +16,21 @@ from unittest.mock import patch
 import numpy as np
 
 import evidence
+from gaitval.apps.virtual.recording import recorded_person
 from gaitval.arrays import Array
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
+from gaitval.gait import divided
 from gaitval.gait.foot_forces import _moment
+from gaitval.importing.importing import import_files
+from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import plate_axes
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Recording
 from gaitval.session import trial
-from gaitval.importing.importing import import_files
 from gaitval.session.request import ImportOptions
 from gaitval.study.stored_policy import general_walker
-from gaitval.mocap.c3d_writing import write_c3d
-from gaitval.gait import divided
-from gaitval.apps.virtual.recording import recorded_person
 
 MEASURES = {
     "*": {

@@ -14,11 +14,11 @@ import numpy as np
 
 import evidence
 from experiments import opensim_pipeline
-from gaitval.metrics.tolerances import evaluate, measured
-from gaitval.mocap.mot import read_storage
 from gaitval.apps.judge.judge import Judgement, Request, judge
 from gaitval.apps.judge.markers import logged_errors
 from gaitval.apps.judge.opensim.placing import marker_places, place
+from gaitval.metrics.tolerances import evaluate, measured
+from gaitval.mocap.mot import read_storage
 
 MODELS = ("Rajagopal2016.osim", "RajagopalLaiUhlrich2023.osim")
 MASS, HEIGHT = 85.0668, 1.829

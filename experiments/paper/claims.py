@@ -8,6 +8,7 @@ import numpy as np
 
 from experiments.paper.data import IDENTIFIED, RL, WINTER, Curves
 from experiments.paper.drawings import JOINTS
+from gaitval.apps.regression.agreement import bland_altman
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.metrics.comparison import rms
@@ -15,7 +16,6 @@ from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
 from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_statistics import multiple_correlation
-from gaitval.apps.regression.agreement import bland_altman
 
 Verdict = Literal["agrees", "agrees in part", "does not agree", "cannot be judged"]
 Stored = Mapping[str, Any]

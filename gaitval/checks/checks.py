@@ -3,17 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
-from gaitval.gait.events import marker_events
-from gaitval.gait.plate_contacts import OUTSIDE
-from gaitval.gait.quality_flags import QualityFlag
-from gaitval.gait.sampling import interpolated
-from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.mocap.findings import Finding
-from gaitval.mocap.foot_markers import pelvis_markers
-from gaitval.mocap.lost_frames import lost_frames
-from gaitval.mocap.recording import Event, FootForces, Recording
-from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
-from gaitval.session.request import Request
 from gaitval.checks.event_checks import contact_doubts
 from gaitval.checks.force_checks import (
     channel_doubts,
@@ -24,13 +13,20 @@ from gaitval.checks.force_checks import (
 from gaitval.checks.marker_checks import foot_marker_doubts, trajectory_doubts
 from gaitval.checks.motion_checks import (
     aid_doubts,
-    belt_doubts,
     motion_doubts,
     swing_doubts,
     weight_doubts,
 )
-
-__all__ = ["belt_doubts", "marker_doubts", "trial_doubts"]
+from gaitval.gait.events import marker_events
+from gaitval.gait.plate_contacts import OUTSIDE
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.gait.sampling import interpolated
+from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.mocap.findings import Finding
+from gaitval.mocap.foot_markers import pelvis_markers
+from gaitval.mocap.lost_frames import lost_frames
+from gaitval.mocap.recording import Event, FootForces, Recording
+from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
 
 
 def marker_doubts(
@@ -55,27 +51,32 @@ def marker_doubts(
 
 
 def trial_doubts(
-    request: Request,
     recording: Recording,
     landmarks: Mapping[str, str],
     events: Sequence[Event],
     findings: Sequence[Finding],
     measured: tuple[FootForces, FootForces, InverseDynamics] | None,
+    *,
+    height_m: float,
+    mass_kg: float,
+    aid: str | None = None,
 ) -> tuple[QualityFlag, ...]:
-    """All warnings about a trial of `request` but those about events of its file. `recording` is
-    cleaned and zeroed, and `landmarks` names its markers; `events` were found; `findings` are of
-    `assign_forces`. `measured` are forces at their own rate, at the marker frames, and inverse
-    dynamics with these; None without forces.
+    """All warnings about a trial but those about events of its file.
+
+    `recording` is cleaned and zeroed, and `landmarks` names its markers; `events` were found;
+    `findings` are of `assign_forces`. `measured` are forces at their own rate, at the marker
+    frames, and inverse dynamics with these; None without forces. `height_m`, `mass_kg` and `aid`
+    (what carries a part of the weight) are the person's.
     """
-    found = [*swing_doubts(events, request.height_m, forces=measured is not None)]
+    found = [*swing_doubts(events, height_m, forces=measured is not None)]
     if measured is None:
         return tuple(found)
     forces, loads, dynamics = measured
     needed = loads.force.sum(axis=1) + dynamics.residual_force
-    if request.aid is not None:
+    if aid is not None:
         # The aid is in none of the balances of force and motion; channels can still be dead.
         channels = [channel_doubts(plate, recording.force_rate) for plate in recording.plates]
-        return (*found, *aid_doubts(request.aid, needed, loads), *chain(*channels))
+        return (*found, *aid_doubts(aid, needed, loads), *chain(*channels))
     if weight := [*weight_doubts(needed, loads)]:
         return (*found, *weight)  # everything else is off for the same reason
     frames = (forces.time - recording.start) * recording.marker_rate
@@ -88,7 +89,7 @@ def trial_doubts(
         )
         used = sum(stance.plate == plate.name for stance in stances)
         of_plates += place_doubts(plate.name, outside, used)
-    of_motion = motion_doubts(needed, loads, stances, forces.rate, request.mass_kg)
+    of_motion = motion_doubts(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_doubts(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.
     if contacts and not lost_frames(recording.markers):

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.ndimage import binary_erosion
 
 from gaitval.arrays import Array, Flags
+from gaitval.checks.event_checks import LARGEST_STRAY_S
 from gaitval.configuration import ProcessingSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
@@ -32,7 +33,6 @@ from gaitval.gait.foot_forces import assign_forces
 from gaitval.gait.plate_contacts import EDGE_M
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
-from gaitval.checks.event_checks import LARGEST_STRAY_S
 
 Method = Literal["plates", "markers", "file"]
 METHODS: Final[tuple[Method, ...]] = ("plates", "markers", "file")

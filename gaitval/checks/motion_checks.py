@@ -13,12 +13,12 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags
+from gaitval.checks.force_checks import Stance
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.agreement import both_known
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Event, FootForces
-from gaitval.checks.force_checks import Stance
 
 LEAST_SECONDS: Final = 0.3
 """s with both feet's forces known below which nothing is concluded."""

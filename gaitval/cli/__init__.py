@@ -1,6 +1,9 @@
-"""The `gaitval` command: root, options, commands, tables and the live view."""
+"""The `gaitval` command: its root, and the table of its commands."""
 
 from gaitval.cli import recording, study
-from gaitval.terminal.app import main
+from gaitval.cli.commands import TABLE
+from gaitval.terminal.app import LATER, main
+
+LATER.update(TABLE)
 
 __all__ = ["main", "recording", "study"]

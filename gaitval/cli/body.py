@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitval.errors import ArtefactError, SubjectError
 from gaitval.terminal import display
 from gaitval.terminal.app import ConfigOption, SetOption, SubjectArgument, added_command
-from gaitval.errors import ArtefactError, SubjectError
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -53,20 +53,20 @@ def body(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.identification.begin import begin
-    from gaitval.identification.prior import measured_by, prior_sd
-    from gaitval.model.parameters import nominal_parameters
-    from gaitval.reference.dynamic_fit import consistent_reference
-    from gaitval.scaling.scaling import scale_subject
-    from gaitval.importing.stored import Session
-    from gaitval.study.stage import one_thread
+    from gaitval.identification.body_words import sentences
     from gaitval.identification.joints import legs_of_session, with_joints
     from gaitval.identification.offsets import offset_of
-    from gaitval.reporting.body_page import tables, write_body_page
     from gaitval.identification.plausible import implausible
     from gaitval.identification.pooled import pooled
+    from gaitval.identification.prior import measured_by, prior_sd
     from gaitval.identification.shared_errors import NAMES, identified
     from gaitval.identification.verdicts import judged
-    from gaitval.reporting.body_words import sentences
+    from gaitval.importing.stored import Session
+    from gaitval.model.parameters import nominal_parameters
+    from gaitval.reference.dynamic_fit import consistent_reference
+    from gaitval.reporting.body_page import tables, write_body_page
+    from gaitval.scaling.scaling import scale_subject
+    from gaitval.study.stage import one_thread
 
     configuration = load_configuration(config, settings=settings or ())
     configuration = configuration.model_copy(

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
+from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
 from gaitval.terminal.app import Function, added_command
-from gaitval.errors import ConfigurationError
 
 CurveFilesArgument = Annotated[
     list[Path] | None,
@@ -77,8 +77,8 @@ StanceOption = Annotated[
 
 
 def _with_person_options(function: Function) -> Function:
-    from gaitval.terminal.model_options import with_fields
     from gaitval.session.request import ImportOptions
+    from gaitval.terminal.model_options import with_fields
 
     about = ("person", "laboratory", "age", "citation", "licence")
     return with_fields(function, ImportOptions, *about)
@@ -153,8 +153,8 @@ def curves(
 def _write_template(files: Sequence[Path]) -> None:
     """Write the table to fill in, and print the next step."""
     from gaitval.artefacts import write_text
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.datasets.curve_template import curve_template
+    from gaitval.datasets.subject_file import load_subject
 
     if len(files) > 1:
         raise ConfigurationError("--template writes one FILE.")

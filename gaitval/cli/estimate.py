@@ -26,8 +26,8 @@ def estimate(
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
-    from gaitval.study.stage import open_run, run_stage
     from gaitval.study.estimate_stage import PAGE, check, stage
+    from gaitval.study.stage import open_run, run_stage
 
     subject = load_subject(str(run / "subject.toml"))
     configuration = load_configuration(run / "configuration.toml")

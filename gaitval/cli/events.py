@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from gaitval.errors import count_of
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
-from gaitval.errors import count_of
 
 
 @added_command(
@@ -53,14 +53,14 @@ def events(
     """
     import numpy as np
 
+    from gaitval.checks.landings import disagreements, landings
     from gaitval.configuration import load_configuration
     from gaitval.errors import RecordError
     from gaitval.mocap.axes import detect_axes
     from gaitval.mocap.reading import read_recording
+    from gaitval.reporting.landings_picture import draw
     from gaitval.scaling.marker_sets import load_marker_set, recognise
     from gaitval.session.read import named, prepared
-    from gaitval.checks.landings import disagreements, landings
-    from gaitval.reporting.landings_picture import draw
 
     picture = out or Path(f"{file.stem}_events.svg")
     if picture.suffix not in (".svg", ".png", ".pdf"):

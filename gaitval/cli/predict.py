@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
 from gaitval.terminal.app import (
     ConfigOption,
@@ -15,7 +16,6 @@ from gaitval.terminal.app import (
     UseOption,
     added_command,
 )
-from gaitval.errors import ConfigurationError
 
 AS_WALKED: Final = 0.005
 """m/s, from a trial's speed within which a speed is that of the trial."""
@@ -69,8 +69,8 @@ def predict(
     from gaitval.datasets.subject_file import builtin_subjects, load_subject
     from gaitval.metrics.results import read_metrics
     from gaitval.prediction.known import told
-    from gaitval.study.stage import open_run
     from gaitval.study.predicted_study import run_prediction, run_range
+    from gaitval.study.stage import open_run
 
     person = load_subject(subject)
     if holdout is not None and holdout.endswith(".toml"):

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from gaitval import wings
+from gaitval.coordinates import SIDES
 from gaitval.terminal import display
 from gaitval.terminal.app import ConfigOption, Function, SetOption, command
-from gaitval.coordinates import SIDES
 
 if TYPE_CHECKING:
     from gaitval.importing.importing import Imported
@@ -36,7 +35,9 @@ def subjects(
     from gaitval.datasets.subject_file import builtin_subjects
 
     if build is not None:
-        wings.load(wings.PARTS, "build_subjects")(build, out)
+        from gaitval.datasets.wbds import build_subjects
+
+        build_subjects(build, out)
         display.output.print(f"Wrote the subjects to {out}")
         return
     table = Table(
@@ -57,8 +58,8 @@ def subjects(
 
 
 def _with_import_options(function: Function) -> Function:
-    from gaitval.terminal.model_options import with_fields
     from gaitval.session.request import ImportOptions
+    from gaitval.terminal.model_options import with_fields
 
     return with_fields(function, ImportOptions)
 
@@ -91,10 +92,10 @@ def import_command(
     decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
     the model, motion, moments and forces as OpenSim files.
     """
-    from gaitval.terminal.model_options import flag_of
     from gaitval.configuration import load_configuration
     from gaitval.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
+    from gaitval.terminal.model_options import flag_of
 
     # errors name the flag that the user typed, not the field
     given = checked(ImportOptions, options, shown=lambda name: flag_of(ImportOptions, name))

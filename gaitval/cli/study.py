@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval import wings
 from gaitval.artefacts import read_json
+from gaitval.errors import ToleranceError
 from gaitval.terminal import display
 from gaitval.terminal.app import (
     ConfigOption,
@@ -30,7 +30,6 @@ from gaitval.terminal.app import (
     command,
     with_pages,
 )
-from gaitval.errors import ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.study.stage import Run
@@ -53,7 +52,9 @@ def _opened(
 
     person = load_subject(subject)
     if devices:
-        person = wings.load(wings.PARTS, "device_results").wearing(person, devices)
+        from gaitval.apps.devices.of_subject import wearing
+
+        person = wearing(person, devices)
     folder = out or Path("reports") / person.identifier
     stored = folder / "configuration.toml"
     if config is None and keep_settings and stored.is_file():
@@ -287,6 +288,7 @@ def subject_command(
     identification.kappa times the reference's own, until a round gains nothing, or until
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
+    from gaitval.apps.devices.of_subject import afterwards
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
 
@@ -306,7 +308,8 @@ def subject_command(
             from gaitval.study.compile_ahead import compile_ahead
 
             compile_ahead()
-        run_subject(run, scratch=scratch, start=start, force=force)
+        worn = afterwards(run.subject)
+        run_subject(run, scratch=scratch, start=start, force=force, afterwards=worn)
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun
 
     metrics = read_metrics(run.folder)
@@ -339,9 +342,9 @@ def baseline(
     Commit the folder that this writes. It is small, and holds all that `check` needs, with a seal
     from which `check` knows whether it is as it was stored.
     """
+    from gaitval.apps.regression import baseline as stored
     from gaitval.datasets.subject_file import load_subject
 
-    stored = wings.load(wings.PARTS, "baseline")
     identifier = load_subject(subject).identifier
     folder = out or Path("reports") / identifier
     target = target or folder / "baseline"

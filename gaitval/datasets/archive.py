@@ -12,11 +12,11 @@ from typing import Any, Final, Literal
 import pooch
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.errors import ArchiveError
 from gaitval.datasets.download import Progress, download_part
 from gaitval.datasets.registry import ArchiveFile, Dataset, registry
 from gaitval.datasets.repository import Mirror, Repository
 from gaitval.datasets.unpacking import check_disk, unpack
+from gaitval.errors import ArchiveError
 
 HashFrom = Literal["registry", "repository", "earlier download"]
 

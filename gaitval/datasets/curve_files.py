@@ -20,6 +20,7 @@ import pandas as pd
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import MeanCurves
 from gaitval.gait.record import (
@@ -29,7 +30,6 @@ from gaitval.gait.record import (
     REQUIRED_MOMENTS,
 )
 from gaitval.gait.sampling import SAMPLES
-from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
 
 AngleUnit = Literal["deg", "rad"]
 

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 from gaitval.artefacts import write_text
+from gaitval.datasets.curve_files import AngleUnit, read_mean_curves
+from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.identity import identity
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.scaling.tape import measure_by_tape
-from gaitval.datasets.curve_files import AngleUnit, read_mean_curves
-from gaitval.datasets.gait_values import gait_values
 
 
 class PersonDetails(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Final
 
 import requests
 
-from gaitval.errors import ArchiveError
 from gaitval.datasets.registry import ArchiveFile
+from gaitval.errors import ArchiveError
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of a file, its bytes so far and its bytes in total."""

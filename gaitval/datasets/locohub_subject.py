@@ -8,16 +8,17 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES
+from gaitval.datasets.curve_files import curve_problems
+from gaitval.datasets.gait_values import gait_values
+from gaitval.datasets.locohub import LocoHubTrial, grouped, read_locohub_trials, resampled
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError, count_of
 from gaitval.gait.mean_curves import MeanCurves, stance_fraction
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.gait.sampling import SAMPLES
-from gaitval.datasets.locohub import LocoHubTrial, grouped, read_locohub_trials, resampled
 
 LEG_OF_STATURE: Final = 0.53
 """Height of the hip over stature (Winter 2009, figure 4.1, after Drillis and Contini 1966)."""
@@ -182,7 +183,7 @@ def _trial_values(
     stance = given.stance
     if not curves.forces and stance is None:
         stance = _stance(trial.curves(mass))
-    values = wings.load(wings.PARTS, "gait_values")(curves, where, stance)
+    values = gait_values(curves, where, stance)
     tell(f"{where}: {count_of(trial.count, 'cycle')}, {curves.in_words()}")
     for note in left_out:
         tell(f"{where}: {note}")
@@ -268,7 +269,7 @@ def _check_signs(where: str, curves: MeanCurves) -> None:
         for number, axis in enumerate(_AXES)
     }
     degrees = {name: np.degrees(values) for name, values in curves.angles.items()}
-    problems = wings.load(wings.PARTS, "curve_problems")(degrees, curves.moments, forces)
+    problems = curve_problems(degrees, curves.moments, forces)
     if problems:
         listed = "\n".join(f"  - {problem}" for problem in problems)
         raise RecordError(

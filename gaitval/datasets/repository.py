@@ -8,9 +8,9 @@ import pooch
 import requests
 from pooch.downloaders import doi_to_repository
 
-from gaitval.errors import ArchiveError
 from gaitval.datasets.download import TIMEOUT, cause_of
 from gaitval.datasets.registry import ArchiveFile
+from gaitval.errors import ArchiveError
 
 
 class Mirror:

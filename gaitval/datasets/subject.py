@@ -13,7 +13,6 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from gaitval import wings
 from gaitval.artefacts import write_text
 from gaitval.coordinates import Side
 from gaitval.datasets.identity import Aid, same_name
@@ -21,9 +20,10 @@ from gaitval.datasets.plausible import implausible
 from gaitval.datasets.stored_gait import Gait, StanceFraction, keys_problems
 from gaitval.datasets.subject_toml import toml_of
 from gaitval.display import Displayed
-from gaitval.errors import SubjectError
+from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import GaitRecord, LowPass, Number, Origin, StoredPart
+from gaitval.model.devices.device import Device, devices_of
 
 MARKERS: Final = tuple(
     f"{side}.{name}"
@@ -118,8 +118,8 @@ class Subject(Displayed, StoredPart):
     prosthesis: Literal["none", "right", "left"] | None = None
     """Side of a leg prosthesis; not there if nobody said. Each leg of the body then keeps its own
     lengths, and masses if `measurements` has them; what else a prosthesis is, `devices` say."""
-    devices: tuple[dict[str, Any], ...] = ()
-    """What is worn, as the part `device_results` reads it; walked with after the rest."""
+    devices: tuple[Device, ...] = ()
+    """What is worn; walked with after the rest."""
     aid: Aid | None = None
     """What carries a part of the body beside the feet; it is not measured, so mean force is below
     one body weight, and moments of the legs are those of what the feet carry."""
@@ -309,10 +309,7 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
     implausible value.
     """
     try:
-        subject = Subject.model_validate(values)
-        if subject.devices:
-            wings.load(wings.PARTS, "device_results").check(subject.devices, where)
-        return subject
+        return Subject.model_validate(_with_devices(values, where))
     except ValidationError as error:
         from gaitval.refused_values import in_subject
 
@@ -324,3 +321,13 @@ def make_subject(values: Mapping[str, Any], where: str) -> Subject:
         f"{where}: {len(problems)} problem{'s' if len(problems) > 1 else ''}\n"
         + "\n".join(f"  - {problem}" for problem in problems)
     )
+
+
+def _with_devices(values: Mapping[str, Any], where: str) -> Mapping[str, Any]:
+    """`values` with whole devices in the place of the tables, some short, of a file."""
+    if not values.get("devices"):
+        return values
+    try:
+        return {**values, "devices": devices_of({"devices": values["devices"]}, where)}
+    except ConfigurationError as error:
+        raise SubjectError(str(error)) from None

@@ -8,6 +8,7 @@ import tomli_w
 from pydantic import BaseModel
 
 from gaitval.gait.record import Curve
+from gaitval.model.devices.device import tables_of
 
 
 def _figure(value: float) -> str:
@@ -51,7 +52,8 @@ def toml_of(subject: Any) -> str:
         "# Curves: mean + sum over k of cosine[k] cos(2 pi k phase) + sine[k] sin(2 pi k phase).",
     ]
     lines += _table_lines(subject)
-    devices = tomli_w.dumps({"devices": subject.devices}).rstrip() if subject.devices else ""
+    tables = {"devices": tables_of(subject.devices)}
+    devices = tomli_w.dumps(tables).rstrip() if subject.devices else ""
     lines += [devices] if devices.startswith("devices") else []  # short tables are a key
     lines += ["", "[stance_fraction]", *_table_lines(subject.stance_fraction)]
     for part in ("low_pass", "plates", "paper"):

@@ -35,12 +35,10 @@ from scipy.optimize import minimize_scalar
 from gaitval.arrays import Array
 from gaitval.artefacts import write_text
 from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Printed, Subject, make_subject
 from gaitval.datasets.subject_file import BUILTIN
-from gaitval.errors import RecordError
-from gaitval.gait.mean_curves import MeanCurves
-from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.wbds_files import (
     MOMENT_SEAM,
     number_in,
@@ -49,6 +47,8 @@ from gaitval.datasets.wbds_files import (
     read_static_markers,
     table_rows,
 )
+from gaitval.errors import RecordError
+from gaitval.gait.mean_curves import MeanCurves
 
 CITATION: Final = (
     "Fukuchi CA, Fukuchi RK, Duarte M (2018) A public dataset of overground and treadmill walking "

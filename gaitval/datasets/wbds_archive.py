@@ -19,16 +19,12 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from gaitval import file_gate, wings
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import MARKERS, Subject, make_subject
-from gaitval.errors import GaitvalError, RecordError
-from gaitval.gait.mean_curves import MeanCurves
-from gaitval.mocap.mot import read_ground_reaction
-from gaitval.mocap.reading import read_recording
-from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.wbds import CITATION, FURTHER_TRIALS, LICENCE, left_phase_from_force
 from gaitval.datasets.wbds_files import (
     MOMENT_SEAM,
@@ -37,6 +33,11 @@ from gaitval.datasets.wbds_files import (
     read_static_markers,
     table_rows,
 )
+from gaitval.errors import GaitvalError, RecordError
+from gaitval.gait.mean_curves import MeanCurves
+from gaitval.mocap.mot import read_ground_reaction
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.wbds_text import read_wbds_forces
 
 __all__ = [  # what a cohort uses, `gaitval.apps.cohort.all_data.Archive`
     "CITATION",
@@ -260,7 +261,7 @@ def stride_time(path: Path) -> float:
     elif path.suffix.lower() == ".mot":
         rate, _, plates = read_ground_reaction(path)
     else:
-        rate, _, plates = wings.load(wings.PARTS, "wbds_forces")(path)
+        rate, _, plates = read_wbds_forces(path)
     if not any(len(each) >= _STRIKES for each in candidates):
         # Column 1 is up: these files have y upwards.
         candidates = [_strikes(plate.force[:, 1], rate) for plate in plates]

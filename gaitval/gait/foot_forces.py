@@ -13,12 +13,12 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array, Flags, runs
 from gaitval.configuration import ProcessingSettings
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
+from gaitval.gait.divided import divided
 from gaitval.gait.events import foot_contacts
 from gaitval.gait.feet_on_plates import (
     SETTLING_SECONDS,
@@ -216,8 +216,8 @@ def _share_out(
     if divide is not None:
         halved = np.zeros(samples, dtype=bool)
         if sharing.any():
-            part_of, level = wings.load(wings.PARTS, "divided"), shares.heights[-1]
-            parts = part_of(recording, divide, feet.stance, sharing, whole, level, processing)
+            level = shares.heights[-1]
+            parts = divided(recording, divide, feet.stance, sharing, whole, level, processing)
         for during, _ in parts:
             halved[during] = True
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):

@@ -57,8 +57,8 @@ class PlateCorrection(StoredPart):
 
 
 def corrected(record: GaitRecord, plates: PlateCorrection) -> GaitRecord:
-    """A new `record`, without the faults of its `plates`, such as those of `gaitval.reference.plates`;
-    angles and events stay.
+    """A new `record`, without the faults of its `plates`, such as those of
+    `gaitval.reference.plates`; angles and events stay.
 
     Forces are multiplied by the scale. So are the moments of a loaded leg (those of a swinging leg
     come from its inertia; that of a loaded one adds a few hundredths Nm/kg, of which the scale's

@@ -6,10 +6,10 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.identification.body_fit import BodyPosterior
+from gaitval.identification.verdicts import Judged, verdict_of
 from gaitval.metrics.results import ParameterSum
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
-from gaitval.identification.verdicts import Judged, verdict_of
 
 
 @dataclass(frozen=True)

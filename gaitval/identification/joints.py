@@ -25,10 +25,10 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
-from gaitval.model.body import BodyModel
-from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.identification.combinations import Combination, combinations
 from gaitval.identification.verdicts import Judged, verdict_of
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
 
 MISSED: Final = 0.0134 / 3**0.5
 """m each way, of a functional hip centre, from ultrasound (Hicks and Richards 2005, Gait Posture

@@ -12,29 +12,28 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.configuration import Configuration, ContactSettings
+from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
-from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.errors import ConfigurationError
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
-from gaitval.identification.unidentified import unidentified
-from gaitval.metrics.results import FoundParameters
-from gaitval.metrics.typed import number
-from gaitval.model.body import BodyModel
-from gaitval.model.extended import EXTENDED, extended_body
-from gaitval.model.parameters import nominal_parameters
-from gaitval.reference.dynamic_fit import Solution
-from gaitval.reporting.body_bars import in_words
+from gaitval.identification.body_report import in_words
 from gaitval.identification.combinations import correlation, judged_combinations, parameter_sum
 from gaitval.identification.offsets import offset_of
 from gaitval.identification.shared_errors import STUCK, identified
+from gaitval.identification.unidentified import unidentified
 from gaitval.identification.verdicts import judged
+from gaitval.metrics.identified_body import MOST
+from gaitval.metrics.results import FoundParameters
+from gaitval.metrics.typed import number
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import nominal_parameters
+from gaitval.policy.storage import Policy
+from gaitval.reference.dynamic_fit import Solution
 
 WORDS: Final = "words"
 """What the report of a study says of the body (`bars.in_words`), in `identification.json`."""
 WIDE: Final = 2.5
-MOST: Final = 0.05
-"""Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
 Progress = Callable[[dict[str, float]], None]
 """Called with the generation, how many there are at most, and the value, as by `identify`."""
 
@@ -101,38 +100,22 @@ def shared_identification(
     )  # fmt: skip
 
 
-def with_legs(model: BodyModel, left: float) -> BodyModel:
-    """The `model` as scaled, with left thigh and shank longer by the share `left`, right ones
-    shorter. Raises ArtefactError if it is no number, or beyond `MOST`.
-    """
-    if not isinstance(left, int | float) or not abs(left) <= MOST:
-        raise ArtefactError(
-            f"identification.json: left_leg is {left!r}, but the share by which the left leg is "
-            f"longer is a number between {-MOST:g} and {MOST:g}. Run `gaitval subject` again."
-        )
-    values = np.zeros(len(EXTENDED))
-    values[[each.name for each in EXTENDED].index("left_leg")] = left
-    return extended_body(model, ContactSettings(), values)[0]
-
-
 def rollouts_identification(
     fit: BodyFit,
-    held: Solution,
-    subject: Subject,
     record: GaitRecord,
     model: BodyModel,
+    policy: Policy,
     configuration: Configuration,
     on_progress: Progress,
 ) -> FoundParameters:
-    """`identification.method=rollouts`: the paper's own, with the general policy, on `record` and
-    the body (`model`) as scaled. It has no posterior, so no parameter is identified by it; the
-    walker takes its body all the same.
+    """`identification.method=rollouts`: the paper's own, with a `policy` (the general one), on
+    `record` and the body (`model`) as scaled. It has no posterior, so no parameter is identified by
+    it; the walker takes its body all the same.
 
-    Of `fit` only the prior is used, `held` and `subject` are not. The `configuration` has the
+    Of `fit` only the prior is used. The `configuration` has the
     settings of the search and of walking; `on_progress` is called after each generation, with its
     best epsilon.
     """
-    from gaitval.study.stored_policy import general_walker
     from gaitval.identification.rollouts import Walks, identified_by_rollouts
 
     most = configuration.identification.generations
@@ -141,7 +124,7 @@ def rollouts_identification(
         on_progress({"generation": generation, "total": most, "value": best})
 
     found = identified_by_rollouts(
-        Walks(record, model, general_walker(configuration.environment), configuration),
+        Walks(record, model, policy, configuration),
         fit.prior_sd, configuration.identification,
         seed=configuration.seed, on_generation=on_generation,
     )  # fmt: skip

@@ -24,8 +24,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
-from gaitval.model.parameters import PARAMETERS
 from gaitval.identification.shared_errors import SOLE_ENDS
+from gaitval.model.parameters import PARAMETERS
 
 OFFSETS: Final = (*PARAMETERS, *SOLE_ENDS)
 """Order of an offset."""
@@ -51,7 +51,9 @@ def offset_of(subject: Subject) -> Array:
     found = np.zeros(len(OFFSETS))
     if subject.laboratory == "virtual":
         return found
-    stored = loads(resources.files("gaitval.identification").joinpath("offsets.json").read_text("utf-8"))
+    stored = loads(
+        resources.files("gaitval.identification").joinpath("offsets.json").read_text("utf-8")
+    )
     without = stored["without"].get(f"{subject.laboratory} {subject.person}", stored["of all"])
     for name, value in without.items():
         found[OFFSETS.index(name)] = value

@@ -18,9 +18,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from gaitval.arrays import Array
-from gaitval.model.parameters import PARAMETERS
 from gaitval.identification.legs import LegDifference
 from gaitval.identification.shared_errors import SOLE, SOLE_ENDS, Shared
+from gaitval.model.parameters import PARAMETERS
 
 SAME: Final = 0.90
 """Correlation of the errors of two trials of one person: what trials of three people (five pairs,

@@ -24,6 +24,8 @@ from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.begin import begin, noise_of
 from gaitval.identification.body_fit import BODY, NUISANCES, BodyFit, BodyPosterior
+from gaitval.identification.combinations import correlation, judged_combinations, parameter_sum
+from gaitval.identification.verdicts import Judged, judged, verdict_of
 from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
@@ -36,8 +38,6 @@ from gaitval.reference.dynamic_fit import (
     normal_equations,
     weighted_laws,
 )
-from gaitval.identification.combinations import correlation, judged_combinations, parameter_sum
-from gaitval.identification.verdicts import Judged, judged, verdict_of
 
 Evaluate = Callable[[Sequence[Array]], list[float]]
 """Values to be made small, of several points (n,)."""

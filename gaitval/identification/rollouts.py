@@ -19,6 +19,7 @@ from gaitval.configuration import Configuration, IdentificationSettings
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
+from gaitval.identification.posterior import Searched, search
 from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
@@ -29,7 +30,6 @@ from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.walker import WalkingTask
-from gaitval.identification.posterior import Searched, search
 
 FALLEN: Final = 10.0
 """Epsilon of a walk that ends on the ground or has too few cycles; a walk's is below 1."""

@@ -49,6 +49,7 @@ from gaitval.arrays import Array
 from gaitval.contact.law import ContactLaw
 from gaitval.coordinates import COORDINATES
 from gaitval.identification.body_fit import BodyFit, BodyPosterior
+from gaitval.identification.legs import LegDifference
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import COORDINATE_COUNT, Tree
@@ -61,7 +62,6 @@ from gaitval.reference.dynamic_fit import (
     normal_equations,
     weighted_laws,
 )
-from gaitval.identification.legs import LegDifference
 
 _FORWARD: Final = 3
 """Coordinate of the pelvis's travel."""

@@ -19,8 +19,8 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.plausible import unusual_build
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, GaitRecord
-from gaitval.scaling.scaling import scale_subject
 from gaitval.identification.plausible import implausible
+from gaitval.scaling.scaling import scale_subject
 
 TURNED: Final = 1.4
 """How many times further a curve is from other people's mean and the other side than the same curve

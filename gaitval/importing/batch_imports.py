@@ -7,23 +7,24 @@ import csv
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Final, get_args
+from typing import Any, Final, get_args
 
-from gaitval import wings
+from gaitval import plugins
 from gaitval.artefacts import read_toml, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.metrics.recording_limits import State, failure
-from gaitval.importing.importing import Imported, import_files
-from gaitval.session.request import Tell, silent
-from gaitval.importing.summary import limit_rows
-from gaitval.session.trial import valid_cycles
-from gaitval.importing.write import FOLDER
 from gaitval.importing.batch_person import BatchPerson, person_of
+from gaitval.importing.importing import Imported, import_files
+from gaitval.importing.program_folders import opencap_sessions, pose2sim_sessions
+from gaitval.importing.summary import limit_rows
+from gaitval.importing.write import FOLDER
+from gaitval.metrics.recording_limits import State, failure
+from gaitval.session.request import Tell, silent
+from gaitval.session.trial import valid_cycles
 
 TABLE: Final = "batch.csv"
 _OF_THE_PAGE: Final = ("What was found before this:", "Everything else was worked out:")
@@ -56,6 +57,18 @@ class Outcome:
     warnings: str = ""
 
 
+Sessions = Callable[[Path], Iterable[tuple[Path, Sequence[Mapping[str, Any]]]]]
+"""From a folder to each session in it: the file that describes it, and a table a person."""
+
+
+def _program_folders() -> dict[str, Sessions]:
+    """Readers of the folders of other programs, by their name."""
+    others = {
+        name: plugins.load(plugins.SESSIONS, name) for name in plugins.names(plugins.SESSIONS)
+    }
+    return {"opencap": opencap_sessions, "pose2sim": pose2sim_sessions, **others}
+
+
 def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
     """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
     else of the program that wrote it, if a wing reads its folders.
@@ -68,8 +81,8 @@ def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
     path = Path(path)
     files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
     people = [person for file in files for person in _read(file, tell)]
-    for name in wings.names(wings.SESSIONS) if path.is_dir() and not files else ():
-        for about, tables in wings.load(wings.SESSIONS, name)(path):
+    for name, sessions_of in _program_folders().items() if path.is_dir() and not files else ():
+        for about, tables in sessions_of(path):
             for table in tables:
                 people.append(person_of(about, f"read as {name}", table, tell))
                 still = table.get("static", "none")

@@ -4,17 +4,19 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitval import wings
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.folder_lock import held
 from gaitval.importing.person import check_there, person_of_session
+from gaitval.importing.write import SUBJECT, check_folder, write_import, write_subject
+from gaitval.measurement.correct import wanted
+from gaitval.measurement.halves import subject_of_halves
+from gaitval.measurement.measured import measured
 from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out
 from gaitval.session.subject import subject_of
-from gaitval.importing.write import SUBJECT, check_folder, write_import, write_subject
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def import_files(
             "plates. Leave one of them out."
         )
     if request.correct:
-        wings.load(wings.PARTS, "correctable")(request.correct)
+        wanted(request.correct)
     with held(out):
         return _import(out, request, configuration, tell, progress)
 
@@ -75,6 +77,7 @@ def _import(
         # as `scale_subject` has it of the subject that comes of this
         symmetric = configuration.scaling.symmetric and request.prosthesis not in SIDES
         found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
+        found = measured(found, tell)
     except GaitvalError as error:
         from gaitval.importing.refusal import EARLIER, write_refusal
 
@@ -88,7 +91,7 @@ def _import(
         if request.halves is None:
             subject = subject_of(found)
         else:
-            subject = wings.load(wings.PARTS, "halves")(found, request.halves)
+            subject = subject_of_halves(found, request.halves)
     except GaitvalError as error:
         raise type(error)(
             f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"

@@ -5,17 +5,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.artefacts import versions
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError
-from gaitval.inverse.inverse_kinematics import marker_errors
-from gaitval.reporting.page import write_page
-from gaitval.session.request import Request
-from gaitval.session.session import Progress
-from gaitval.session.trial import WalkingTrial, valid_cycles
 from gaitval.importing.write import (
     FOLDER,
     RECORD,
@@ -27,6 +21,12 @@ from gaitval.importing.write import (
     write_table,
     writing,
 )
+from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.opensim.of_import import write_trial
+from gaitval.reporting.page import write_page
+from gaitval.session.request import Request
+from gaitval.session.session import Progress
+from gaitval.session.trial import WalkingTrial, valid_cycles
 
 EARLIER: Final = f"{SUBJECT}.before"
 """The subject of an earlier import into the folder of one that was refused."""
@@ -85,7 +85,7 @@ def _finished(target: Path, progress: Progress) -> list[Path]:
     if progress.body is not None and progress.session is not None:
         written += write_body(target, progress.body, progress.session.marker_set.name)
     for number, walk in enumerate(progress.trials, start=1):
-        written += wings.load(wings.PARTS, "opensim").write_trial(target, number, walk)
+        written += write_trial(target, number, walk)
     if progress.trials:
         written.append(write_table(target / "cycles.csv", cycle_table(progress.trials)))
     return written

@@ -10,25 +10,25 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, value_hash, versions, write_json, write_text
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ArtefactError
+from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
+from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.model.urdf import write_urdf
+from gaitval.opensim import of_import
 from gaitval.reporting.figure_data import FOLDER as FIGURES
 from gaitval.reporting.recording_report import write_recording_report
-from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
-from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.session.trial import WalkingTrial
 
 FOLDER: Final = "recording"
@@ -96,8 +96,7 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         target.mkdir(parents=True, exist_ok=True)
         for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
             earlier.unlink(missing_ok=True)
-        opensim = wings.load(wings.PARTS, "opensim")
-        written: list[Path] = opensim.write_import(target, found, configuration.contact)
+        written = of_import.write_import(target, found, configuration.contact)
         written += write_body(target, found.body, found.session.marker_set.name)
         written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
         written.append(write_table(target / "curves.csv", _curve_table(found)))

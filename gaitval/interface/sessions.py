@@ -7,8 +7,8 @@ from typing import Any
 
 from gaitval.configuration import load_configuration
 from gaitval.importing.importing import import_files
-from gaitval.session.request import ImportOptions, Tell, checked, silent
 from gaitval.importing.stored import Session
+from gaitval.session.request import ImportOptions, Tell, checked, silent
 
 
 def import_session(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval.apps.devices.of_subject import afterwards
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -84,7 +85,7 @@ def run_study(
     folder = Path("reports") / person.identifier if out is None else Path(out)
     configuration = load_configuration(config, settings=settings)
     with open_run(person, configuration, folder, observer or Observer()) as run, own_random():
-        run_subject(run, scratch=scratch, force=force)
+        run_subject(run, scratch=scratch, force=force, afterwards=afterwards(person))
     return read_metrics(folder)
 
 

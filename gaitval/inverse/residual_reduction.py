@@ -28,6 +28,13 @@ from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import COORDINATES
+from gaitval.inverse.change_splines import (
+    BLOCK,
+    DEGREE,
+    ChangeSplines,
+    add_block,
+    times_band,
+)
 from gaitval.inverse.consistent_motion import ConsistentMotion
 from gaitval.inverse.inverse_dynamics import (
     checked_wrenches,
@@ -36,17 +43,6 @@ from gaitval.inverse.inverse_dynamics import (
     residuals,
 )
 from gaitval.inverse.motion_rates import cardan_coordinates, checked_motion
-from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.markers import ModelMarker
-from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, segment_frames, tree_arrays
-from gaitval.inverse.change_splines import (
-    BLOCK,
-    DEGREE,
-    ChangeSplines,
-    add_block,
-    times_band,
-)
 from gaitval.inverse.residual_derivatives import (
     BODY_UNKNOWNS,
     GROUP_OF_SEGMENT,
@@ -57,6 +53,10 @@ from gaitval.inverse.residual_derivatives import (
     residual_derivatives,
     residuals_of_frames,
 )
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.model.tree import COORDINATE_COUNT, ROOT_DOFS, segment_frames, tree_arrays
 
 STRIDE_S = 1.0
 """s. Errors of markers, forces and the guessed trunk repeat from stride to stride, and within a

@@ -24,11 +24,11 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.filters import low_pass
 from gaitval.gait.sampling import bridged
 from gaitval.inverse.inverse_dynamics import InverseDynamics
+from gaitval.measurement.standing import Standing
 from gaitval.mocap.recording import FootForces, Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.session.trial import WalkingTrial
-from gaitval.measurement.standing import Standing
 
 STRIDE_BINS: Final = 20
 STANCE_BINS: Final = np.linspace(0.1, 0.9, 9)
@@ -46,9 +46,16 @@ LOADED_N: Final = 20.0
 LONGEST_STRIDE: Final = 3.5
 SHORTEST_STANCE: Final = 0.3
 """N, s and s: what counts as loaded, and as a stride and a stance of one."""
-NEWTON: Final = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
-PRESSURE: Final = ("pressure along", "pressure across")
-FALL: Final = ("fall of force", "fall of markers")
+NEWTON: Final[tuple[str, ...]] = (
+    "force x",
+    "force y",
+    "force z",
+    "moment x",
+    "moment y",
+    "moment z",
+)
+PRESSURE: Final[tuple[str, ...]] = ("pressure along", "pressure across")
+FALL: Final[tuple[str, ...]] = ("fall of force", "fall of markers")
 """Octaves by which the rate of the forces falls from 5 and 6 Hz to 10 and 12, and that of the
 markers from 4 and 5 Hz to 8 and 10."""
 

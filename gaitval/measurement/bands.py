@@ -20,16 +20,6 @@ from gaitval.gait.cycles import GaitCycle, normalise
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marker_placement import place_markers
-from gaitval.mocap.recording import FootForces
-from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.markers import ModelMarker
-from gaitval.model.tree import segment_frames
-from gaitval.scaling.joint_centres import measure
-from gaitval.scaling.scaling import build_body
-from gaitval.session.average import side_angles
-from gaitval.session.session import Import
-from gaitval.session.standing import standing_places
-from gaitval.session.trial import WalkingTrial, completed, smoothed, valid_cycles
 from gaitval.measurement.estimate import Examined
 from gaitval.measurement.expected import USUAL
 from gaitval.measurement.sources import (
@@ -42,6 +32,16 @@ from gaitval.measurement.sources import (
     TISSUE_TURN,
     of_stature,
 )
+from gaitval.mocap.recording import FootForces
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.scaling import build_body
+from gaitval.session.average import side_angles
+from gaitval.session.session import Import
+from gaitval.session.standing import standing_places
+from gaitval.session.trial import WalkingTrial, completed, smoothed, valid_cycles
 
 MARGIN_SECONDS: Final = 0.2
 """s before and after the cycle, in which filters settle."""

@@ -11,14 +11,14 @@ from gaitval.arrays import Array
 from gaitval.errors import ConfigurationError
 from gaitval.gait.agreement import both_known
 from gaitval.inverse.inverse_dynamics import residuals
+from gaitval.measurement.balance import moment_of, plate_middle
+from gaitval.measurement.estimate import Examined, kind_of, together
+from gaitval.measurement.said import WORDS, title
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
 from gaitval.session.request import Tell
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, work_out_trial
-from gaitval.measurement.balance import moment_of, plate_middle
-from gaitval.measurement.estimate import Examined, kind_of, together
-from gaitval.measurement.said import WORDS, title
 
 KINDS: Final = ("delay", "place", "rotation", "gain", "cross-talk")
 """Faults that a recording can be corrected for; others are those of the body or of the cameras, or

@@ -20,8 +20,6 @@ from scipy.special import logsumexp
 
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import SIDES
-from gaitval.model.body import BodyModel
-from gaitval.session.trial import WalkingTrial
 from gaitval.measurement.balance import FALL, NEWTON, PRESSURE, Data, data_of, trials_of
 from gaitval.measurement.expected import (
     ACCELERATION,
@@ -38,6 +36,8 @@ from gaitval.measurement.expected import (
     spread,
 )
 from gaitval.measurement.standing import Standing
+from gaitval.model.body import BodyModel
+from gaitval.session.trial import WalkingTrial
 
 SUSPECTED: Final = 0.25
 FURTHER: Final = 0.03

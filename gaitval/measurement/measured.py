@@ -10,16 +10,14 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.checks.force_checks import SATURATED
 from gaitval.coordinates import Side, split_side
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.session.request import Tell
-from gaitval.session.session import Import
 from gaitval.measurement.bands import AXES, Bands, bands
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
-from gaitval.checks.force_checks import SATURATED
-from gaitval.checks.marker_checks import knee_doubts
+from gaitval.measurement.knee_markers import knee_doubts
 from gaitval.measurement.page import (
     SHOWN,
     TITLES,
@@ -32,6 +30,8 @@ from gaitval.measurement.page import (
 )
 from gaitval.measurement.said import FaultRow, rows, unused, warnings
 from gaitval.measurement.standing import standing_of
+from gaitval.session.request import Tell
+from gaitval.session.session import Import
 
 UNSHOWN: Final = 15.0
 """Degrees; half of a band of 90 % of a sagittal angle is 3 to 8 in recordings that show it. Two

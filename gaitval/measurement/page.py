@@ -9,11 +9,11 @@ from scipy.linalg import solve
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
-from gaitval.session.session import Import
 from gaitval.measurement.balance import FALL, NEWTON, PRESSURE
 from gaitval.measurement.bands import Bands
 from gaitval.measurement.estimate import LEAST_SCALE, Examined, scales
 from gaitval.measurement.standing import KINDS
+from gaitval.session.session import Import
 
 SHOWN: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Joints whose bands are drawn and said."""

@@ -7,7 +7,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.session.trial import WalkingTrial
 from gaitval.measurement.estimate import (
     Cause,
     Examined,
@@ -18,6 +17,7 @@ from gaitval.measurement.estimate import (
     one_foot,
 )
 from gaitval.measurement.expected import USUAL
+from gaitval.session.trial import WalkingTrial
 
 CHECK: Final = "measurement"
 """First word of the check of a warning; the kind of the fault follows."""

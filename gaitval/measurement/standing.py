@@ -17,11 +17,11 @@ from scipy.spatial.transform import Rotation
 from gaitval.arrays import Array
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.errors import GaitvalError, RecordWarning
+from gaitval.measurement.expected import USUAL
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Request
-from gaitval.measurement.expected import USUAL
 
 KINDS: Final = ("standing force x", "standing force y", "standing force z")
 NOISE: Final = (0.003, 0.003, 0.004)

@@ -1,14 +1,36 @@
 """The body that an identification found, before the parameters mu."""
 
 from pathlib import Path
+from typing import Final
 
-from gaitval import wings
+import numpy as np
+
 from gaitval.artefacts import read_json
+from gaitval.configuration import ContactSettings
+from gaitval.errors import ArtefactError
 from gaitval.model.body import BodyModel
+from gaitval.model.extended import EXTENDED, extended_body
+
+MOST: Final = 0.05
+"""Share by which a leg may be longer than the mean of both; 8 cm between the legs of an adult."""
 
 
 def identified_model(model: BodyModel, identification: Path) -> BodyModel:
     """The scaled `model` with legs that differ by what an `identification` found beside mu."""
     found = read_json(identification)
     left = 0.0 if found["identified"] == found["nominal"] else found.get("left_leg", 0.0)
-    return wings.load(wings.PARTS, "legs")(model, left) if left else model
+    return with_legs(model, left) if left else model
+
+
+def with_legs(model: BodyModel, left: float) -> BodyModel:
+    """The `model` as scaled, with left thigh and shank longer by the share `left`, right ones
+    shorter. Raises ArtefactError if it is no number, or beyond `MOST`.
+    """
+    if not isinstance(left, int | float) or not abs(left) <= MOST:
+        raise ArtefactError(
+            f"identification.json: left_leg is {left!r}, but the share by which the left leg is "
+            f"longer is a number between {-MOST:g} and {MOST:g}. Run `gaitval subject` again."
+        )
+    values = np.zeros(len(EXTENDED))
+    values[[each.name for each in EXTENDED].index("left_leg")] = left
+    return extended_body(model, ContactSettings(), values)[0]

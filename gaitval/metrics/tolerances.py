@@ -87,8 +87,8 @@ JUDGED_UNITS = {
     "moment_side_difference": "Nm/kg",
 }
 """What else is measured on a model and results of OpenSim (`gaitval judge`), with units; see
-`gaitval.apps.judge`. A factor is how many times a value is larger or smaller than the expected one, so
-it is at least 1."""
+`gaitval.apps.judge`. A factor is how many times a value is larger or smaller than the expected one,
+so it is at least 1."""
 
 UNITS = WALK_UNITS | RECORDING_UNITS | JUDGED_UNITS
 

@@ -21,11 +21,11 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
+from gaitval.mocap.laboratory_forces import FEWEST, sign_on_person, vertical_of
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.mocap.text_table import text_lines
-from gaitval.mocap.laboratory_forces import FEWEST, sign_on_person, vertical_of
 from gaitval.mocap.text_cells import numbers, positive, whole_rows
+from gaitval.mocap.text_table import text_lines
 
 _QUANTITIES: Final = ("fx", "fy", "fz", "x", "y", "z", "mz")
 _MILLIMETRES: Final = 1e-3

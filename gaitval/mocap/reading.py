@@ -59,13 +59,13 @@ def read_recording(
     if path.suffix.lower() == ".c3d":
         recording = read_c3d(path, plates=plates)
     else:
-        from gaitval.mocap.other_formats import read_other
+        from gaitval.mocap.formats import read_other
 
         recording = read_other(path)
     recording = _each_once(recording)
     _check_markers(recording)
     if forces is not None:
-        from gaitval.mocap.separate_forces import with_forces
+        from gaitval.mocap.formats import with_forces
 
         recording = with_forces(recording, Path(forces))
     for plate in () if faulty else recording.plates:

@@ -7,11 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
-from gaitval.mocap.other_formats import further
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
 LARGEST_MISMATCH_S: Final = 0.1
@@ -24,32 +22,6 @@ LARGEST_DISTANCE_M: Final = 1.0
 SMALLEST_COSINE: Final = 0.7
 """Mean cosine, under load, of the angle between the force and the line from its point to the middle
 of the markers. In walking it is above 0.9."""
-
-
-def with_forces(recording: Recording, path: Path) -> Recording:
-    """The `recording` with the plates of the force file `path`, cut to the time that both cover.
-    Raises RecordError as its reader and `with_plates` do, for another kind of file, and if the
-    recording has plates itself.
-    """
-    reader = wings.of_ending(wings.FORCES, path)
-    if path.suffix.lower() not in (".mot", ".sto") and reader is None:
-        raise RecordError(
-            f"{path}: forces are read from .mot, .sto{further(wings.FORCES)} and WBDS's grf.txt "
-            f"files, not from {path.suffix or 'a file without an ending'}. If a C3D file has "
-            "them with the markers, give it as the trial, without --forces."
-        )
-    if recording.plates:
-        raise RecordError(
-            f"{recording.source} has {len(recording.plates)} force plates, and {path} was given "
-            "too, so it is unclear which to use. Leave one out."
-        )
-    if reader is not None:
-        rate, start, plates = reader(path, recording)
-    else:
-        from gaitval.mocap.mot import read_ground_reaction
-
-        rate, start, plates = read_ground_reaction(path)
-    return with_plates(recording, path, plates, rate=rate, start=start)
 
 
 def with_plates(

@@ -20,11 +20,9 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.force_plates import plate_or_fault
+from gaitval.mocap.laboratory_forces import placed_plate
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
-from gaitval.mocap.text_table import text_lines, with_gaps
-from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
-from gaitval.mocap.laboratory_forces import placed_plate
 from gaitval.mocap.text_cells import (
     cells_of,
     markers_named,
@@ -34,6 +32,8 @@ from gaitval.mocap.text_cells import (
     whole_rows,
     without_prefix,
 )
+from gaitval.mocap.text_table import text_lines, with_gaps
+from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor
 
 _SECTIONS: Final = ("devices", "trajectories", "joints", "model outputs", "segments", "events")
 _PARTS: Final = {

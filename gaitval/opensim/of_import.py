@@ -9,8 +9,6 @@ from gaitval.configuration import ContactSettings
 from gaitval.coordinates import COORDINATES, ROOT
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
-from gaitval.session.session import Import
-from gaitval.session.trial import WalkingTrial
 from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
@@ -19,6 +17,8 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
+from gaitval.session.session import Import
+from gaitval.session.trial import WalkingTrial
 
 FILES: Final = ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
 

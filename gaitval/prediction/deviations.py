@@ -14,6 +14,7 @@ from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, Curves, recorded_curves
 from gaitval.gait.record import RECORDED_ANGLES, GaitRecord
+from gaitval.prediction.body import pelvic_width, step_width
 from gaitval.prediction.normal_form import (
     SAMPLES,
     NormalForm,
@@ -22,7 +23,6 @@ from gaitval.prediction.normal_form import (
     symmetric,
 )
 from gaitval.prediction.population import expected
-from gaitval.prediction.body import pelvic_width, step_width
 
 KINETICS: Final = tuple(
     [("moments", name) for name in JOINT_MOMENTS] + [("forces", name) for name in FORCES]

@@ -1,45 +1,26 @@
-"""What a study's report shows of a person's body. A worker draws it, which needs no page."""
+"""The picture of a person's body in a study's report, and what was stored for it."""
 
+import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gaitval import file_gate
+from gaitval.errors import ArtefactError
+from gaitval.identification.body_report import Bar
+
 if TYPE_CHECKING:
-    from gaitval.model.body import BodyModel
-    from gaitval.identification.shared_errors import Shared
+    from gaitval.reporting.drawing import Draw
 
-Bar = tuple[str, float, float]
-"""Name, mean and SD, in SDs of what was known before."""
+FILE: Final = "body.json"
 _FOUND: Final = "#0072b2"
-
-
-def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
-    """A bar for each parameter of the body, distance between joints, and the legs' difference;
-    parameters are those of `page.tables`.
-    """
-    from gaitval.model.parameters import PARAMETERS
-    from gaitval.identification.joints import judged_lengths
-    from gaitval.identification.verdicts import judged
-
-    shown = [
-        *(each for each in judged(found.posterior) if each.name in PARAMETERS[2:]),
-        *judged_lengths(found.posterior, model),
-    ]
-    legs = found.legs
-    mean, sd = legs.estimate
-    drawn = [(each.name.replace("_", " "), each.z, each.contraction) for each in shown]
-    return [*drawn, ("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd)]
-
-
-def in_words(found: "Shared", model: "BodyModel", method: str) -> dict[str, Any]:
-    """What a study's report says of a body: `said`, the `bars`, and the `method` by which the
-    walker's body was found; other parameters are those of `page.tables`.
-    """
-    from gaitval.reporting.body_words import sentences
-
-    shown = [{"name": name, "mean": mean, "sd": sd} for name, mean, sd in bars(found, model)]
-    return {"method": method, "said": sentences(found, model), "bars": shown}
+_LARGEST: Final = 100_000
+"""Bytes of the file; a study writes three thousand."""
+_LONGEST: Final = 1000
+"""Characters of the sentences; those of `body_words` have 300."""
 
 
 def draw(bars: Sequence[Bar]) -> str:
@@ -56,3 +37,23 @@ def draw(bars: Sequence[Bar]) -> str:
         axes.set_yticks(places, names)
         axes.set_xlabel("SDs of what was known before")
         return svg(figure, "body")
+
+
+def shown(folder: Path) -> "tuple[dict[str, str], list[Bar], Draw]":
+    """Of a run `folder`: what is `said` and the `method` by which the walker's body was found, the
+    bars, and what draws them. Raises ArtefactError if the file is damaged.
+    """
+    path = folder / FILE
+    try:
+        stored = json.loads(file_gate.read_text(path, ArtefactError, largest=_LARGEST))
+        texts = {name: str(stored[name])[:_LONGEST] for name in ("said", "method")}
+        found: list[Bar] = [
+            (str(each["name"])[:_LONGEST], float(each["mean"]), float(each["sd"]))
+            for each in stored["bars"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ArtefactError(
+            f"{path}: is not what a study writes ({error}). Remove it and run `gaitval subject` "
+            "again."
+        ) from error
+    return texts, found, partial(draw, found)

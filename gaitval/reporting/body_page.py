@@ -5,14 +5,15 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from gaitval.model.body import BodyModel
-from gaitval.reporting.page import write_html
-from gaitval.reporting.words import number
-from gaitval.reporting.body_bars import bars, draw
+from gaitval.identification.body_report import bars
+from gaitval.identification.body_words import next_trials, sentences
 from gaitval.identification.joints import judged_lengths
 from gaitval.identification.shared_errors import BODY_ERRORS, NAMES, Shared
 from gaitval.identification.verdicts import Judged, judged
-from gaitval.reporting.body_words import next_trials, sentences
+from gaitval.model.body import BodyModel
+from gaitval.number_text import number
+from gaitval.reporting.body_bars import draw
+from gaitval.reporting.page import write_html
 
 Table = tuple[str, list[list[str]]]
 _UNITS: Final = {

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pydantic import BaseModel
 
 from gaitval.metrics.record_results import RecordResult
-from gaitval.reporting.words import number
+from gaitval.number_text import number
 
 
 def at(values: object, pointer: str) -> object:

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval.arrays import Flags, runs
+from gaitval.checks.landings import METHODS, Landings, disagreements
 from gaitval.coordinates import SIDES, Side
 from gaitval.mocap.foot_markers import foot_markers
-from gaitval.checks.landings import METHODS, Landings, disagreements
 
 COLOURS: Final = {"plates": "#2f5d8a", "markers": "#3a7d44", "file": "#7a5195"}
 APART: Final = "#b00020"

@@ -22,12 +22,13 @@ from weasyprint.urls import URLFetcher
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.memory import without_search
+from gaitval.number_text import number
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
-from gaitval.reporting.words import SOURCE, number
+from gaitval.reporting.words import SOURCE
 
 _FONTS: Final = {
     ("Report", "normal", "normal"): "STIXGeneral.ttf",

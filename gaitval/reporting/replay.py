@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from gaitval import wings
 from gaitval.arrays import Array, Index, runs
 from gaitval.coordinates import COORDINATES, SIDES, Side, split_side
 from gaitval.gait.filters import low_pass_simulated
@@ -25,6 +24,7 @@ from gaitval.metrics.identified_body import identified_model
 from gaitval.metrics.results import Method, Metrics
 from gaitval.metrics.typed import array
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.devices.drawn import drawn
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
@@ -277,7 +277,7 @@ def scene(walk: Walk, folder: Path, pushed: Sequence[Walk] = ()) -> dict[str, ob
 
     Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in `Strides`
     and `Walk`, with the strides of the pushed walks behind those of the walk. What wings draw on
-    the body (`wings.DRAWN`) they find in the run `folder`.
+    the body they find in the run `folder` (`model.devices.drawn`).
     """
     walks = [walk, *pushed]
     ends = np.cumsum([len(each.strides.seconds) for each in walks]).tolist()
@@ -296,11 +296,7 @@ def scene(walk: Walk, folder: Path, pushed: Sequence[Walk] = ()) -> dict[str, ob
             for first, end, each in zip(ends, ends[1:], pushed, strict=False)
         ],
         "arrow": ARROW,
-        "devices": [
-            shape
-            for name in wings.names(wings.DRAWN)
-            for shape in wings.load(wings.DRAWN, name)(folder)
-        ],
+        "devices": drawn(folder),
         "body": _body(walk.body, joined("positions")),
         "recorded": {"known": walk.known, **_body(walk.recorded_body, walk.recorded)},
         **{name: _packed(joined(name), "float32") for name in _NUMBERS},

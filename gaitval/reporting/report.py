@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitval import file_gate, wings
+from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import Configuration, load_configuration
@@ -16,6 +16,7 @@ from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.identification.body_report import Bar
 from gaitval.learning_control.walked import Walked
 from gaitval.metrics.origin import not_recorded
 from gaitval.metrics.record_results import KINDS
@@ -41,6 +42,7 @@ from gaitval.metrics.walk_results import PushRecovery, PushTrace, StoredPushes
 from gaitval.policy.training_log import LEARNING_CURVES
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reporting import (
+    body_bars,
     checklist,
     credibility,
     curve_statistics,
@@ -373,10 +375,10 @@ def _context(folder: Path) -> dict[str, Any]:
     walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
     drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
-    body, bars = None, []
+    body, bars = None, list[Bar]()
     looked_for = "identification" in metrics.told["angles"]
-    if looked_for and (folder / "body.json").is_file() and "body" in wings.names(wings.PARTS):
-        body, bars, drawn["body"] = wings.load(wings.PARTS, "body").shown(folder)
+    if looked_for and (folder / body_bars.FILE).is_file():
+        body, bars, drawn["body"] = body_bars.shown(folder)
     shared = body is not None and body["method"] == "shared"  # the table is of the bars' posterior
     return {
         "subject": subject,

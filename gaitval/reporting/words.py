@@ -2,22 +2,12 @@
 
 from typing import Final
 
-import numpy as np
 from babel.numbers import format_decimal
 
 from gaitval.configuration import LANGUAGES
 
 SOURCE: Final[str] = LANGUAGES[0]
 """The language that the templates are written in."""
-
-
-def number(value: float | None, digits: int = 2) -> str:
-    """`value` as text with `digits` decimals and a true minus sign; a dash if not measured."""
-    if value is None or not np.isfinite(value):
-        return "–"
-    text = f"{value:.{digits}f}"
-    # a small negative value rounds to "-0.00"
-    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 class Words:

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array
+from gaitval.checks.checks import marker_doubts
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
@@ -125,10 +125,8 @@ def read_session(
                 marker_set,
                 names=(str(request.static), recording.source),
             )
-            checks, moved = wings.load(wings.PARTS, "checks"), displaced(distances, marker_set)
-            for doubt in checks.marker_doubts(
-                walking[number], standing, recording, landmarks, moved
-            ):
+            moved = displaced(distances, marker_set)
+            for doubt in marker_doubts(walking[number], standing, recording, landmarks, moved):
                 tell("warnings", f"{request.called(number)}: {doubt}")
                 doubts.append((request.called(number), doubt))
             if not recording.plates and not request.kinematics_only:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import unusual_build
@@ -49,7 +48,7 @@ class Import:
     of_means : warnings about the mean curves.
     functional : what the range-of-motion trials show of hips and knees.
     decisions : what was decided: the step, and a sentence.
-    measurement : faults of the session that the wing `gaitval.measurement` looked for; or None.
+    measurement : what `gaitval.measurement.measured` found; None before it has looked.
     """
 
     request: Request
@@ -145,7 +144,7 @@ def work_out(
         of_means = (*one_side_doubts(request, walks, angles, forces), *of_means)
     for doubt in of_means:
         noted("warnings", str(doubt))
-    found = Import(
+    return Import(
         request=request,
         processing=processing,
         session=session,
@@ -159,9 +158,6 @@ def work_out(
         of_means=of_means,
         functional=functional,
     )
-    if "measurement" in wings.names(wings.PARTS):
-        found = wings.load(wings.PARTS, "measurement")(found, tell)
-    return found
 
 
 def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:

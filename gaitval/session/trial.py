@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval import wings
 from gaitval.arrays import Array, Flags, runs
+from gaitval.checks.checks import trial_doubts
+from gaitval.checks.motion_checks import belt_doubts
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import RecordError
@@ -35,7 +36,7 @@ from gaitval.session.read import SessionRecordings
 from gaitval.session.request import Request, Tell, silent
 from gaitval.session.scale import FittedBody
 
-if TYPE_CHECKING:  # a wing makes the one, and few files store events
+if TYPE_CHECKING:  # few ask for the one, and few files store events
     from gaitval.gait.stored_events import StoredEvents
     from gaitval.inverse.consistent_motion import ConsistentMotion
     from gaitval.session.whole_stride import WholeStride
@@ -138,7 +139,9 @@ def work_out_trial(
         measured = forces, loads, dynamics
         if request.consistent:
             tell("dynamics", f"{name}: finding the smallest change that lowers the residuals")
-            consistent = wings.load(wings.PARTS, "consistent")(
+            from gaitval.inverse.residual_reduction import reduce_residuals
+
+            consistent = reduce_residuals(
                 body.model,
                 recording.time,
                 positions,
@@ -162,9 +165,11 @@ def work_out_trial(
     stored, of_file = _stored_events(tell, name, recording, events)
     feet = belt_speed(recording, events, landmarks=landmarks)
     belt = feet if request.belt is None else request.belt
-    checks = wings.load(wings.PARTS, "checks")
-    found = checks.trial_doubts(request, recording, landmarks, events, findings, measured)
-    doubts = (*of_file, *unsolved(kinematics, recording), *checks.belt_doubts(belt, feet), *found)
+    found = trial_doubts(
+        recording, landmarks, events, findings, measured,
+        height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
+    )  # fmt: skip
+    doubts = (*of_file, *unsolved(kinematics, recording), *belt_doubts(belt, feet), *found)
     for doubt in doubts:
         tell("warnings", f"{name}: {doubt}")
     return WalkingTrial(

@@ -1,30 +1,16 @@
 """What a study's record says of the body in words, for its report: `body.json` in the run's folder.
 
-The core asks for this module as the part `body`. It uses no policy and changes no walk.
+It uses no policy and changes no walk.
 """
 
-import json
-from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from gaitval import file_gate
 from gaitval.artefacts import read_json, write_json
-from gaitval.errors import ArtefactError
-from gaitval.study.sources import PACKAGE, code_of
+from gaitval.reporting.body_bars import FILE
 from gaitval.study.stage import Run, Stage
 
-if TYPE_CHECKING:
-    from gaitval.reporting.drawing import Draw
-    from gaitval.reporting.body_bars import Bar
-
-FILE: Final = "body.json"
 FOUND: Final = "rounds/1/identification/identification.json"
 """What identified the body; the record is the same in every round."""
-_LARGEST: Final = 100_000
-"""Bytes of the file; a study writes three thousand."""
-_LONGEST: Final = 1000
-"""Characters of the sentences; those of `words` have 300."""
 
 
 def stage(run: Run) -> Stage:
@@ -40,7 +26,6 @@ def stage(run: Run) -> Stage:
         values={
             **run.sections("contact", "record", "noise"),
             "method": run.configuration.identification.method,
-            "code": code_of(write, PACKAGE, Path(__file__).parent),
         },
     )
 
@@ -49,14 +34,14 @@ def write(run: Run) -> None:
     """Write `FILE` into the folder of `run`."""
     # all of these here: a run asks for its stages before it does anything
     from gaitval.identification.begin import begin
+    from gaitval.identification.body_report import in_words
+    from gaitval.identification.methods import WORDS
+    from gaitval.identification.offsets import offset_of
     from gaitval.identification.prior import prior_sd
+    from gaitval.identification.shared_errors import identified
     from gaitval.model.urdf import read_urdf
     from gaitval.prediction.known import quantities_told
     from gaitval.reference.motion import ReferenceMotion
-    from gaitval.reporting.body_bars import in_words
-    from gaitval.identification.methods import WORDS
-    from gaitval.identification.offsets import offset_of
-    from gaitval.identification.shared_errors import identified
 
     model, settings = read_urdf(run.folder / "model.urdf"), run.configuration.identification
     if settings.method == "shared":  # the identification is of the same posterior
@@ -70,25 +55,3 @@ def write(run: Run) -> None:
     fit, held = begin(run.told().record, model, prior_sd(run.subject), paper, own, near)
     found = identified(fit, held, offset_of(run.subject))
     write_json(run.folder / FILE, in_words(found, model, settings.method))
-
-
-def shown(folder: Path) -> "tuple[dict[str, str], list[Bar], Draw]":
-    """Of a run `folder`: what is `said` and the `method` by which the walker's body was found, the
-    bars, and what draws them. Raises ArtefactError if the file is damaged.
-    """
-    from gaitval.reporting.body_bars import draw
-
-    path = folder / FILE
-    try:
-        stored = json.loads(file_gate.read_text(path, ArtefactError, largest=_LARGEST))
-        texts = {name: str(stored[name])[:_LONGEST] for name in ("said", "method")}
-        found: list[Bar] = [
-            (str(each["name"])[:_LONGEST], float(each["mean"]), float(each["sd"]))
-            for each in stored["bars"]
-        ]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ArtefactError(
-            f"{path}: is not what a study writes ({error}). Remove it and run `gaitval subject` "
-            "again."
-        ) from error
-    return texts, found, partial(draw, found)

@@ -1,8 +1,8 @@
 """The estimate of a run: what its walk is to be, and its curves as a table and on a page, in the
 folder `estimate` of the run.
 
-The core asks for this module as the part `estimate`, before and after the walk of a person whose
-moments and forces it did not know; `gaitval estimate` asks for it of a finished run.
+A study of a person whose moments and forces it did not know makes it before and after the walk;
+`gaitval estimate` makes it of a finished run.
 """
 
 import csv
@@ -10,7 +10,6 @@ import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -29,13 +28,6 @@ from gaitval.metrics.reference_curves import reference_curves
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import read_urdf
-from gaitval.prediction.known import KINEMATIC_ACCURACY, Told, is_predicted
-from gaitval.prediction.normal_form import normal_form, record_from
-from gaitval.reference.dynamic_fit import consistent_reference
-from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.page import write_html
-from gaitval.study.sources import PACKAGE, code_of
-from gaitval.study.stage import Run, Stage
 from gaitval.prediction.deviations import (
     KINETICS,
     fit_of,
@@ -45,6 +37,8 @@ from gaitval.prediction.deviations import (
     units,
 )
 from gaitval.prediction.estimate import Estimate, estimate
+from gaitval.prediction.known import KINEMATIC_ACCURACY, Told, is_predicted
+from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.seen import (
     at_own_contacts,
     is_of_the_laboratory,
@@ -53,6 +47,10 @@ from gaitval.prediction.seen import (
     speeds_beyond,
     with_total,
 )
+from gaitval.reference.dynamic_fit import consistent_reference
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.page import write_html
+from gaitval.study.stage import Run, Stage
 
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
@@ -87,7 +85,6 @@ def stage(run: Run) -> Stage:
         outputs=(TABLE, PAGE),
         values={
             **run.sections("contact", "record"),
-            "code": code_of(write, PACKAGE, Path(__file__).parent),
         },
     )
 

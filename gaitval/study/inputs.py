@@ -2,12 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval import wings
 from gaitval.artefacts import read_json
 from gaitval.metrics.identified_body import identified_model
 from gaitval.model.urdf import model_hash, read_urdf
@@ -116,7 +115,9 @@ def asked(run: Run, model: "BodyModel | None" = None) -> "Told":
     """
     if not run.knew_no_kinetics:
         return run.told()
-    return cast("Told", wings.load(wings.PARTS, "estimate").asked(run, model))
+    from gaitval.study import estimate_stage
+
+    return estimate_stage.asked(run, model)
 
 
 def walking_task(run: Run) -> "WalkingTask":

@@ -112,9 +112,9 @@ def predicted_correction_stage(run: Run) -> Stage:
     """
 
     def correct_walk() -> None:
+        from gaitval.learning_control.centring import centred
         from gaitval.learning_control.correct import correct
         from gaitval.model.parameters import nominal_parameters
-        from gaitval.learning_control.centring import centred
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
         mu = nominal_parameters()

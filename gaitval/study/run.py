@@ -12,17 +12,16 @@ then by epsilon, is copied to `policy/` and `identification.json`, where the lat
 
 import shutil
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from gaitval import wings
 from gaitval.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
+from gaitval.study import estimate_stage
 from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy, stored
 from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
 from gaitval.study.stages import (
@@ -44,22 +43,16 @@ from gaitval.study.stages import (
     train_stage,
     validate_stage,
 )
+from gaitval.study.stored_policy import general_policy
 from gaitval.study.unread import given, say_unread
 
 if TYPE_CHECKING:
-    from gaitval.gait.record import GaitRecord
+    pass
 
-GENERAL = "general"
-"""Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
-SLOW: Final = "slow"
-"""Folder in it of the policy for slow strides."""
-SLOW_STRIDE: Final = 6.5
-"""√(leg length/g). Longer strides are walked by the policy that learned on them. Of the virtual
-people of `experiments/slow_policy.py --try`, the general one walks all 20 up to 6.13 and falls with
-6 of 10 from 6.72 on."""
 
 STATE = "identification_state.json"
-"""What an identification that runs has found, beside its results (`gaitval.identification.posterior`)."""
+"""What an identification that runs has found, beside its results, see
+`gaitval.identification.posterior`."""
 
 IN_WORKERS = (
     "gaitval.cli",  # a worker begins with what the main program imports
@@ -73,20 +66,6 @@ IN_WORKERS = (
     "gaitval.reporting.figures",
 )
 """Modules whose functions the stages run in worker processes."""
-
-
-def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0) -> Path | None:
-    """The stored policy of several people, from which any training may start: for the strides of a
-    `record` of legs of `leg_length_m` if it is given, else for usual ones.
-    """
-    from gaitval.gait.dimensionless import time_unit
-
-    package = Path(__file__).parents[1]
-    for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
-        if (candidate / POLICY_FILES[0]).is_file():
-            slow = record and record.stride_time / time_unit(leg_length_m) > SLOW_STRIDE
-            return candidate / SLOW if slow else candidate
-    return None
 
 
 def choose_start(run: Run, stage: Stage, *, scratch: bool = False) -> None:
@@ -140,13 +119,19 @@ def plan(run: Run, rounds: int) -> tuple[Stage, ...]:
 
 
 def run_subject(
-    run: Run, *, scratch: bool = False, start: Path | None = None, force: bool = False
+    run: Run,
+    *,
+    scratch: bool = False,
+    start: Path | None = None,
+    force: bool = False,
+    afterwards: Sequence[Callable[[Run], Stage]] = (),
 ) -> None:
     """The main job: every stage of `run` that is not up to date (all with `force`), with the loop
     of Algorithm 1.
 
     Training starts from the general policy, from nothing (`scratch`), or from the policy in the
-    folder `start`. Raises ConfigurationError if both are given, PolicyError if `start` is unfit.
+    folder `start`. `afterwards` are stages of the validated walk, before the report, which links to
+    what they write. Raises ConfigurationError if both are given, PolicyError if `start` is unfit.
     """
     if scratch and start is not None:
         raise ConfigurationError(
@@ -194,10 +179,11 @@ def run_subject(
         _together(run, (*walks, *body_stages(run)), pushes, force=force)
         kept.close()
         do(validate_stage(run))
-        further = {"device_results": run.subject.devices, "estimate": run.knew_no_kinetics}
-        for part, asked in further.items():
-            if asked:
-                force |= do(wings.load(wings.PARTS, part).stage(run))  # the report links to it
+        further = [each(run) for each in afterwards]
+        if run.knew_no_kinetics:
+            further.append(estimate_stage.stage(run))
+        for stage in further:  # the report links to them
+            force |= do(stage)
         renew_workers()
         do(report_stage(run))
 
@@ -230,7 +216,8 @@ def _loading(language: str) -> Iterator[None]:
 
 
 def _load(language: str) -> None:
-    report, page = (import_module(f"gaitval.reporting.{name}") for name in ("report", "page"))
+    from gaitval.reporting import page, report
+
     page.template_of(report.TEMPLATE, language)
 
 

@@ -12,13 +12,10 @@ import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
-from importlib.metadata import entry_points
-from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from gaitval import wings
 from gaitval.artefacts import read_json, write_json
 from gaitval.cache_home import cache_home
 from gaitval.errors import ArtefactError
@@ -42,10 +39,6 @@ DATA: Final = {
 """Data that a module reads, relative to the package; in a wheel the body model is inside it."""
 
 
-Packages = tuple[Path, ...]
-"""Folders of packages."""
-
-
 class _Place(NamedTuple):
     """A definition, by its module's dotted name and its own; the whole module if `name` is None."""
 
@@ -53,41 +46,25 @@ class _Place(NamedTuple):
     name: str | None
 
 
-def code_of(function: Callable[..., object] | str, *packages: Path) -> dict[str, str]:
+def code_of(function: Callable[..., object] | str) -> dict[str, str]:
     """SHA-256 of every source and data file that a stage's function uses, by file relative to the
     folder that contains its package, such as `gaitval/scaling/scaling.py`.
 
-    `function` is of a module of one of the `packages`, by their folders (this one if none is
-    given), or its name, "module:function", for which nothing is loaded; one inside another counts
-    as the outer one, and one from elsewhere has no sources here.
+    `function` is of a module of this package, or its name, "module:function", for which nothing is
+    loaded; one inside another counts as the outer one, and one from elsewhere has no sources here.
     """
-    among = packages or (PACKAGE,)
     if isinstance(function, str):
         module, _, name = function.partition(":")
     else:
         module, name = function.__module__, function.__qualname__
     start = _Place(module, name.partition(".")[0])
-    return dict(_code(start, among)) if _file(start.module, among) else {}
-
-
-def code_of_part(name: str, function: str = "") -> dict[str, str]:
-    """`code_of` what a wing registers as `name` in `wings.PARTS`, or a `function` of that module,
-    in the wing's package and this one; nothing without the wing.
-    """
-    for part in entry_points(group=wings.PARTS, name=name):
-        wing = find_spec(part.value.partition(".")[0])
-        assert wing is not None
-        place = f"{part.value}:{function}" if function else part.value
-        return code_of(place, PACKAGE, Path(str(wing.origin)).parent)
-    return {}
+    return dict(_code(start)) if _file(start.module) else {}
 
 
 @cache
-def _code(start: _Place, packages: Packages) -> dict[str, str]:
+def _code(start: _Place) -> dict[str, str]:
     """`_read_code`, which takes a study a second; what it gave is kept in the user's cache."""
-    if PACKAGE not in packages:
-        return _read_code(start, packages)
-    path, key = _kept_at(packages), f"{start.module}:{start.name}"
+    path, key = _kept_at(), f"{start.module}:{start.name}"
     try:
         known = read_json(path) if path.is_file() else {}
     except ArtefactError:
@@ -95,7 +72,7 @@ def _code(start: _Place, packages: Packages) -> dict[str, str]:
     if not isinstance(known, dict):
         known = {}
     if key not in known:
-        known = {**known, key: _read_code(start, packages)}
+        known = {**known, key: _read_code(start)}
         with suppress(ArtefactError, OSError):  # then it is read again next time
             path.parent.mkdir(parents=True, exist_ok=True)
             write_json(path, known)
@@ -103,13 +80,12 @@ def _code(start: _Place, packages: Packages) -> dict[str, str]:
 
 
 @cache
-def _kept_at(packages: Packages) -> Path:
-    """Where what was read of packages as they are is kept: a file named by the hash of theirs."""
+def _kept_at() -> Path:
+    """Where what was read of the package as it is is kept: a file named by its hash."""
     files = {
-        _name(file, package): file
-        for package in packages
+        _name(file): file
         for pattern in ("**/*", *chain.from_iterable(DATA.values()))
-        for file in _data(package, pattern)
+        for file in _data(pattern)
         if file.suffix != ".pyc" and file.is_file()
     }
     content = hashlib.sha256()
@@ -118,49 +94,48 @@ def _kept_at(packages: Packages) -> Path:
     return cache_home() / "gaitval" / f"code-{content.hexdigest()[:16]}.json"
 
 
-def _read_code(start: _Place, packages: Packages) -> dict[str, str]:
+def _read_code(start: _Place) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     left, seen = [start], {start}
     # every definition reachable by name, each once
     while left:
         place = left.pop()
-        tree = _tree(place.module, packages)
+        tree = _tree(place.module)
         parts = tree.body if place.name is None else _definitions(tree, place.name)
         if place.name is None or parts:
             found.setdefault(place.module, []).extend(map(_text, parts))
-        for reached in _reached(place, parts, packages):
+        for reached in _reached(place, parts):
             if reached not in seen:
                 seen.add(reached)
                 left.append(reached)
     hashes = {}
     for module, texts in found.items():
-        path = _file(module, packages)
+        path = _file(module)
         assert path is not None
-        (package,) = (each for each in packages if path.is_relative_to(each))
-        hashes[_name(path, package)] = _hash("\n".join(sorted(texts)).encode())
+        hashes[_name(path)] = _hash("\n".join(sorted(texts)).encode())
         for pattern in DATA.get(module, ()):
-            for data in _data(package, pattern):
+            for data in _data(pattern):
                 # the same hash where git checks out files with Windows line ends
-                hashes[_name(data, package)] = _hash(data.read_bytes().replace(b"\r\n", b"\n"))
+                hashes[_name(data)] = _hash(data.read_bytes().replace(b"\r\n", b"\n"))
     return hashes
 
 
-def _data(package: Path, pattern: str) -> Iterator[Path]:
+def _data(pattern: str) -> Iterator[Path]:
     inside = pattern.removeprefix("../")
-    return (package if inside == pattern else package.parent).glob(inside)
+    return (PACKAGE if inside == pattern else PACKAGE.parent).glob(inside)
 
 
-def _reached(place: _Place, parts: list[ast.stmt], packages: Packages) -> Iterator[_Place]:
+def _reached(place: _Place, parts: list[ast.stmt]) -> Iterator[_Place]:
     """What some statements of a module use from the package."""
     if place.name is None:
-        yield from _imported_by(place.module, packages)
+        yield from _imported_by(place.module)
         return
     bound = {
         name: target
-        for statement in _tree(place.module, packages).body
+        for statement in _tree(place.module).body
         # An import for type checkers names the class of an argument.
         for each in (statement.body if isinstance(statement, ast.If) else [statement])
-        for name, target in _imports(each, packages)
+        for name, target in _imports(each)
     }
     for part in parts:
         for node in ast.walk(part):
@@ -168,15 +143,15 @@ def _reached(place: _Place, parts: list[ast.stmt], packages: Packages) -> Iterat
                 yield bound.get(node.id, _Place(place.module, node.id))
             elif isinstance(node, ast.Constant) and node.value in bound:
                 yield bound[node.value]  # an annotation in quotes
-            for _, target in _imports(node, packages):
+            for _, target in _imports(node):
                 yield target
 
 
 @cache
-def _imported_by(module: str, packages: Packages) -> tuple[_Place, ...]:
+def _imported_by(module: str) -> tuple[_Place, ...]:
     """What a module imports from the package, anywhere in it."""
-    tree = _tree(module, packages)
-    return tuple({target for node in _nodes(tree) for _, target in _imports(node, packages)})
+    tree = _tree(module)
+    return tuple({target for node in _nodes(tree) for _, target in _imports(node)})
 
 
 def _nodes(part: ast.AST) -> Iterator[ast.AST]:
@@ -188,7 +163,7 @@ def _nodes(part: ast.AST) -> Iterator[ast.AST]:
         yield from _nodes(child)
 
 
-def _imports(node: ast.AST, packages: Packages) -> Iterator[tuple[str, _Place]]:
+def _imports(node: ast.AST) -> Iterator[tuple[str, _Place]]:
     """Each name that an import binds, and what it refers to in the package.
 
     A package itself does not count: `gaitval` contains the version, which is an input of every
@@ -196,14 +171,14 @@ def _imports(node: ast.AST, packages: Packages) -> Iterator[tuple[str, _Place]]:
     """
     if isinstance(node, ast.Import):
         for alias in node.names:
-            if "." in alias.name and _file(alias.name, packages):
+            if "." in alias.name and _file(alias.name):
                 yield alias.asname or alias.name, _Place(alias.name, None)
     elif isinstance(node, ast.ImportFrom) and node.module:
         for alias in node.names:
             whole = f"{node.module}.{alias.name}"
-            if _file(whole, packages):
+            if _file(whole):
                 yield alias.asname or alias.name, _Place(whole, None)
-            elif "." in node.module and _file(node.module, packages):
+            elif "." in node.module and _file(node.module):
                 # by definition within `study/`, elsewhere the whole module (see above)
                 fine = node.module.split(".")[1:2] == ["study"] and node.module.count(".") > 1
                 yield alias.asname or alias.name, _Place(node.module, alias.name if fine else None)
@@ -228,13 +203,12 @@ def _definitions(tree: ast.Module, name: str) -> list[ast.stmt]:
 
 
 @cache
-def _file(module: str, packages: Packages) -> Path | None:
+def _file(module: str) -> Path | None:
     """The file of a module, by its dotted name; None if it is of another package."""
     first, *rest = module.split(".")
-    found = [package for package in packages if package.name == first]
-    if not found:
+    if first != PACKAGE.name:
         return None
-    path = found[0].joinpath(*rest)
+    path = PACKAGE.joinpath(*rest)
     for candidate in (path.with_suffix(".py"), path / "__init__.py"):
         if candidate.is_file():
             return candidate
@@ -242,8 +216,8 @@ def _file(module: str, packages: Packages) -> Path | None:
 
 
 @cache
-def _tree(module: str, packages: Packages) -> ast.Module:
-    path = _file(module, packages)
+def _tree(module: str) -> ast.Module:
+    path = _file(module)
     assert path is not None
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
@@ -300,10 +274,10 @@ def _string_parts(values: list[ast.expr]) -> Iterator[str]:
         yield ascii(plain)
 
 
-def _name(path: Path, package: Path) -> str:
+def _name(path: Path) -> str:
     """A file's name, the same in a checkout and in a wheel, which has the body model inside."""
-    inside = package / "models"
-    start = package if path.is_relative_to(inside) else package.parent
+    inside = PACKAGE / "models"
+    start = PACKAGE if path.is_relative_to(inside) else PACKAGE.parent
     return path.relative_to(start).as_posix()
 
 

@@ -3,7 +3,7 @@
 It is long because every stage is here, in order, with what it reads and writes.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import chain, pairwise
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitval import file_gate, wings
+from gaitval import file_gate
 from gaitval.artefacts import copy_file, copy_files, read_json, replacing, value_hash, write_json
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ArtefactError
@@ -28,6 +28,7 @@ from gaitval.metrics.walk_results import (
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
+from gaitval.study import body_stage
 from gaitval.study.inputs import (
     GAIN,
     IDENTIFIED,
@@ -53,7 +54,6 @@ from gaitval.study.inputs import (
     validated_task,
     walking_task,
 )
-from gaitval.study.sources import code_of_part
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
@@ -85,10 +85,10 @@ def scale_stage(run: Run) -> Stage:
                 f"{run.subject.guessed}. Subjects with both in common count as one person: say "
                 "who it is with person and laboratory in the subject's file."
             )
-        if "unusual" in wings.names(wings.PARTS):
-            said = wings.load(wings.PARTS, "unusual").remarks_before_scaling
-            for remark in said(run.subject, run.configuration, run.told().record):
-                run.observer.say(remark)
+        from gaitval.identification.unusual import remarks_before_scaling
+
+        for remark in remarks_before_scaling(run.subject, run.configuration, run.told().record):
+            run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
         write_urdf(body.model, run.folder / "model.urdf")
         body.write_table(run.folder / "scaling.csv")
@@ -106,10 +106,10 @@ def reference_stage(run: Run) -> Stage:
     """Recorded gait and body model of `run` → reference motion."""
 
     def build() -> None:
-        if "unusual" in wings.names(wings.PARTS):
-            said = wings.load(wings.PARTS, "unusual").remarks_on_gait
-            for remark in said(run.subject, builtin_subjects()):
-                run.observer.say(remark)
+        from gaitval.identification.unusual import remarks_on_gait
+
+        for remark in remarks_on_gait(run.subject, builtin_subjects()):
+            run.observer.say(remark)
         model = read_urdf(run.folder / "model.urdf")
         _reference_of(run, model).save(run.folder / "reference.npz")
 
@@ -118,13 +118,8 @@ def reference_stage(run: Run) -> Stage:
         build,
         inputs=("subject.toml", "model.urdf"),
         outputs=("reference.npz",),
-        values={**run.sections("contact", "record"), **_estimating(run)},
+        values=run.sections("contact", "record"),
     )
-
-
-def _estimating(run: Run) -> dict[str, Any]:
-    """As values of a stage: the code that estimates what `asked` asks of `run`, if it does."""
-    return {"estimate": code_of_part("estimate", "asked")} if run.knew_no_kinetics else {}
 
 
 def _reference_of(
@@ -356,7 +351,6 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     for name in ("rounds", "kappa"):
         del values["identification"][name]
     method = run.configuration.identification.method
-    values |= {"code": code_of_part(f"{method}_identification"), **_estimating(run)}
     if method == "rollouts":  # it walks
         values |= run.sections(*SIMULATION_SECTIONS, "validation")
 
@@ -412,15 +406,25 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
     # whether the record's kinetics are the person's own
     own = "moments" in quantities_told(run.subject, configuration.record)
     progress, method = run.observer.progress, configuration.identification.method
-    found: Callable[..., FoundParameters] = wings.load(wings.PARTS, f"{method}_identification")
     if method == "posterior":
-        return found(
+        from gaitval.identification.posterior import identify
+
+        return identify(
             record, model, prior, configuration, folder,
             kinetics_told=own, on_progress=progress,
         )  # fmt: skip
+    from gaitval.identification.methods import rollouts_identification, shared_identification
+
     near = ReferenceMotion.load(run.folder / "reference.npz")
-    fit, held = begin(record, model, prior, configuration, own, near)
-    return found(fit, held, run.subject, record, model, configuration, progress)
+    fit, solution = begin(record, model, prior, configuration, own, near)
+    if method == "shared":
+        return shared_identification(
+            fit, solution, run.subject, record, model, configuration, progress
+        )
+    from gaitval.study.stored_policy import general_walker
+
+    walker = general_walker(configuration.environment)
+    return rollouts_identification(fit, record, model, walker, configuration, progress)
 
 
 def save_identified_reference(run: Run, folder: Path) -> None:
@@ -633,7 +637,6 @@ def correct_stage(run: Run) -> Stage:
         outputs=("correction.json", STARTS),
         values={
             **run.sections(*SIMULATION_SECTIONS, "correction", "record", "validation"),
-            **_estimating(run),
         },
     )
 
@@ -739,13 +742,11 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
 
 
 def body_stages(run: Run) -> list[Stage]:
-    """What the record of `run` says of the body, in words for the report: a wing's stage; none
-    without that wing, or if nothing is to be identified.
+    """What the record of `run` says of the body, in words for the report; none if nothing is to be
+    identified.
     """
     nothing = run.configuration.identification.method == "none"
-    if nothing or "body" not in wings.names(wings.PARTS):
-        return []
-    return [wings.load(wings.PARTS, "body").stage(run)]
+    return [] if nothing else [body_stage.stage(run)]
 
 
 def push_stage(run: Run) -> Stage:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
@@ -23,8 +23,7 @@ from gaitval.policy.storage import Policy, load_policy, load_start
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.inputs import STORED_FILES, asked, body_parameters
-from gaitval.study.run import general_policy
+from gaitval.study.inputs import POLICY_FILES, STORED_FILES, asked, body_parameters
 from gaitval.study.stage import Run, one_thread
 
 if TYPE_CHECKING:
@@ -32,6 +31,29 @@ if TYPE_CHECKING:
 
     from gaitval.prediction.known import Told
     from gaitval.reference.motion import ReferenceMotion
+
+GENERAL = "general"
+"""Folder under `reports/`, and under `baselines/` in the package, of the general policy."""
+SLOW: Final = "slow"
+"""Folder in it of the policy for slow strides."""
+SLOW_STRIDE: Final = 6.5
+"""√(leg length/g). Longer strides are walked by the policy that learned on them. Of the virtual
+people of `experiments/slow_policy.py --try`, the general one walks all 20 up to 6.13 and falls with
+6 of 10 from 6.72 on."""
+
+
+def general_policy(record: "GaitRecord | None" = None, leg_length_m: float = 1.0) -> Path | None:
+    """The stored policy of several people, from which any training may start: for the strides of a
+    `record` of legs of `leg_length_m` if it is given, else for usual ones.
+    """
+    from gaitval.gait.dimensionless import time_unit
+
+    package = Path(__file__).parents[1]
+    for candidate in (package.parent / "reports" / GENERAL, package / "baselines" / GENERAL):
+        if (candidate / POLICY_FILES[0]).is_file():
+            slow = record and record.stride_time / time_unit(leg_length_m) > SLOW_STRIDE
+            return candidate / SLOW if slow else candidate
+    return None
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,17 +11,16 @@ from contextlib import suppress
 from functools import cached_property, partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
-from gaitval import __version__, wings
-from gaitval.terminal import display
-from gaitval.terminal import signals
+from gaitval import __version__, plugins
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.memory import seldom_search, share_heap
+from gaitval.terminal import display, signals
 
 STOPPED = 130
 """Exit code after Ctrl-C, as in shells."""
@@ -165,29 +164,34 @@ class Group(TyperGroup):
 
 
 class Added(NamedTuple):
-    """A command of a wing, which registers it as an entry point of `wings.COMMANDS`.
+    """A command that is loaded when it is called: of the table of `gaitval.cli`, or of another
+    distribution, which registers it as an entry point of `plugins.COMMANDS`.
 
     Attributes
     ----------
     app : Typer application of this command alone.
-    after : the command of the core behind which the help shows it.
+    after : the command of `PANELS` behind which the help shows it.
     """
 
     app: typer.Typer
     after: str
 
 
+LATER: Final[dict[str, Callable[[], Added]]] = {}
+"""What loads each command of the table of `gaitval.cli`, by its name."""
+
+
 class _Commands(Group):
     """Orders the commands, and turns errors that a user can fix into a message and an exit code.
 
-    A command of a wing is loaded when it is called, or when all are asked for.
+    A command of `LATER` is loaded when it is called, or when all are asked for.
     """
 
     @property
     def commands(self) -> MutableMapping[str, Any]:
-        """The core's and those of the wings that can be loaded, in the order of the help."""
+        """All that can be loaded, in the order of the help."""
         order = [name for names in PANELS.values() for name in names]
-        for name in set(wings.names(wings.COMMANDS)) - set(self._loaded):
+        for name in self._later() - set(self._loaded):
             with suppress(ConfigurationError):  # said when it is called
                 self._load(name)
         # in reverse, so that those inserted behind one command end up in alphabetical order
@@ -202,12 +206,16 @@ class _Commands(Group):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """A command by its name; None if there is none."""
-        if cmd_name not in self._loaded and cmd_name in wings.names(wings.COMMANDS):
+        if cmd_name not in self._loaded and cmd_name in self._later():
             self._load(cmd_name)
         return self._loaded.get(cmd_name)
 
+    @staticmethod
+    def _later() -> set[str]:
+        return {*LATER, *plugins.names(plugins.COMMANDS)}
+
     def _load(self, name: str) -> None:
-        added: Added = wings.load(wings.COMMANDS, name)
+        added = LATER[name]() if name in LATER else plugins.load(plugins.COMMANDS, name)
         self._loaded[name] = get_command(added.app)
         self._loaded[name].name = name
         self._loaded[name].rich_help_panel = panel_of(added.after)  # a group has none of its own
@@ -388,8 +396,8 @@ def command(
 def added_command(
     *examples: str, after: str, complete: Callable[[Function], Function] | None = None
 ) -> Callable[[Function], Added]:
-    """Make a wing's command of a function, shown in the help behind the core's command `after`;
-    `complete` as `command` takes it.
+    """Make a command that is loaded later of a function, shown in the help behind the command
+    `after`; `complete` as `command` takes it.
     """
 
     def make(function: Function) -> Added:

@@ -359,8 +359,8 @@ def print_import(found: "Import") -> None:
 
 def print_import_verdict(found: "Import") -> None:
     """Print the last lines of the import `found`: what the plates carried, and failed limits."""
-    from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
     from gaitval.importing.summary import limit_rows
+    from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
 
     rows = limit_rows(found)
     if found.weight_ratio is not None:

@@ -7,11 +7,11 @@ import pytest
 import warp as wp
 from simulation_fixtures import task_of_subject
 
+from gaitval.apps.accelerator.walkers import AcceleratedWalkers, _bodies
 from gaitval.constants import GRAVITY
 from gaitval.errors import ConfigurationError
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.simulation.walker import Trajectory, Walker
-from gaitval.apps.accelerator.walkers import AcceleratedWalkers, _bodies
 
 COUNT = 6
 DEVICES = [device.alias for device in wp.get_devices()]

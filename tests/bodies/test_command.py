@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from gaitval.cli.body import _check_same
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.cli.body import _check_same
 
 
 def test_a_session_of_somebody_else_is_refused():

@@ -9,13 +9,6 @@ from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_fit import BodyPosterior
-from gaitval.identification.prior import prior_sd
-from gaitval.model.body import SEGMENTS
-from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.model.tree import ROOT_DOFS, segment_frames
-from gaitval.scaling.joint_centres import locate, measure
-from gaitval.scaling.measurements import with_fitted_lengths
-from gaitval.scaling.scaling import scale_subject
 from gaitval.identification.joints import (
     ANKLE,
     KNEE,
@@ -26,7 +19,14 @@ from gaitval.identification.joints import (
     lengths,
     with_joints,
 )
+from gaitval.identification.prior import prior_sd
 from gaitval.identification.verdicts import IDENTIFIED
+from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.model.tree import ROOT_DOFS, segment_frames
+from gaitval.scaling.joint_centres import locate, measure
+from gaitval.scaling.measurements import with_fitted_lengths
+from gaitval.scaling.scaling import scale_subject
 
 SUBJECT = load_subject("S05")
 MODEL = scale_subject(SUBJECT).model

@@ -9,16 +9,15 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.identification import begin
+from gaitval.identification import begin, methods
+from gaitval.identification.methods import WIDE, _bounded
+from gaitval.identification.offsets import offset_of
 from gaitval.identification.prior import prior_sd
-from gaitval.metrics.identified_body import identified_model
+from gaitval.metrics.identified_body import MOST, identified_model, with_legs
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
 from gaitval.study import stages
-from gaitval.identification import methods
-from gaitval.identification.methods import MOST, WIDE, _bounded, with_legs
-from gaitval.identification.offsets import offset_of
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from body_result import MODEL, made_up
 
+from gaitval.identification.body_words import sentences
 from gaitval.reporting.body_page import tables, write_body_page
-from gaitval.reporting.body_words import sentences
 
 
 def test_sentences_come_before_the_picture_and_the_tables(tmp_path: Path) -> None:

@@ -10,10 +10,10 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, SharedFit, identified
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.dynamic_fit import weighted_laws
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, SharedFit, identified
 
 CONFIGURATION = load_configuration()
 

@@ -10,15 +10,15 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.identification.body_words import sentences
+from gaitval.identification.methods import WORDS
+from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import write_urdf
+from gaitval.reporting.body_bars import bars, in_words
 from gaitval.reporting.report import _parameters
 from gaitval.study import body_stage
-from gaitval.reporting.body_bars import bars, in_words
-from gaitval.identification.methods import WORDS
-from gaitval.identification.offsets import offset_of
-from gaitval.reporting.body_words import sentences
 
 STORED = Path(__file__).resolve().parents[2] / "reports" / "S05" / "baseline" / "metrics.json"
 
@@ -57,7 +57,9 @@ def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
 
 def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written, monkeypatch):
     folder, found = written
-    monkeypatch.setattr("gaitval.identification.shared_errors.identified", None)  # is not asked again
+    monkeypatch.setattr(
+        "gaitval.identification.shared_errors.identified", None
+    )  # is not asked again
     (folder / body_stage.FOUND).parent.mkdir(parents=True)
     write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
     before, *_ = body_stage.shown(folder)

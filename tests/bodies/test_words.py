@@ -3,7 +3,7 @@
 import pytest
 from body_result import MODEL, made_up
 
-from gaitval.reporting.body_words import NEXT, next_trials, sentences
+from gaitval.identification.body_words import NEXT, next_trials, sentences
 
 
 def test_the_legs_are_said_in_centimetres_before_and_after():

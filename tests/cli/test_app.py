@@ -19,18 +19,18 @@ from stage_order import STAGES
 from typer.testing import CliRunner
 
 from gaitval import __version__
+from gaitval.apps.regression import regression
 from gaitval.artefacts import read_json, write_json, write_text
-from gaitval.terminal import app as cli
-from gaitval.terminal import display
 from gaitval.cli import study
+from gaitval.datasets import archive
+from gaitval.datasets.download import Progress
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import BESIDE
-from gaitval.datasets import archive
-from gaitval.datasets.download import Progress
-from gaitval.apps.regression import regression
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
 
 HEAVY = {
     *("torch", "dartpy", "numba", "numpy", "pandas", "matplotlib", "scipy", "ezc3d", "cma"),
@@ -465,7 +465,8 @@ def test_check_passes_where_nothing_was_lost(
         return [row("kept", 4.1)]
 
     monkeypatch.setattr(
-        "gaitval.apps.regression.baseline.walk_again", lambda *_, **options: asserted(options, quick=quick)
+        "gaitval.apps.regression.baseline.walk_again",
+        lambda *_, **options: asserted(options, quick=quick),
     )
     monkeypatch.setattr(regression, "compare", compare)
     given = stored.parent if folder else stored
@@ -544,7 +545,9 @@ def test_a_check_is_kept_in_a_history_also_where_it_fails(
 def test_a_file_that_is_no_history_ends_a_check_before_it_walks(
     stored: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plain_messages: io.StringIO
 ) -> None:
-    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: pytest.fail("walks"))
+    monkeypatch.setattr(
+        "gaitval.apps.regression.baseline.walk_again", lambda *_, **__: pytest.fail("walks")
+    )
     file = tmp_path / "accuracy.db"
     file.write_text("accuracy\n" * 1000)
     result = gaitval("check", "--baseline", str(stored), "--history", str(file))
@@ -560,7 +563,9 @@ REPORTS = Path(__file__).parents[2] / "reports"
 def _compared(monkeypatch: pytest.MonkeyPatch, worse: float, tmp_path: Path) -> tuple[str, ...]:
     """Arguments of `compare` with a run whose epsilon is worse than the stored one; without the
     page, which has tests of its own."""
-    monkeypatch.setattr("gaitval.apps.regression.comparison_page.write_comparison", lambda *_, **__: None)
+    monkeypatch.setattr(
+        "gaitval.apps.regression.comparison_page.write_comparison", lambda *_, **__: None
+    )
     stored = REPORTS / "S05" / "baseline"
     metrics = read_json(stored / "metrics.json")
     for each in metrics["measures"]:

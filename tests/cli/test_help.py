@@ -10,14 +10,14 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
+from gaitval.apps.regression.stored_baselines import find_baseline
+from gaitval.configuration import load_configuration
+from gaitval.datasets.sample import SAMPLE
+from gaitval.datasets.subject_file import load_subject
 from gaitval.terminal import app as cli
 from gaitval.terminal import display
-from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
 from gaitval.wings import COMMANDS as WINGS
 from gaitval.wings import names
-from gaitval.datasets.sample import SAMPLE
-from gaitval.apps.regression.stored_baselines import find_baseline
 
 ROOT: Any = get_command(cli.app)
 

@@ -7,12 +7,12 @@ import shutil
 import numpy as np
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError, RecordError
-from gaitval.mocap.reading import read_recording
 from gaitval.apps.cohort.all_data import virtual_people, wbds_studies
 from gaitval.datasets import wbds_archive
+from gaitval.datasets.subject_file import load_subject
 from gaitval.datasets.wbds_archive import holdings, stride_time, trial_values
+from gaitval.errors import ConfigurationError, RecordError
+from gaitval.mocap.reading import read_recording
 
 INFO = (
     "Subject", "FileName", "AgeGroup", "Age", "Height", "Mass", "Gender", "Dominance", "LegLength",

@@ -17,15 +17,14 @@ import quick_study
 from distributed import Client, LocalCluster
 from killed_cohort import SUPPORT, environment
 
-from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.apps.cohort import cluster
-from gaitval.apps.cohort import task
+from gaitval.apps.cohort import cluster, task
 from gaitval.apps.cohort.answers import outcome_of
 from gaitval.apps.cohort.cluster import client_of
 from gaitval.apps.cohort.engine import outcomes_of, run_cohort
 from gaitval.apps.cohort.results import tables_of
 from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
 from gaitval.apps.cohort.table import Study
+from gaitval.errors import ArtefactError, ConfigurationError
 
 KINDS = ("scheduler", "worker", "nanny")
 WAYS = ("plain", "no certificate", "another certificate")

@@ -6,12 +6,11 @@ import pytest
 from killed_cohort import environment
 from typer.testing import CliRunner
 
-from gaitval.terminal import display
-from gaitval.terminal.app import app
-from gaitval.apps.cohort import command
-from gaitval.apps.cohort import engine
+from gaitval.apps.cohort import command, engine
 from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.table import read_table
+from gaitval.terminal import display
+from gaitval.terminal.app import app
 
 
 @pytest.fixture

@@ -12,14 +12,12 @@ import pytest
 from killed_cohort import environment
 
 from gaitval import partial_files
-from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.apps.cohort import cluster
-from gaitval.apps.cohort import engine
-from gaitval.apps.cohort import task
+from gaitval.apps.cohort import cluster, engine, task
 from gaitval.apps.cohort.engine import require, run_cohort
 from gaitval.apps.cohort.process import FORKS
 from gaitval.apps.cohort.store import FINISHED, LOG, SUMMARY
 from gaitval.apps.cohort.table import Study
+from gaitval.errors import ConfigurationError, GaitvalError
 
 pytestmark = pytest.mark.slow  # `test_command.py` runs a cohort in every run of the tests
 
@@ -204,9 +202,8 @@ def test_a_worker_that_ends_takes_its_study_with_it(tmp_path, monkeypatch):
     import subprocess
     import time
 
-    script = (
-        f"from gaitval.apps.cohort.task import run_order; run_order({order(tmp_path, 'c_sleep20')!r})"
-    )
+    work = order(tmp_path, "c_sleep20")
+    script = f"from gaitval.apps.cohort.task import run_order; run_order({work!r})"
     worker = subprocess.Popen([sys.executable, "-c", script], env=environment())
     end = time.monotonic() + 60
     while not (tmp_path / "c_sleep20" / "step0.txt").exists() and time.monotonic() < end:

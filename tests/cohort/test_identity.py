@@ -2,7 +2,6 @@
 
 import pytest
 
-from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.apps.cohort.identity import (
     configuration_of,
     fingerprint,
@@ -10,6 +9,7 @@ from gaitval.apps.cohort.identity import (
     settings_hash,
 )
 from gaitval.apps.cohort.table import Study, Virtual
+from gaitval.errors import ConfigurationError, SubjectError
 
 
 def of(**values):
@@ -81,7 +81,9 @@ def test_virtual_people_differ():
 
 def test_the_code_of_the_study_counts(monkeypatch):
     before = of(subject="5")
-    monkeypatch.setattr("gaitval.apps.cohort.identity.code_of", lambda function, *packages: {"a": "b"})
+    monkeypatch.setattr(
+        "gaitval.apps.cohort.identity.code_of", lambda function, *packages: {"a": "b"}
+    )
     assert of(subject="5") != before
 
 

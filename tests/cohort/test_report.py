@@ -9,14 +9,14 @@ import pandas as pd
 import pytest
 import quick_study
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.reporting.page import write_html
-from gaitval.study.stored_policy import stored_baseline
 from gaitval.apps.cohort.report import context_of, strategies, write_report
 from gaitval.apps.cohort.results import COLUMNS, people_of, records_of, tables_of
 from gaitval.apps.cohort.store import SUMMARY, Store
 from gaitval.apps.cohort.study import summary_of
+from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.reporting.page import write_html
+from gaitval.study.stored_policy import stored_baseline
 
 
 def outcome(name, status="finished", reason=""):

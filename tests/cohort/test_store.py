@@ -12,9 +12,9 @@ import quick_study
 from killed_cohort import environment
 from moto.server import ThreadedMotoServer
 
-from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.apps.cohort import task
 from gaitval.apps.cohort.store import FINISHED, LOG, SUMMARY, Store, alone
+from gaitval.errors import ArtefactError, ConfigurationError
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitval.errors import ConfigurationError
 from gaitval.apps.cohort.table import Study, read_table, with_settings, write_table
+from gaitval.errors import ConfigurationError
 
 
 def written(folder, text, name="table.csv"):

@@ -3,14 +3,14 @@
 import pytest
 import quick_study
 
-from gaitval.artefacts import write_json
-from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError
 from gaitval.apps.cohort.answers import Summary
 from gaitval.apps.cohort.identity import record_parts
 from gaitval.apps.cohort.table import Study
 from gaitval.apps.cohort.worn import figures, identity_of, wearing
 from gaitval.apps.devices import results
+from gaitval.artefacts import write_json
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
 
 PERSON = load_subject(5)
 

@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 from simulation_fixtures import random_state
 
 from gaitval.inverse.motion_rates import cardan_coordinates
+from gaitval.inverse.residual_derivatives import marker_metric, moved_by
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames, tree_arrays
-from gaitval.inverse.residual_derivatives import marker_metric, moved_by
 
 
 def test_markers_move_with_the_coordinates_as_the_metric_says():

@@ -11,11 +11,11 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR
 from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics, residuals
+from gaitval.inverse.residual_derivatives import MASS_GROUPS
+from gaitval.inverse.residual_reduction import ReductionSettings, reduce_residuals
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.inverse.residual_derivatives import MASS_GROUPS
-from gaitval.inverse.residual_reduction import ReductionSettings, reduce_residuals
 
 LEGS = [s for s in SEGMENTS if s.split("_")[0] in ("pelvis", "thigh", "shank", "foot")]
 UPPER = [s for s in SEGMENTS if s.split("_")[0] in ("torso", "upper", "forearm")]

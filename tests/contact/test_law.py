@@ -14,10 +14,10 @@ from gaitval.contact.forces import ground_forces
 from gaitval.contact.law import LAWS, contact_law, sphere_force
 from gaitval.lanes import WIDTH
 from gaitval.model.tree import tree_arrays
+from gaitval.opensim.osim import write_osim
 from gaitval.simulation.side_by_side import SideBySide
 from gaitval.simulation.walker import Walker
 from gaitval.study.unread import unread
-from gaitval.opensim.osim import write_osim
 
 R = 0.02
 

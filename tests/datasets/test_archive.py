@@ -23,14 +23,12 @@ import pytest
 import requests
 from pooch.downloaders import FigshareRepository
 
-from gaitval.errors import ArchiveError, GaitvalError
-from gaitval.datasets import archive
-from gaitval.datasets import download
-from gaitval.datasets import unpacking
+from gaitval.datasets import archive, download, unpacking
 from gaitval.datasets import repository as repository_module
 from gaitval.datasets.archive import datasets, fetch, fetch_dataset
 from gaitval.datasets.download import CHUNK
 from gaitval.datasets.registry import ArchiveFile, Dataset, registry
+from gaitval.errors import ArchiveError, GaitvalError
 
 
 def zip_of(members: dict[str, bytes]) -> bytes:

@@ -3,12 +3,12 @@
 import pandas as pd
 import pytest
 
+from gaitval.apps.cohort.results import people_of
 from gaitval.datasets.identity import identity, with_identity
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
 from gaitval.errors import SubjectError
 from gaitval.prediction.population import other_people
-from gaitval.apps.cohort.results import people_of
 
 PERSON = load_subject("S05")
 FIELDS = ("person =", "trial =", "laboratory =", "source =", "identifier =")

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from gaitval.coordinates import SIDES
+from gaitval.datasets import wbds, wbds_files
 from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subject
 from gaitval.errors import RecordError
 from gaitval.gait import mean_curves
 from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES
-from gaitval.datasets import wbds
-from gaitval.datasets import wbds_files
 
 HEADERS = {
     "ang": ["Time", *(side + name for side in "RL" for name in wbds_files._ANGLES)],

@@ -3,18 +3,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
+from gaitval.apps.devices.curves import walk_curves
+from gaitval.apps.devices.page import strap_loads
+from gaitval.apps.devices.study import Outcome
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.metrics.cycles import find_cycles
 from gaitval.model.body import SEGMENTS
+from gaitval.model.devices.device import Device, load_devices
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, segment_frames
-from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
-from gaitval.apps.devices.curves import walk_curves
-from gaitval.model.devices.device import Device, load_devices
-from gaitval.apps.devices.page import strap_loads
-from gaitval.apps.devices.study import Outcome
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 
 CYCLES = 8.0
 

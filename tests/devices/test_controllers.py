@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from gaitval.apps.devices.walking import DeviceWalker, with_devices
 from gaitval.coordinates import COORDINATES
-from gaitval.model.tree import segment_frames
 from gaitval.model.devices.controllers import (
     GravityCompensation,
     Impedance,
@@ -16,7 +16,7 @@ from gaitval.model.devices.controllers import (
     VirtualConstraint,
 )
 from gaitval.model.devices.device import CARRIED, Device
-from gaitval.apps.devices.walking import DeviceWalker, with_devices
+from gaitval.model.tree import segment_frames
 
 MOTOR = {
     "torque": 200.0,

@@ -8,8 +8,6 @@ from gaitval import wings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
-from gaitval.model.urdf import write_urdf
-from gaitval.scaling.scaling import scale_subject
 from gaitval.model.devices.composite import part_place
 from gaitval.model.devices.device import (
     Device,
@@ -20,6 +18,8 @@ from gaitval.model.devices.device import (
     write_devices,
 )
 from gaitval.model.devices.drawn import WORN, drawn, shapes, solid, worn_in
+from gaitval.model.urdf import write_urdf
+from gaitval.scaling.scaling import scale_subject
 
 KEYS = {"segment", "kind", "position", "size", "turned"}
 LENGTHS = {"box": 3, "sphere": 1, "cylinder": 2}

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from gaitval.apps.devices.engines import ENGINES, differences, in_engines, passive_motion
 from gaitval.datasets.subject_file import load_subject
-from gaitval.scaling.scaling import scale_subject
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.device import load_devices
-from gaitval.apps.devices.engines import ENGINES, differences, in_engines, passive_motion
+from gaitval.scaling.scaling import scale_subject
 
 
 @pytest.fixture(scope="module")

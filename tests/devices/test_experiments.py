@@ -8,9 +8,7 @@ from made_curves import made_curves
 from newton_walk import newton_walk
 from scipy.stats import ttest_rel
 
-from gaitval.coordinates import SIDES
-from gaitval.apps.devices import experiments
-from gaitval.apps.devices import learning
+from gaitval.apps.devices import experiments, learning
 from gaitval.apps.devices.experiments import (
     ASSUMED,
     Paired,
@@ -22,6 +20,7 @@ from gaitval.apps.devices.experiments import (
     within,
 )
 from gaitval.apps.devices.study import Wearer
+from gaitval.coordinates import SIDES
 
 
 def test_every_quantity_has_a_source_a_device_and_a_band_around_its_value():

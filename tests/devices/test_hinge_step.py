@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from gaitval.apps.devices import hinge_step as column
-from gaitval.model.devices.device import Clutch, Hinge, Motor, Socket, Spring, Strap
 from gaitval.apps.devices.hinge_step import hinge_torque
 from gaitval.apps.devices.walking import command_noise, hinge_numbers
+from gaitval.model.devices.device import Clutch, Hinge, Motor, Socket, Spring, Strap
 
 STEP = 0.0005
 

@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitval.configuration import Configuration
 from gaitval.apps.devices import learning
-from gaitval.model.devices.device import load_devices
 from gaitval.apps.devices.learning import adapt, adaptation_settings, varied
 from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval.configuration import Configuration
+from gaitval.model.devices.device import load_devices
 
 
 def test_a_varied_device_differs_a_little_and_is_still_a_device():

@@ -7,13 +7,13 @@ import pytest
 from quick_settings import QUICK
 
 from gaitval import wings
+from gaitval.apps.devices import of_subject
+from gaitval.apps.devices.sound_leg import check_side
 from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.study.stage import Observer, Run, open_run
-from gaitval.apps.devices import of_subject
-from gaitval.apps.devices.sound_leg import check_side
 
 EXO = """
 [[devices]]

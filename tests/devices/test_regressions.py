@@ -3,11 +3,11 @@
 import pytest
 from made_curves import made_curves
 
-from gaitval.configuration import Configuration
 from gaitval.apps.devices import regressions
-from gaitval.model.devices.device import shipped_device
 from gaitval.apps.devices.regressions import REGRESSIONS, change, powers, said_of
 from gaitval.apps.devices.study import Outcome
+from gaitval.configuration import Configuration
+from gaitval.model.devices.device import shipped_device
 
 COM, JOINT, ANKLE = REGRESSIONS
 

@@ -10,11 +10,11 @@ from PIL import Image
 
 from evidence.browser import FLAGS
 from gaitval.apps.devices import study
-from gaitval.model.devices.device import load_devices, write_devices
-from gaitval.model.devices.drawn import WORN
 from gaitval.apps.devices.page import write_report
 from gaitval.apps.devices.replayed import replayed
 from gaitval.apps.devices.study import Wearer, outcomes
+from gaitval.model.devices.device import load_devices, write_devices
+from gaitval.model.devices.drawn import WORN
 
 DRAWN = "performance.getEntriesByName('replay-first-frame').length > 0"
 GO = """(percent) => {

@@ -9,12 +9,7 @@ import pytest
 from html_page import only_html, pdf_in_ci
 
 from gaitval import wings
-from gaitval.artefacts import read_json, write_json
-from gaitval.errors import ArtefactError
-from gaitval.apps.devices import results
-from gaitval.apps.devices import study
-from gaitval.model.devices.device import load_devices, write_devices
-from gaitval.model.devices.drawn import WORN
+from gaitval.apps.devices import results, study
 from gaitval.apps.devices.results import (
     MARGINS,
     RESULT,
@@ -26,6 +21,10 @@ from gaitval.apps.devices.results import (
     write_side_by_side,
 )
 from gaitval.apps.devices.study import Wearer, outcomes
+from gaitval.artefacts import read_json, write_json
+from gaitval.errors import ArtefactError
+from gaitval.model.devices.device import load_devices, write_devices
+from gaitval.model.devices.drawn import WORN
 
 
 @pytest.fixture(scope="module")

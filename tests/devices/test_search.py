@@ -5,12 +5,7 @@ import numpy as np
 import pytest
 from made_curves import made_curves
 
-from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.storage import NETWORK, Policy
 from gaitval.apps.devices import search
-from gaitval.model.devices.aim import Aim
-from gaitval.model.devices.device import load_devices
 from gaitval.apps.devices.search import (
     asymmetry,
     lost_after_pushes,
@@ -21,6 +16,11 @@ from gaitval.apps.devices.search import (
     value,
 )
 from gaitval.apps.devices.study import Wearer
+from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.model.devices.aim import Aim
+from gaitval.model.devices.device import load_devices
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.storage import NETWORK, Policy
 
 
 def quadratic(x):

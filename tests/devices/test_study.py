@@ -3,14 +3,13 @@ import pytest
 from html_page import whole_pdf
 from made_curves import made_curves
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError, SubjectError
-from gaitval.apps.devices import command
-from gaitval.apps.devices import study
-from gaitval.model.devices.device import load_devices
+from gaitval.apps.devices import command, study
 from gaitval.apps.devices.page import LINES, _figure, strap_loads, write_report
 from gaitval.apps.devices.results import figures_of
 from gaitval.apps.devices.study import Outcome, Wearer, outcomes, wearer
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.model.devices.device import load_devices
 
 
 @pytest.fixture(scope="module")

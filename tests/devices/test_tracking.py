@@ -1,8 +1,8 @@
 import numpy as np
 
-from gaitval.model.devices.device import Motor, load_devices
 from gaitval.apps.devices.tracking import lagged, torque_errors
 from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
+from gaitval.model.devices.device import Motor, load_devices
 
 
 def test_a_lag_is_of_first_order():

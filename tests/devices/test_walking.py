@@ -2,16 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gaitval.contact.forces import ground_forces
-from gaitval.coordinates import ACTUATED, COORDINATES
-from gaitval.model.body import SEGMENTS
-from gaitval.model.parameters import apply_parameters
-from gaitval.model.tree import segment_frames
-from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import record_rollout
-from gaitval.simulation.mujoco_body import mjcf
 from gaitval.apps.devices import hinge_step
-from gaitval.model.devices.device import Device, Motor, Socket, Spring, load_devices
 from gaitval.apps.devices.walking import (
     DeviceEnvironment,
     command_noise,
@@ -19,7 +10,16 @@ from gaitval.apps.devices.walking import (
     walk_with,
     with_devices,
 )
+from gaitval.contact.forces import ground_forces
+from gaitval.coordinates import ACTUATED, COORDINATES
+from gaitval.model.body import SEGMENTS
+from gaitval.model.devices.device import Device, Motor, Socket, Spring, load_devices
+from gaitval.model.parameters import apply_parameters
+from gaitval.model.tree import segment_frames
+from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.ground_wrenches import ground_wrenches
+from gaitval.simulation.mujoco_body import mjcf
 
 MOTOR = {"torque": 50.0, "speed": 50.0, "power": 5000.0, "bandwidth": 1000.0}
 

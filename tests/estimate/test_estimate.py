@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
 from gaitval.prediction.deviations import (
     KINETICS,
     Deviation,
@@ -16,6 +15,7 @@ from gaitval.prediction.deviations import (
     stored_fits,
 )
 from gaitval.prediction.estimate import LEVERS, _blocks, _levered, estimate
+from gaitval.prediction.normal_form import SAMPLES, NormalForm, normal_form
 
 NAN = float("nan")
 

@@ -10,11 +10,11 @@ import pytest
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.prediction.deviations import kinetics_of
 from gaitval.prediction.normal_form import normal_form
+from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, PAGE, TABLE, asked, of_run, stage
 from gaitval.study.stage import Observer, open_run, run_stage, why_run
 from gaitval.study.stages import reference_stage, scale_stage
-from gaitval.prediction.deviations import kinetics_of
-from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, PAGE, TABLE, asked, of_run, stage
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 

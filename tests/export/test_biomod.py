@@ -8,12 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from simulation_fixtures import mujoco_mass_matrix
 
-from gaitval.coordinates import RANGES
-from gaitval.inverse.marked_body import marker_positions
-from gaitval.simulation.mujoco_body import MujocoBody
 from gaitval.apps.export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import Walked
+from gaitval.coordinates import RANGES
+from gaitval.inverse.marked_body import marker_positions
+from gaitval.simulation.mujoco_body import MujocoBody
 
 biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")
 

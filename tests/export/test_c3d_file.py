@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
+from gaitval.apps.export.virtual_markers import JOINT_CENTRES
+from gaitval.apps.export.walked import Walked
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
-from gaitval.apps.export.virtual_markers import JOINT_CENTRES
-from gaitval.apps.export.walked import Walked
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.terminal.app import GaitvalError
 from gaitval.apps.export import walked as walked_module
 from gaitval.apps.export.command import export
 from gaitval.apps.export.mujoco_folder import FILES
 from gaitval.apps.export.walked import Walked
+from gaitval.terminal.app import GaitvalError
 
 
 @pytest.fixture(autouse=True)

@@ -13,10 +13,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import gaitval.apps.export.environment
-from gaitval.errors import SubjectError
 from gaitval.apps.export.environment import NAME, WalkerEnvironment
 from gaitval.apps.export.training_folder import write_training
 from gaitval.apps.export.walked import Walked
+from gaitval.errors import SubjectError
 
 
 @pytest.fixture(autouse=True)

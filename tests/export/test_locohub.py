@@ -6,13 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gaitval.coordinates import COORDINATES
-from gaitval.datasets.subject_file import load_subject
-from gaitval.gait.sampling import interpolated
-from gaitval.model.body import SEGMENTS
-from gaitval.model.rotations import pelvis_rotation
-from gaitval.model.tree import segment_frames
-from gaitval.scaling.scaling import scale_subject
 from gaitval.apps.export.locohub import (
     POINTS,
     _name,
@@ -22,6 +15,13 @@ from gaitval.apps.export.locohub import (
     write_locohub,
 )
 from gaitval.apps.export.walked import Walked
+from gaitval.coordinates import COORDINATES
+from gaitval.datasets.subject_file import load_subject
+from gaitval.gait.sampling import interpolated
+from gaitval.model.body import SEGMENTS
+from gaitval.model.rotations import pelvis_rotation
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.scaling import scale_subject
 
 SIDED = (
     *(f"{joint}_{kind}_{{}}_{unit}"

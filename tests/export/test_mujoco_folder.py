@@ -13,12 +13,12 @@ import pytest
 from safetensors.numpy import load_file
 
 from evidence.page import angles_in_mujoco
-from gaitval.constants import GRAVITY
-from gaitval.coordinates import ACTUATED, RANGES
-from gaitval.policy.environment import WalkingEnvironment
 from gaitval.apps.export import walk as plain
 from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
 from gaitval.apps.export.walked import Walked
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, RANGES
+from gaitval.policy.environment import WalkingEnvironment
 
 NO_CONTACT = mujoco.mjtDisableBit.mjDSBL_CONTACT
 

@@ -8,17 +8,17 @@ import pytest
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
 from evidence.opensim_motion import read_motion
-from gaitval.coordinates import ACTUATED
-from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.mocap.force_plates import UNLOADED_N
-from gaitval.mocap.mot import read_ground_reaction, read_storage
-from gaitval.simulation.ground_wrenches import ground_wrenches
-from gaitval.opensim.coordinates import TO_OPENSIM
-from gaitval.opensim.osim import BODIES
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.virtual_markers import JOINT_CENTRES
 from gaitval.apps.export.walked import Walked
 from gaitval.apps.judge.opensim.model_file import read_model
+from gaitval.coordinates import ACTUATED
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.mocap.force_plates import UNLOADED_N
+from gaitval.mocap.mot import read_ground_reaction, read_storage
+from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.osim import BODIES
+from gaitval.simulation.ground_wrenches import ground_wrenches
 
 INSIDE = slice(50, -50)
 """Both differentiate by splines, which are free at the ends."""

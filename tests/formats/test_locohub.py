@@ -10,12 +10,12 @@ from locohub_files import PERSON, PHASE, data_set
 from typer.testing import CliRunner
 
 from gaitval.coordinates import SIDES
+from gaitval.datasets.locohub import read_locohub_trials, resampled
+from gaitval.datasets.locohub_subject import Given, mean_curves, write_subjects
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.gait.record import REQUIRED_ANGLES
 from gaitval.gait.sampling import SAMPLES
-from gaitval.datasets.locohub import read_locohub_trials, resampled
-from gaitval.datasets.locohub_subject import Given, mean_curves, write_subjects
 
 
 def assert_is_subject_5(path: Path, tolerance: float = 1e-6) -> None:

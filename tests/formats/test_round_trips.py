@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from evidence.opensim_motion import read_motion
-from gaitval.mocap.force_plates import UNLOADED_N
-from gaitval.mocap.reading import read_recording
-from gaitval.mocap.trc_writing import write_trc
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
-from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.apps.export.locohub import locohub_frame, write_locohub
-from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
 from gaitval.apps.export.walked import Walked
 from gaitval.datasets.locohub import POINTS, read_locohub_trials
+from gaitval.mocap.c3d_writing import write_c3d
+from gaitval.mocap.force_plates import UNLOADED_N
+from gaitval.mocap.reading import read_recording
+from gaitval.mocap.trc_writing import write_trc
+from gaitval.opensim.coordinates import TO_OPENSIM
 
 EQUAL = 1e-6
 

@@ -39,8 +39,8 @@ from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.foot_markers import facing
 from gaitval.mocap.recording import Event, FootForces
-from gaitval.session.trial import require_cycles
 from gaitval.mocap.wbds_text import read_wbds_markers
+from gaitval.session.trial import require_cycles
 
 PROCESSING = ProcessingSettings()
 

@@ -13,13 +13,19 @@ from quick_settings import QUICK
 
 import gaitval as gv
 from gaitval import artefacts
+from gaitval.apps.regression import baseline
+from gaitval.apps.regression.baseline import (
+    TIMES,
+    WALKING,
+    store_baseline,
+    stored_metrics,
+    walk_again,
+)
+from gaitval.apps.regression.seal import SEAL, read_seal
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.errors import ArtefactError
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import Observer
-from gaitval.apps.regression import baseline
-from gaitval.apps.regression.baseline import TIMES, WALKING, store_baseline, stored_metrics, walk_again
-from gaitval.apps.regression.seal import SEAL, read_seal
 
 REPORTS = Path(__file__).parents[2] / "reports"
 

@@ -7,13 +7,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.terminal import display
-from gaitval.terminal.app import app
+from gaitval.apps.devices import results
+from gaitval.apps.regression import baseline, history
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
-from gaitval.apps.devices import results
-from gaitval.apps.regression import baseline
-from gaitval.apps.regression import history
+from gaitval.terminal import display
+from gaitval.terminal.app import app
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

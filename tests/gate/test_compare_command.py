@@ -9,10 +9,10 @@ import pytest
 from html_page import only_html
 from typer.testing import CliRunner
 
+from gaitval.apps.devices.results import VERSION
 from gaitval.artefacts import read_json, write_json
 from gaitval.terminal import display
 from gaitval.terminal.app import app
-from gaitval.apps.devices.results import VERSION
 
 REPORTS = Path(__file__).parents[2] / "reports"
 WALK = REPORTS / "S05" / "baseline"

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gaitval.apps.regression.compare_command import _flip_line
 from html_page import Page, only_html, pdf_in_ci, without_figures
 
-from gaitval.metrics.groups import group_rows
-from gaitval.metrics.results import metrics_from, read_metrics
-from gaitval.reporting.drawing import WIDTH
-from gaitval.reporting.words import number
-from gaitval.apps.regression.compare_command import _flip_line
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
+from gaitval.metrics.groups import group_rows
+from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.number_text import number
+from gaitval.reporting.drawing import WIDTH
 
 REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"

@@ -6,12 +6,6 @@ from typing import Any
 
 import pytest
 
-from gaitval.artefacts import file_hash, read_json, write_json, write_text
-from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ArtefactError
-from gaitval.study.run import plan
-from gaitval.study.stage import Run
 from gaitval.apps.regression.finished import (
     IN_ROUNDS,
     LAST,
@@ -20,6 +14,12 @@ from gaitval.apps.regression.finished import (
     read_records,
     why_unfinished,
 )
+from gaitval.artefacts import file_hash, read_json, write_json, write_text
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ArtefactError
+from gaitval.study.run import plan
+from gaitval.study.stage import Run
 
 MakeRun = Callable[..., Path]
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.errors import ArtefactError
 from gaitval.apps.regression import history
 from gaitval.apps.regression.history import Check, Figure
 from gaitval.apps.regression.regression import Row
+from gaitval.errors import ArtefactError
 
 FIGURE = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
 CHECK = Check(

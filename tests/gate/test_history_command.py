@@ -7,10 +7,10 @@ import pytest
 from html_page import only_html
 from typer.testing import CliRunner
 
-from gaitval.terminal import display
-from gaitval.terminal.app import app
 from gaitval.apps.regression import history
 from gaitval.apps.regression.history import Check, Figure
+from gaitval.terminal import display
+from gaitval.terminal.app import app
 
 COMMITS = ("1234e67a", "1235e671")
 """Of the first and of the last checks; the last looks like a number."""

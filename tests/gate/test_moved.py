@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.terminal import display
-from gaitval.errors import ToleranceError
 from gaitval.apps.regression.moved import judge_moved
 from gaitval.apps.regression.regression import Outcome, Row
+from gaitval.errors import ToleranceError
+from gaitval.terminal import display
 
 
 def row(change: Outcome) -> Row:

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitval.metrics.results import read_metrics
 from gaitval.apps.regression import pair_grids
 from gaitval.apps.regression.versions import Pair, StoredWalk, matched
+from gaitval.metrics.results import read_metrics
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 PERCENT = np.arange(101)

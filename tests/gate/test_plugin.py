@@ -3,10 +3,10 @@
 import shutil
 from pathlib import Path
 
-from gaitval.metrics.results import read_metrics
 from gaitval.apps.regression import plugin
 from gaitval.apps.regression.baseline import changed_inputs, installed_code, seal_again
 from gaitval.apps.regression.seal import read_seal, seal
+from gaitval.metrics.results import read_metrics
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

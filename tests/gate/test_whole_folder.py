@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from gaitval.apps.regression.whole_folder import writing_whole
 from gaitval.artefacts import write_text
 from gaitval.errors import ArtefactError
-from gaitval.apps.regression.whole_folder import writing_whole
 
 FILES = ("a.txt", "sub/b.txt", "z.txt")
 

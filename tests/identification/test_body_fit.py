@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from simulation_fixtures import changed
 
+from gaitval.apps.virtual.person import virtual_person
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import COORDINATES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import NUISANCES, BodyFit, angle_sd
+from gaitval.identification.combinations import combinations, judged_combinations
+from gaitval.identification.posterior import PROFILE_STEPS, Profile, identify, profiles
 from gaitval.identification.prior import prior_sd
 from gaitval.identification.unidentified import unidentified
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
@@ -21,9 +24,6 @@ from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import consistent_reference, weighted_laws
 from gaitval.reference.walking_laws import TRUNK
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.combinations import combinations, judged_combinations
-from gaitval.identification.posterior import PROFILE_STEPS, Profile, identify, profiles
-from gaitval.apps.virtual.person import virtual_person
 
 CONFIGURATION = load_configuration()
 GENERAL = Path(__file__).parents[2] / "reports" / "general"

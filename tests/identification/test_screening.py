@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitval.apps.virtual.screen_command import _shown
+from gaitval.apps.virtual.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.body_fit import BodyFit
+from gaitval.identification.posterior import Profile, identify
 from gaitval.identification.prior import prior_sd
 from gaitval.model.extended import EXTENDED, extended_body
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.reference.dynamic_fit import Solution, weighted_laws
 from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.posterior import Profile, identify
-from gaitval.apps.virtual.screen_command import _shown
-from gaitval.apps.virtual.screening import KINDS, NAMES, UNITS, Screened, effects_of, table
 
 CONFIGURATION = load_configuration()
 GENERAL = Path(__file__).parents[2] / "reports" / "general"

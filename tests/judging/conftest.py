@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from known_walk import KnownWalk, known_walk
 
+from gaitval.apps.judge.judge import SAGITTAL, Request
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.datasets.subject_file import load_subject
@@ -22,7 +23,6 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
-from gaitval.apps.judge.judge import SAGITTAL, Request
 
 RATE = 100.0
 NOISE_M = 0.005

@@ -12,12 +12,6 @@ from html_page import pdf_in_ci
 from typer.testing import CliRunner
 
 import gaitval.apps.judge
-from gaitval.terminal import app as cli
-from gaitval.coordinates import RANGES
-from gaitval.errors import GaitvalError, RecordError
-from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
-from gaitval.mocap.mot import read_storage
-from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.apps.judge import gait
 from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, Request, judge
 from gaitval.apps.judge.loads import read_loads
@@ -26,6 +20,12 @@ from gaitval.apps.judge.moments import bands, speed_group
 from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
+from gaitval.coordinates import RANGES
+from gaitval.errors import GaitvalError, RecordError
+from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.mot_writing import StorageTable, write_storage
+from gaitval.terminal import app as cli
 
 NOISE_M = 0.005
 """Of the markers, see conftest.py."""
@@ -224,9 +224,9 @@ def test_residuals_are_found_in_newtons_and_as_a_share(everything, tmp_path):
 def test_a_residual_moment_is_a_vector_whatever_the_pelvis_does(everything, judged_files):
     """Generalised forces of tilted axes; the moment was put in about fixed ones."""
     from evidence.opensim_motion import from_opensim
-    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim
     from gaitval.apps.judge.opensim.model_file import read_model
     from gaitval.apps.judge.residuals import residual_wrench
+    from gaitval.opensim.coordinates import OPENSIM_COORDINATES, forces_to_opensim
 
     model = read_model(everything.model)
     random = np.random.default_rng(2)
@@ -455,7 +455,9 @@ def test_the_files_follow_the_schema_and_the_page_says_the_verdict(request, soun
         result = write_judgement(sound, tmp_path)
     assert result.passed
     stored = json.loads((tmp_path / "judge.json").read_text())
-    schema = json.loads((Path(gaitval.apps.judge.__file__).parent / "judge.schema.json").read_text())
+    schema = json.loads(
+        (Path(gaitval.apps.judge.__file__).parent / "judge.schema.json").read_text()
+    )
     jsonschema.validate(stored, schema)
     page = (tmp_path / "judge.html").read_text()
     assert re.search(r"All \d+ limits kept", page)

@@ -13,6 +13,7 @@ from safetensors.numpy import load
 from scipy.optimize import minimize
 from simulation_fixtures import changed
 
+from gaitval.apps.regression.baseline import walk_again
 from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES
@@ -43,7 +44,6 @@ from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
 from gaitval.study.stage import Observer
 from gaitval.study.stored_policy import general_walker
-from gaitval.apps.regression.baseline import walk_again
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.study.stored_policy import general_walker
 from gaitval.apps.live.person import Person
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.datasets.subject_file import load_subject
+from gaitval.study.stored_policy import general_walker
 
 QUICKER = 1.1
 

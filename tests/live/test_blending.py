@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitval.policy.environment import WalkingEnvironment
 from gaitval.apps.live.blending import Blend
+from gaitval.policy.environment import WalkingEnvironment
 
 
 @pytest.fixture

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitval.errors import RecordError
 from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear, doing_of, values_of
+from gaitval.errors import RecordError
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 from gaitval import wings
-from gaitval.errors import ArtefactError, RecordError
 from gaitval.apps.live.command import _check
 from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
 from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.errors import ArtefactError, RecordError
 
 DOINGS = (
     (40, Push(0.0, 150.0)),

@@ -11,9 +11,9 @@ from page_in_browser import chromium, overflow, violations
 
 from evidence.browser import FLAGS
 from gaitval import wings
-from gaitval.errors import ConfigurationError
 from gaitval.apps.live.page import _leading, served
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.errors import ConfigurationError
 
 
 def test_the_address_is_in_a_file_and_no_argument(tmp_path):

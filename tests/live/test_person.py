@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import pytest
 
 from gaitval import wings
-from gaitval.datasets.subject_file import load_subject
-from gaitval.study.predicted_tasks import range_speeds
-from gaitval.study.stage import Observer, Stage
 from gaitval.apps.live import person as live_person
 from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
 from gaitval.apps.live.person import folder_of, prepared
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.datasets.subject_file import load_subject
+from gaitval.study.predicted_tasks import range_speeds
+from gaitval.study.stage import Observer, Stage
 
 STAGE = Stage("range", lambda: None, (), ())
 

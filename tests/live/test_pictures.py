@@ -5,11 +5,11 @@ import struct
 
 import numpy as np
 
+from gaitval.apps.live.pictures import NUMBERS, message_of, scene_of
+from gaitval.apps.live.session import Session
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import segment_frames
-from gaitval.apps.live.pictures import NUMBERS, message_of, scene_of
-from gaitval.apps.live.session import Session
 
 
 def test_a_scene_is_json_with_every_segment_and_parameter(person, walk):

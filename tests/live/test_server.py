@@ -10,12 +10,12 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from gaitval.model.parameters import PARAMETERS
 from gaitval.apps.live.log import read_log, walk_again
 from gaitval.apps.live.page import served
 from gaitval.apps.live.pictures import NUMBERS
 from gaitval.apps.live.server import FILES, GREETING, MOST_BYTES, MOST_CONNECTIONS
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.model.parameters import PARAMETERS
 
 PUSH = json.dumps({"do": "push", "forward": 90.0, "left": 0.0})
 READS = ("", "live.js", "scene", "walk")

@@ -4,10 +4,10 @@ import time
 
 import pytest
 
-from gaitval.errors import ArtefactError
 from gaitval.apps.live.doing import Clock, Push
 from gaitval.apps.live.log import Replay, Writer, read_log
 from gaitval.apps.live.session import MOST_BEHIND, Session
+from gaitval.errors import ArtefactError
 
 
 class Watched:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gaitval import wings
+from gaitval.apps.live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed, Wear
+from gaitval.apps.live.walk import PUSH_SECONDS, LiveWalk
 from gaitval.configuration import PushSettings
 from gaitval.model.parameters import PARAMETERS
 from gaitval.policy.environment import WalkingEnvironment
-from gaitval.apps.live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed, Wear
-from gaitval.apps.live.walk import PUSH_SECONDS, LiveWalk
 
 
 def acted(walk, count):

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gaitval.cli.markers import markers
 from gaitval.errors import GaitvalError
 from gaitval.mocap import reading
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.landmarks import landmarks_of
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.cli.markers import markers
 
 
 @pytest.fixture(autouse=True)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gaitval.session.request import Request
 from gaitval.datasets.sample import copy_sample
+from gaitval.session.request import Request
 
 
 @pytest.fixture(scope="module")

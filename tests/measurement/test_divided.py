@@ -10,13 +10,13 @@ from evidence.measurement.one_plate import as_one, errors
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES
-from gaitval.errors import RecordError
-from gaitval.gait.filters import low_pass
-from gaitval.session import trial
-from gaitval.importing.importing import import_files
-from gaitval.session.request import ImportOptions
 from gaitval.datasets.sample import copy_sample
+from gaitval.errors import RecordError
 from gaitval.gait.divided import HEEL, LATE, TOES, _parts, _share, divided
+from gaitval.gait.filters import low_pass
+from gaitval.importing.importing import import_files
+from gaitval.session import trial
+from gaitval.session.request import ImportOptions
 
 
 def test_the_parts_add_up_and_their_forces_meet_with_the_sums():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from gaitval.checks.event_checks import contact_doubts
 from gaitval.gait.stored_events import event_doubts, stored_events
 from gaitval.mocap.recording import Event, FootForces
-from gaitval.checks.event_checks import contact_doubts
 
 OTHER = {"right": "left", "left": "right"}
 

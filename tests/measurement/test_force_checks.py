@@ -6,10 +6,6 @@ import numpy as np
 import pytest
 from synthetic_recording import BELTS, LANDMARKS, STANCE, STRIDE, walk
 
-from gaitval.configuration import ProcessingSettings
-from gaitval.gait.foot_forces import assign_forces
-from gaitval.mocap.force_plates import plate_axes
-from gaitval.mocap.recording import FootForces, Plate, Recording
 from gaitval.checks.force_checks import (
     Stance,
     channel_doubts,
@@ -18,6 +14,10 @@ from gaitval.checks.force_checks import (
     stance_figures,
     whole_stances,
 )
+from gaitval.configuration import ProcessingSettings
+from gaitval.gait.foot_forces import assign_forces
+from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.recording import FootForces, Plate, Recording
 
 
 def waves(rate=500.0, seconds=4.0):

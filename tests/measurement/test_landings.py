@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gaitval.checks.landings import Landings, disagreements, landings
+from gaitval.cli.events import events
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import detect_axes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event, Plate
+from gaitval.reporting.landings_picture import draw
 from gaitval.scaling.marker_sets import recognise
 from gaitval.session.read import named, prepared
-from gaitval.cli.events import events
-from gaitval.checks.landings import Landings, disagreements, landings
-from gaitval.reporting.landings_picture import draw
 
 PROCESSING = load_configuration().processing
 MASS_KG = 64.95

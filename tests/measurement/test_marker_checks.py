@@ -7,8 +7,8 @@ import pytest
 from synthetic_recording import LANDMARKS as SYNTHETIC
 from synthetic_recording import walk as synthetic
 
-from gaitval.mocap.recording import Recording
 from gaitval.checks.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval.mocap.recording import Recording
 
 RATE = 100.0
 NAMES = tuple(f"{side}.{part}" for side in "RL" for part in ("Heel", "Ankle", "MT1", "MT5"))

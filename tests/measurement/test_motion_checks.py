@@ -5,8 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from gaitval.constants import STANDARD_GRAVITY
-from gaitval.mocap.recording import Event, FootForces
 from gaitval.checks.force_checks import Stance
 from gaitval.checks.motion_checks import (
     LEG_SHARE,
@@ -16,6 +14,8 @@ from gaitval.checks.motion_checks import (
     swing_doubts,
     weight_doubts,
 )
+from gaitval.constants import STANDARD_GRAVITY
+from gaitval.mocap.recording import Event, FootForces
 
 MASS = 70.0
 WEIGHT = MASS * STANDARD_GRAVITY

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
-from gaitval.mocap.recording import Plate, Recording
 from gaitval.measurement import standing
 from gaitval.measurement.standing import KINDS, Standing, standing_of, with_plates
+from gaitval.mocap.recording import Plate, Recording
 
 MASS = 60.0
 WEIGHT = MASS * STANDARD_GRAVITY

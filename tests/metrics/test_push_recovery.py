@@ -15,6 +15,7 @@ from fell_together import fell_together
 from simulation_fixtures import changed, random_policy
 from synthetic_walk import SPEED, perfect_walk, synthetic_record
 
+from gaitval.apps.devices.scores import score_rollout
 from gaitval.artefacts import read_json
 from gaitval.configuration import PushSettings
 from gaitval.journal import Journal
@@ -34,7 +35,6 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy
 from gaitval.policy.walking_group import WalkingGroup
-from gaitval.apps.devices.scores import score_rollout
 
 MU = nominal_parameters()
 

@@ -6,12 +6,6 @@ from xml.etree import ElementTree
 import pytest
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
-from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.errors import ArtefactError
-from gaitval.metrics.results import metrics_from
-from gaitval.metrics.tolerances import load_registry
-from gaitval.metrics.validation import validate
-from gaitval.metrics.walk_results import PushRecovery
 from gaitval.apps.regression.regression import (
     LONG_MEASURES,
     check_same_measures,
@@ -19,6 +13,12 @@ from gaitval.apps.regression.regression import (
     lost,
     write_junit,
 )
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.errors import ArtefactError
+from gaitval.metrics.results import metrics_from
+from gaitval.metrics.tolerances import load_registry
+from gaitval.metrics.validation import validate
+from gaitval.metrics.walk_results import PushRecovery
 
 
 @pytest.fixture(scope="module")

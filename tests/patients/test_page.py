@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from gaitval.reporting.figures import COLOURS, STYLES
 from gaitval.apps.patients import page
 from gaitval.apps.patients.cohort import found_patients
+from gaitval.reporting.figures import COLOURS, STYLES
 
 
 @pytest.fixture

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.passive_foot import expected_ankles, passive_ankle
+from gaitval.apps.patients.told import most_dorsiflexed, told_record
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import periodic_through
 from gaitval.scaling.scaling import scale_subject
-from gaitval.apps.patients.cohort import found_patients
-from gaitval.apps.patients.passive_foot import expected_ankles, passive_ankle
-from gaitval.apps.patients.told import most_dorsiflexed, told_record
 
 PHASE = np.arange(200) / 200
 

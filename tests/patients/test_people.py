@@ -4,10 +4,10 @@ import pytest
 from made_strides import stride_rows, write_strides
 from typer.testing import CliRunner
 
-from gaitval.artefacts import read_json
-from gaitval.terminal.app import app
-from gaitval.errors import RecordError
 from gaitval.apps.patients.people import own_rows, person_of, read_people
+from gaitval.artefacts import read_json
+from gaitval.errors import RecordError
+from gaitval.terminal.app import app
 
 
 def table(tmp_path, header, *rows):

@@ -6,15 +6,6 @@ import numpy as np
 import pytest
 from made_strides import stride_rows, write_strides
 
-from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
-from gaitval.errors import ConfigurationError, RecordError, SubjectError
-from gaitval.gait.record import PeriodicCurve, periodic_through
-from gaitval.identification.prior import measured_by
-from gaitval.metrics.norms import norms
-from gaitval.prediction.population import with_others_kinetics
-from gaitval.scaling.anthropometry import mass_fractions
-from gaitval.scaling.scaling import scale_subject
 from gaitval.apps.patients.asymmetry import angle_rows, symmetry_index, worse_side
 from gaitval.apps.patients.cohort import found_patients, written
 from gaitval.apps.patients.estimates import Estimate, leg_difference, leg_length, pace, stride_time
@@ -32,6 +23,15 @@ from gaitval.apps.patients.told import (
     told_record,
     warped,
 )
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
+from gaitval.errors import ConfigurationError, RecordError, SubjectError
+from gaitval.gait.record import PeriodicCurve, periodic_through
+from gaitval.identification.prior import measured_by
+from gaitval.metrics.norms import norms
+from gaitval.prediction.population import with_others_kinetics
+from gaitval.scaling.anthropometry import mass_fractions
+from gaitval.scaling.scaling import scale_subject
 
 PHASE = np.linspace(0.0, 1.0, 101)
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from experiments import sound_sides
-from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.scaling.scaling import scale_subject
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
 from gaitval.apps.patients.sound_side import expected_of
 from gaitval.apps.patients.told import told_record
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.scaling.scaling import scale_subject
 
 PHASE = np.arange(200) / 200
 

@@ -7,10 +7,10 @@ import pytest
 from made_strides import stride_rows, write_strides
 from typer.testing import CliRunner
 
-from gaitval.terminal.app import app
-from gaitval.errors import RecordError
 from gaitval.apps.patients.people import person_of, read_people
 from gaitval.apps.patients.strides import read_strides, turned
+from gaitval.errors import RecordError
+from gaitval.terminal.app import app
 
 
 def test_a_stride_is_read_by_the_numbers_of_axes(strides_table):

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.told import told_record
+from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import ROOT_DOFS, segment_frames
 from gaitval.scaling.scaling import scale_subject
-from gaitval.apps.patients.cohort import found_patients
-from gaitval.apps.patients.told import told_record
-from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 
 
 @pytest.fixture(scope="module")

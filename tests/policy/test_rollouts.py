@@ -18,6 +18,7 @@ from fell_together import fell_together
 from simulation_fixtures import changed, random_policy
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from gaitval.apps.devices.scores import score_rollout
 from gaitval.errors import ModelError
 from gaitval.metrics.rollouts import _Start, _walk
 from gaitval.model.parameters import nominal_parameters
@@ -35,7 +36,6 @@ from gaitval.policy.storage import load_policy
 from gaitval.policy.travel import travel_together
 from gaitval.policy.walking_group import WalkingGroup
 from gaitval.reference.adjustment import JOINTS, Adjustment, adjusted
-from gaitval.apps.devices.scores import score_rollout
 
 ACTIONS = 150
 MU = nominal_parameters()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from simulation_fixtures import random_policy
 
-from gaitval.metrics.round_errors import Epsilon
-from gaitval.model.parameters import nominal_parameters
 from gaitval.learning_control import centring
 from gaitval.learning_control.centring import centred
+from gaitval.metrics.round_errors import Epsilon
+from gaitval.model.parameters import nominal_parameters
 
 
 def test_walks_that_fall_choose_nothing(task):

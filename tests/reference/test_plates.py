@@ -5,7 +5,6 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.plate_correction import PlateCorrection, corrected
-from gaitval.scaling.scaling import scale_subject
 from gaitval.reference.plates import (
     CLEAR,
     SCALE_SD,
@@ -15,6 +14,7 @@ from gaitval.reference.plates import (
     plate_corrections,
     plate_evidence,
 )
+from gaitval.scaling.scaling import scale_subject
 
 
 def evidence(right, left, sd=0.01, force=1.0):

@@ -19,7 +19,10 @@ from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.identification.body_words import _difference
+from gaitval.importing.consistency_rows import changes_by
 from gaitval.inverse.marker_placement import placement_checks
+from gaitval.inverse.residual_reduction import MASS_GROUPS
 from gaitval.metrics.learning_gain import LearningGain, Standing
 from gaitval.metrics.recording_limits import CONSISTENT
 from gaitval.metrics.tolerances import Spread, Verdict
@@ -32,9 +35,6 @@ from gaitval.reporting.recording_report import GateRow, write_recording_report
 from gaitval.reporting.report import _failed_text as failed_text
 from gaitval.reporting.report import write_report
 from gaitval.reporting.translated import TranslatedWords
-from gaitval.importing.consistency_rows import changes_by
-from gaitval.reporting.body_words import _difference
-from gaitval.inverse.residual_reduction import MASS_GROUPS
 
 TRANSLATED = [language for language in LANGUAGES if language != "en"]
 PARTS = re.compile(r"%\(\w+\)s|%%|</?\w+[^>]*>")

@@ -21,11 +21,11 @@ from gaitval.learning_control.walked import accuracy_of
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PushTrace
+from gaitval.number_text import number
 from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, stick_figures, tables
 from gaitval.reporting.report import within_text, write_report
-from gaitval.reporting.words import number
 from gaitval.scaling.scaling import scale_subject
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} & \"quoted\""

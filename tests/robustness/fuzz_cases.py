@@ -19,10 +19,13 @@ import fuzz_mutators as m
 import numpy as np
 from made_up_session import MadeUpSession, made_up_session
 
+from gaitval.apps.regression.baseline import believed
+from gaitval.apps.regression.seal import check_seal
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.results import identification_from
+from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
 from gaitval.model.urdf import read_urdf, write_urdf
@@ -32,9 +35,6 @@ from gaitval.scaling.scaling import scale_subject
 from gaitval.session.request import Request
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
-from gaitval.mocap.c3d_writing import write_c3d
-from gaitval.apps.regression.baseline import believed
-from gaitval.apps.regression.seal import check_seal
 
 ROOT = Path(__file__).resolve().parents[2]
 BASELINE = ROOT / "reports" / "S05" / "baseline"

@@ -34,12 +34,16 @@ from known_walk import known_walk
 from locohub_files import data_set
 from made_up_session import made_up_session
 
-from gaitval.terminal import display
-from gaitval.terminal.app import app
+from gaitval.apps.cohort.results import tables_of
+from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
+from gaitval.apps.regression import history
+from gaitval.apps.regression.history import Check, Figure
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
+from gaitval.datasets.unpacking import unpack
 from gaitval.errors import GaitvalError
+from gaitval.importing.batch_imports import read_batch
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.scaled_markers import load_markers
@@ -48,13 +52,6 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.model.markers import ModelMarker, save_markers
-from gaitval.policy.training import read_log
-from gaitval.reference.motion import ReferenceMotion
-from gaitval.simulation.rollout import Rollout
-from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval.apps.cohort.results import tables_of
-from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
-from gaitval.datasets.unpacking import unpack
 from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
@@ -63,9 +60,12 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
-from gaitval.importing.batch_imports import read_batch
-from gaitval.apps.regression import history
-from gaitval.apps.regression.history import Check, Figure
+from gaitval.policy.training import read_log
+from gaitval.reference.motion import ReferenceMotion
+from gaitval.simulation.rollout import Rollout
+from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.terminal import display
+from gaitval.terminal.app import app
 
 SLOW: Final = (
     *("session", "marker_set", "judged_model", "judged_motion", "judged_moments"),

@@ -35,6 +35,9 @@ from typing import Any, Final
 from gate_artefacts import FAULTS, Fault
 
 import evidence
+from gaitval.apps.regression import baseline as study
+from gaitval.apps.regression.regression import LONG_MEASURES, compare, lost
+from gaitval.apps.regression.seal import seal
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.compiled import SOURCES
 from gaitval.datasets.subject_file import load_subject
@@ -42,9 +45,6 @@ from gaitval.errors import GaitvalError
 from gaitval.metrics.results import Metrics, read_metrics
 from gaitval.study.inputs import METRICS
 from gaitval.study.stage import Observer
-from gaitval.apps.regression import baseline as study
-from gaitval.apps.regression.regression import LONG_MEASURES, compare, lost
-from gaitval.apps.regression.seal import seal
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 STORE: Final = ROOT / "reports" / "robustness" / "gate.json"

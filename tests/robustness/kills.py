@@ -39,9 +39,9 @@ from pathlib import Path
 from typing import Any, Final
 
 import evidence
+from gaitval.apps.cohort.store import FINISHED
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.partial_files import PARTIAL
-from gaitval.apps.cohort.store import FINISHED
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))

@@ -20,9 +20,9 @@ from typing import Any, Final
 
 import kills
 
+from gaitval.apps.regression.regression import compare
 from gaitval.artefacts import file_hash, read_json
 from gaitval.metrics.results import read_metrics
-from gaitval.apps.regression.regression import compare
 
 SUBJECT: Final = "5"
 RESULTS: Final = (

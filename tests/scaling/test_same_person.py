@@ -5,9 +5,9 @@ from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.trc import read_trc
+from gaitval.mocap.wbds_text import read_wbds_markers
 from gaitval.scaling.marker_sets import load_marker_set, recognise
 from gaitval.scaling.same_person import LARGEST_MEDIAN, check_same_person, marker_distances
-from gaitval.mocap.wbds_text import read_wbds_markers
 
 
 def markers(recording):

@@ -17,17 +17,17 @@ from gaitval.gait.cycles import GaitCycle
 from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
-from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.importing import importing
+from gaitval.importing.summary import trial_residuals
+from gaitval.importing.write import write_subject
+from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session import session
 from gaitval.session.average import drift_doubts, largest_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_doubts, refuse_without_forces
 from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
-from gaitval.importing.summary import trial_residuals
 from gaitval.session.trial import smoothed
-from gaitval.importing.write import write_subject
 
 
 @pytest.fixture(scope="module")

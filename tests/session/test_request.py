@@ -6,8 +6,8 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
-from gaitval.session.request import ImportOptions, Request, checked
 from gaitval.importing.batch_person import below
+from gaitval.session.request import ImportOptions, Request, checked
 
 GIVEN = {"trials": ["walk1.c3d"], "sex": "F"}
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES
+from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
 from gaitval.mocap.axes import LaboratoryAxes
 from gaitval.mocap.reading import read_recording
@@ -26,7 +27,6 @@ from gaitval.session.standing_pose import (
     standing_in_walk,
     with_level_feet,
 )
-from gaitval.datasets.sample import copy_sample
 
 SAGITTAL = [
     f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"

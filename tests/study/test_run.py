@@ -18,6 +18,15 @@ import pytest
 from simulation_fixtures import random_policy
 from stage_order import STAGES
 
+from gaitval.apps.regression.baseline import (
+    TIMES,
+    WALKING,
+    by_folder,
+    installed_code,
+    processors,
+    store_baseline,
+)
+from gaitval.apps.regression.seal import SEAL, read_seal
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
@@ -28,7 +37,7 @@ from gaitval.model.urdf import model_hash, write_urdf
 from gaitval.policy.storage import save_policy
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study import one_stage
+from gaitval.study import body_stage, one_stage
 from gaitval.study import run as study
 from gaitval.study import stage as stage_module
 from gaitval.study.inputs import STORED_FILES
@@ -47,16 +56,6 @@ from gaitval.study.stages import (
     validate_stage,
 )
 from gaitval.study.stored_policy import stored_baseline
-from gaitval.study import body_stage
-from gaitval.apps.regression.baseline import (
-    TIMES,
-    WALKING,
-    by_folder,
-    installed_code,
-    processors,
-    store_baseline,
-)
-from gaitval.apps.regression.seal import SEAL, read_seal
 
 FOUND = {
     "names": PARAMETERS,

@@ -12,12 +12,19 @@ from typing import Any
 import pytest
 from safetensors.numpy import load_file, save_file
 
+from gaitval.apps.regression.baseline import remove_abandoned, seal_again, stored_metrics
+from gaitval.apps.regression.seal import (
+    SEAL,
+    UNKNOWN_CODE,
+    changes,
+    inputs_in_words,
+    read_seal,
+    seal,
+)
 from gaitval.errors import ArtefactError
 from gaitval.folder_lock import held
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
-from gaitval.apps.regression.baseline import remove_abandoned, seal_again, stored_metrics
-from gaitval.apps.regression.seal import SEAL, UNKNOWN_CODE, changes, inputs_in_words, read_seal, seal
 
 ROOT = Path(__file__).parents[2]
 BASELINES = sorted((ROOT / "reports").glob("S*/baseline"))

@@ -5,9 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.errors import ArtefactError
 from gaitval.apps.regression import stored_baselines
-from gaitval.apps.regression.stored_baselines import find_baseline, installed_baselines, is_installed
+from gaitval.apps.regression.stored_baselines import (
+    find_baseline,
+    installed_baselines,
+    is_installed,
+)
+from gaitval.errors import ArtefactError
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
 

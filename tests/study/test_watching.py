@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from gaitval.artefacts import write_json
+from gaitval.identification import posterior
 from gaitval.study import run
 from gaitval.study.stage import Observer
 from gaitval.study.watching import generations_shown
-from gaitval.identification import posterior
 
 
 class Seen(Observer):

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import make_plate, plate_axes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.mocap.c3d_writing import write_c3d
 
 SENSORS, DEPTH = (0.35, 0.9), 0.054
 """Half the distances between the sensors of the Kistler plates, and their depth, m."""

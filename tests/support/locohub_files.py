@@ -7,8 +7,8 @@ import pandas as pd
 
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import load_subject
 from gaitval.datasets.locohub import POINTS
+from gaitval.datasets.subject_file import load_subject
 
 PERSON = load_subject("S05")
 PHASE = np.linspace(0.0, 1.0, POINTS)

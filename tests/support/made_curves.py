@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from gaitval.coordinates import SIDES
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
+from gaitval.coordinates import SIDES
 
 
 def made_curves(

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval.apps.patients.strides import AXES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.gait_profile import PROFILE_ANGLES
-from gaitval.apps.patients.strides import AXES
 
 AXIS_OF = {name: axis for axis, name in AXES.items()}
 

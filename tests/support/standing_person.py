@@ -6,14 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from gaitval.datasets.subject_file import load_subject
-from gaitval.model.body import SEGMENTS, BodyModel
-from gaitval.model.tree import segment_frames
-from gaitval.scaling.foot_shape import FOOT_SHAPE
-from gaitval.scaling.joint_centres import MARKER_OFFSET, measure
-from gaitval.scaling.marker_set import MarkerSet
-from gaitval.scaling.measurements import Measurements
-from gaitval.scaling.scaling import build_body
 from gaitval.apps.virtual.standing import (
     ANKLE_WIDTH,
     ELBOW_WIDTH,
@@ -23,6 +15,14 @@ from gaitval.apps.virtual.standing import (
     landmarks_on,
     standing_pose,
 )
+from gaitval.datasets.subject_file import load_subject
+from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.tree import segment_frames
+from gaitval.scaling.foot_shape import FOOT_SHAPE
+from gaitval.scaling.joint_centres import MARKER_OFFSET, measure
+from gaitval.scaling.marker_set import MarkerSet
+from gaitval.scaling.measurements import Measurements
+from gaitval.scaling.scaling import build_body
 
 __all__ = ["ANKLE_WIDTH", "ELBOW_WIDTH", "KNEE_WIDTH", "PELVIC_DEPTH"]
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.terminal.app import app
+from gaitval.apps.virtual.harsh import Faults, drawn_faults, seen_through_skin
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.scaling.scaling import scale_subject
-from gaitval.apps.virtual.harsh import Faults, drawn_faults, seen_through_skin
+from gaitval.terminal.app import app
 
 CONTACT = load_configuration().contact
 

@@ -5,6 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitval.apps.virtual.person import (
+    BUILD_SD,
+    STATURE_SD,
+    drawn_parameters,
+    of_another_size,
+    virtual_person,
+    with_errors,
+)
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject, parse_subject
 from gaitval.gait.cycle_curves import PELVIS_ANGLES, recorded_curves
@@ -14,14 +22,6 @@ from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.prediction.speed_line import dimensionless_speed
 from gaitval.scaling.scaling import scale_subject
-from gaitval.apps.virtual.person import (
-    BUILD_SD,
-    STATURE_SD,
-    drawn_parameters,
-    of_another_size,
-    virtual_person,
-    with_errors,
-)
 
 CONFIGURATION = load_configuration()
 NOISE = CONFIGURATION.noise

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from gaitval.coordinates import SIDES
-from gaitval.datasets.subject_file import load_subject
-from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.scaling.scaling import scale_subject
-from gaitval.identification.joints import KNEE
 from gaitval.apps.virtual import range_of_motion
 from gaitval.apps.virtual.range_of_motion import functional_legs
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import load_subject
+from gaitval.identification.joints import KNEE
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.scaling.scaling import scale_subject
 
 MODEL = scale_subject(load_subject("S05")).model
 

@@ -6,21 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitval.apps.virtual import recording as made
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import COORDINATES, SIDES
+from gaitval.datasets.sample import SAMPLE, copy_sample
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArchiveError
+from gaitval.importing.importing import Imported, import_files
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import centres_of_mass, tree_arrays
-from gaitval.importing.importing import Imported, import_files
 from gaitval.session.request import ImportOptions
 from gaitval.study.stored_policy import general_walker
-from gaitval.datasets.sample import SAMPLE, copy_sample
-from gaitval.apps.virtual import recording as made
 
 ANGLE, LENGTH, FORCE = 1.0, 0.005, 0.03
 """Degrees and metres, as in tests/workflows/test_import_truth.py with noise; body weights."""

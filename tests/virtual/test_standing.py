@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from gaitval.apps.virtual.standing import standing_pose
 from gaitval.datasets.subject_file import load_subject
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.scaling.scaling import scale_subject
-from gaitval.apps.virtual.standing import standing_pose
 
 MODEL = scale_subject(load_subject("S05")).model
 ANKLE = 0.08

@@ -36,7 +36,11 @@ def test_extras_that_the_container_file_names_are_there() -> None:
 
 def test_the_container_gets_what_the_wheel_is_built_of_and_no_more() -> None:
     patterns = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
-    needed = ("gaitval/wings.py", "gaitval/apps/regression/seal.py", "models/xacro/devices/part.xacro")
+    needed = (
+        "gaitval/wings.py",
+        "gaitval/apps/regression/seal.py",
+        "models/xacro/devices/part.xacro",
+    )
     needed += ("pyproject.toml", "hatch_build.py", "constraints.txt", "README.md", "LICENSE")
     needed += ("reports/S05/baseline/metrics.json", "reports/general/policy.safetensors")
     assert all(

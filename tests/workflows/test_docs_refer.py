@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from gaitval.terminal.app import app
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (

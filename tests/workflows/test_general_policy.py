@@ -9,14 +9,14 @@ import pytest
 from simulation_fixtures import task_of_subject
 
 from experiments.slow_policy import SETTINGS, TRIED, fell, task_of
+from gaitval.apps.devices.scores import score_rollout
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.errors import PolicyError
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import load_policy, load_start
-from gaitval.study.run import SLOW, SLOW_STRIDE, general_policy
-from gaitval.apps.devices.scores import score_rollout
+from gaitval.study.stored_policy import SLOW, SLOW_STRIDE, general_policy
 
 ROOT = Path(__file__).parents[2]
 WALKED = ("S05",)

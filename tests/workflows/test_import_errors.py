@@ -21,8 +21,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.terminal import app as cli
-from gaitval.terminal import display
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.plate_offset import zero_plates
@@ -36,6 +34,8 @@ from gaitval.session.request import ImportOptions, Request
 from gaitval.session.scale import scale_body
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import subject_of
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
 
 SECONDS = 8.0
 MASS, HEIGHT = 74.3, 1.725

@@ -17,7 +17,6 @@ from recorded_sessions import rajagopal_walk
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json
-from gaitval.terminal import app as cli
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_storage
@@ -26,6 +25,7 @@ from gaitval.mocap.trc import read_trc
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import Request
 from gaitval.session.session import Import, work_out
+from gaitval.terminal import app as cli
 
 PROCESSING = ProcessingSettings()
 

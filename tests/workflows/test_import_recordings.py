@@ -15,13 +15,13 @@ from recorded_sessions import rajagopal_walk, wbds01_t01
 
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
+from gaitval.importing import write
+from gaitval.importing.write import FOLDER, write_import
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.mocap.mot import read_storage
-from gaitval.importing import write
 from gaitval.session.session import Import, work_out
 from gaitval.session.subject import speed
 from gaitval.session.trial import WalkingTrial
-from gaitval.importing.write import FOLDER, write_import
 
 ROOT = Path(__file__).parents[2]
 INSIDE = slice(10, -10)

@@ -8,23 +8,23 @@ from html_page import pdf_in_ci
 from made_up_session import MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
-from gaitval.terminal import app as cli
-from gaitval.terminal import display
+from gaitval.apps.judge.judge import Request as JudgeRequest
+from gaitval.apps.judge.judge import judge
+from gaitval.apps.judge.write import write_judgement
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError
+from gaitval.importing.importing import import_files
+from gaitval.importing.stored import Session
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.importing.importing import import_files
 from gaitval.session.request import ImportOptions
 from gaitval.session.session import work_out
-from gaitval.importing.stored import Session
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import valid_cycles
-from gaitval.apps.judge.judge import Request as JudgeRequest
-from gaitval.apps.judge.judge import judge
-from gaitval.apps.judge.write import write_judgement
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
 
 
 @pytest.fixture(scope="module")

@@ -38,18 +38,18 @@ from gaitval.errors import ArtefactError
 from gaitval.gait.agreement import EDGE_SECONDS
 from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
+from gaitval.importing import write
+from gaitval.importing.results import ImportResult
+from gaitval.importing.stored import Session
+from gaitval.importing.summary import trial_residuals
+from gaitval.importing.write import FOLDER
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.importing import write
-from gaitval.importing.results import ImportResult
 from gaitval.session.session import Import, work_out
-from gaitval.importing.stored import Session
 from gaitval.session.subject import subject_of
-from gaitval.importing.summary import trial_residuals
 from gaitval.session.trial import WalkingTrial, valid_cycles
-from gaitval.importing.write import FOLDER
 
 EXACT = ProcessingSettings(
     marker_cutoff_hz=60.0, force_cutoff_hz=60.0, moment_force_cutoff_hz=60.0, force_threshold_n=2.0

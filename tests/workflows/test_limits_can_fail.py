@@ -27,6 +27,7 @@ from gaitval.artefacts import write_json
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.importing.summary import limit_rows, verdicts
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
@@ -45,7 +46,6 @@ from gaitval.model.tree import segment_frames
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
-from gaitval.importing.summary import limit_rows, verdicts
 from gaitval.simulation.rollout import Rollout
 
 SUBJECT = load_subject("S05")

@@ -12,6 +12,7 @@ from synthetic_walk import perfect_walk
 import gaitval as gv
 from evidence import unrecorded_verdicts
 from evidence.unrecorded_verdicts import CASES, judged_in, never_judged
+from gaitval.apps.regression.stored import believe
 from gaitval.artefacts import read_json
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
@@ -23,7 +24,6 @@ from gaitval.metrics.origin import measure_origin, record_origins
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval.apps.regression.stored import believe
 
 OUTPUTS = ("metrics.json", "report", "terminal", "Python", "cohort", "compare", "check")
 

@@ -6,9 +6,9 @@ import pytest
 from made_up_session import SHORT
 
 from evidence import one_number
+from gaitval.apps.cohort import results
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
-from gaitval.apps.cohort import results
 
 
 @pytest.fixture(scope="module")

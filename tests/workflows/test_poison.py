@@ -10,6 +10,12 @@ from quick_settings import QUICK
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
+from gaitval.study.predicted_study import (
+    adopt_stage,
+    predicted_correction_stage,
+    predicted_walk_stage,
+    run_range,
+)
 from gaitval.study.run import choose_start
 from gaitval.study.stage import Observer, Run, open_run, run_stage
 from gaitval.study.stages import (
@@ -23,12 +29,6 @@ from gaitval.study.stages import (
     scale_stage,
     simulate_stage,
     train_stage,
-)
-from gaitval.study.predicted_study import (
-    adopt_stage,
-    predicted_correction_stage,
-    predicted_walk_stage,
-    run_range,
 )
 
 NAN = float("nan")

@@ -9,10 +9,10 @@ from quick_settings import QUICK
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json
-from gaitval.terminal import app as cli
-from gaitval.terminal import display
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from
+from gaitval.terminal import app as cli
+from gaitval.terminal import display
 
 SETTINGS = list(QUICK)
 

@@ -18,12 +18,12 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.model.tree import tree_arrays
 from gaitval.model.urdf import model_hash, read_urdf, write_urdf
+from gaitval.opensim.osim import BODIES, write_osim
 from gaitval.scaling.scaling import measurements_of, scale_subject
 from gaitval.scaling.stored_measurements import measurements_from
 from gaitval.simulation.mujoco_body import mjcf
 from gaitval.simulation.skeleton import HumanSkeleton
 from gaitval.simulation.walker import Walker, WalkingTask
-from gaitval.opensim.osim import BODIES, write_osim
 
 REPORTS = Path(__file__).parents[2] / "reports"
 SHORTER, LIGHTER = 0.02, 0.5  # m and kg

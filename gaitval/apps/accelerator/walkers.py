@@ -22,6 +22,7 @@ import numpy as np
 import warp as wp
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.accelerator import kernels
 from gaitval.arrays import Array
 from gaitval.contact.hunt_crossley import HuntCrossley
 from gaitval.errors import ConfigurationError
@@ -29,7 +30,6 @@ from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT
 from gaitval.simulation.mujoco_body import MujocoBody
 from gaitval.simulation.walker import Walker
-from gaitval.apps.accelerator import kernels
 
 _OF_A_BODY = (
     *("body_pos", "body_ipos", "body_iquat", "body_mass", "body_inertia", "body_subtreemass"),

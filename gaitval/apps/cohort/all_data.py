@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval import wings
+from gaitval.apps.cohort.table import Study, Virtual
 from gaitval.artefacts import write_text
+from gaitval.datasets import wbds_archive
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject_file import BUILTIN
 from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.apps.cohort.table import Study, Virtual
-from gaitval.apps.cohort.wbds import Archive, Held
 
 PEOPLE_PER_PERSON: Final = 2
 """Virtual people in a row around the same built-in subject."""
@@ -40,27 +39,27 @@ def wbds_studies(folder: Path, subjects: Path, *, trials: Sequence[str] = ()) ->
     RecordError if the folder has no trial of WBDS, ConfigurationError if there is no such trial, or
     none of them can be used.
     """
-    archive: Archive = wings.load(wings.PARTS, "wbds")
-    unknown = [name for name in trials if name not in archive.TREADMILL]
+    unknown = [name for name in trials if name not in wbds_archive.TREADMILL]
     if unknown:
         raise ConfigurationError(
-            f"--trials {unknown[0]}: no treadmill trial. There are {', '.join(archive.TREADMILL)}."
+            f"--trials {unknown[0]}: no treadmill trial. There are "
+            f"{', '.join(wbds_archive.TREADMILL)}."
         )
-    held = archive.holdings(folder)
-    wanted = tuple(trials) or archive.TREADMILL
+    held = wbds_archive.holdings(folder)
+    wanted = tuple(trials) or wbds_archive.TREADMILL
     studies: list[Study] = []
     lines: list[str] = []
     absent: list[str] = []
-    for person in archive.PEOPLE:
-        found, lacking = _of_person(archive, held, person, wanted, subjects)
+    for person in wbds_archive.PEOPLE:
+        found, lacking = _of_person(held, person, wanted, subjects)
         studies += found
         if not found and all("ang.txt" in each for each in lacking.values()):
             absent.append(person)
         else:
             lines += _told(person, lacking)
     first = (
-        f"{folder}: {len(studies)} of {len(archive.PEOPLE) * len(wanted)} treadmill trials of "
-        f"{len(archive.PEOPLE)} people can be run."
+        f"{folder}: {len(studies)} of {len(wbds_archive.PEOPLE) * len(wanted)} treadmill trials of "
+        f"{len(wbds_archive.PEOPLE)} people can be run."
     )
     if absent:
         lines.append(f"not there: {', '.join(absent)}. `gaitval data fetch wbds` fetches them.")
@@ -80,10 +79,10 @@ def _told(person: str, lacking: dict[str, str]) -> list[str]:
 
 
 def _of_person(
-    archive: Archive, held: Held, person: str, wanted: Sequence[str], subjects: Path
+    held: wbds_archive.Holdings, person: str, wanted: Sequence[str], subjects: Path
 ) -> tuple[list[Study], dict[str, str]]:
     """The studies of a person, and what is missing of the other trials, by trial."""
-    builtin = _builtin_trials(archive, person)
+    builtin = _builtin_trials(person)
     studies: list[Study] = []
     own: list[str] = []
     lacking: dict[str, str] = {}
@@ -94,13 +93,13 @@ def _of_person(
             studies.append(Study(name=f"{name}-{trial}", subject=name, trial=trial))
         elif not absent:
             own.append(trial)
-        elif (recorded := _recorded(archive, held, person, trial)) is not None:
+        elif (recorded := _recorded(held, person, trial)) is not None:
             studies.append(recorded)
         else:
             lacking[trial] = f"no {', no '.join(absent)}"
     if own:
         try:
-            text = archive.subject_of(held, person, own).to_toml()
+            text = wbds_archive.subject_of(held, person, own).to_toml()
         except GaitvalError as error:
             lacking |= dict.fromkeys(own, " ".join(str(error).split()))
         else:
@@ -111,17 +110,17 @@ def _of_person(
     return studies, lacking
 
 
-def _builtin_trials(archive: Archive, person: str) -> dict[str, str]:
+def _builtin_trials(person: str) -> dict[str, str]:
     """Trials of a person that are built in, with the subject's name."""
     return {
         trial: name
         for name, (built_in, first) in BUILTIN.items()
-        for trial in (first, *archive.FURTHER_TRIALS.get(name, ()))
+        for trial in (first, *wbds_archive.FURTHER_TRIALS.get(name, ()))
         if built_in == person
     }
 
 
-def _recorded(archive: Archive, held: Held, person: str, trial: str) -> Study | None:
+def _recorded(held: wbds_archive.Holdings, person: str, trial: str) -> Study | None:
     """The study of a trial's recording; None if it is not there whole."""
     files = held.trials.get((person, trial), {})
     if "c3d" in files:
@@ -134,7 +133,7 @@ def _recorded(archive: Archive, held: Held, person: str, trial: str) -> Study | 
     else:
         return None
     try:
-        about = archive.person_values(held, person)
+        about = wbds_archive.person_values(held, person)
     except GaitvalError:
         return None
     if person not in held.standing:
@@ -149,8 +148,8 @@ def _recorded(archive: Archive, held: Held, person: str, trial: str) -> Study | 
         "person": person,
         "trial_name": trial,
         "laboratory": WBDS,
-        "citation": archive.CITATION,
-        "licence": archive.LICENCE,
+        "citation": wbds_archive.CITATION,
+        "licence": wbds_archive.LICENCE,
     }
     # no age is known of some people, and TOML has no word for that
     known = {name: each for name, each in recording.items() if each is not None}

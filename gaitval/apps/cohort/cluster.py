@@ -17,9 +17,9 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
+from gaitval.apps.cohort.task import OF_CLUSTER, SAFE
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.partial_files import own_folder
-from gaitval.apps.cohort.task import OF_CLUSTER, SAFE
 
 LOOPBACK: Final = "127.0.0.1"
 """The only address at which a local cluster listens. Other users of the machine reach it too: who

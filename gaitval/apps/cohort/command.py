@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from gaitval.errors import ConfigurationError, GaitvalError, count_of
 from gaitval.terminal import display
 from gaitval.terminal.app import INTERNAL, ConfigOption, SetOption, added_command
-from gaitval.errors import ConfigurationError, GaitvalError, count_of
 
 if TYPE_CHECKING:
     from gaitval.apps.cohort.engine import State

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval.errors import ConfigurationError, GaitvalError
-from gaitval.partial_files import remove_abandoned
 from gaitval.apps.cohort.answers import outcome_of
 from gaitval.apps.cohort.identity import REAL, fingerprint
 from gaitval.apps.cohort.table import Study
+from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.partial_files import remove_abandoned
 
 if TYPE_CHECKING:
     from distributed import Client

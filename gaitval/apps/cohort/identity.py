@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from gaitval import __version__
+from gaitval.apps.cohort.table import Study
+from gaitval.apps.cohort.worn import Worn, identity_of
 from gaitval.artefacts import file_hash, value_hash
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.model.devices.device import tables_of
 from gaitval.session.request import FILES
 from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.run import SLOW, general_policy
-from gaitval.study.sources import PACKAGE, code_of
+from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer
-from gaitval.apps.cohort.table import Study
-from gaitval.apps.cohort.worn import Worn, identity_of
+from gaitval.study.stored_policy import SLOW, general_policy
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -60,7 +61,7 @@ def fingerprint(study: Study, function: str = REAL) -> str:
     parts: Json = {
         "gaitval": __version__,
         "function": function,
-        "code": code_of(function, PACKAGE, Path(__file__).parent),
+        "code": code_of(function),
         "settings": settings,
         "start": study.start,
         "record": record_parts(study),
@@ -130,7 +131,7 @@ def _read(subject: str, trial: str, stamp: int) -> tuple[str, Sequence[Worn]]:
     """
     del stamp
     found = subject_in_table(Study(name="any", subject=subject, trial=trial))
-    return value_hash(found.to_toml()), found.devices
+    return value_hash(found.to_toml()), tables_of(found.devices)
 
 
 def subject_in_table(study: Study) -> "Subject":

@@ -22,14 +22,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from gaitval.artefacts import write_json
-from gaitval.errors import GaitvalError
-from gaitval.memory import seldom_search, share_heap
-from gaitval.study.stage import Observer
 from gaitval.apps.cohort.answers import Summary
 from gaitval.apps.cohort.identity import function_of
 from gaitval.apps.cohort.store import SUMMARY, Store, alone
 from gaitval.apps.cohort.table import Study
+from gaitval.artefacts import write_json
+from gaitval.errors import GaitvalError
+from gaitval.memory import seldom_search, share_heap
+from gaitval.study.stage import Observer
 
 FORKS: Final = sys.platform == "linux"
 """Elsewhere libraries of the system may have threads, or there is no fork."""

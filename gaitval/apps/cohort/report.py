@@ -10,9 +10,6 @@ import numpy as np
 import pandas as pd
 
 from gaitval import __version__
-from gaitval.artefacts import versions
-from gaitval.build_info import now, source_commit
-from gaitval.reporting.page import write_html
 from gaitval.apps.cohort.figures import by_speed_age_sex, parameter_distributions
 from gaitval.apps.cohort.results import (
     PROFILE_SCORES,
@@ -32,6 +29,9 @@ from gaitval.apps.cohort.statistics import (
     outliers,
 )
 from gaitval.apps.cohort.store import LOG, Store
+from gaitval.artefacts import versions
+from gaitval.build_info import now, source_commit
+from gaitval.reporting.page import write_html
 
 PAGE: Final = "cohort"
 _DIGITS: Final = {"Nm/kg": 3}

@@ -13,9 +13,9 @@ from typing import Any, Final
 
 import pandas as pd
 
-from gaitval.artefacts import replacing
 from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.task import summary_of
+from gaitval.artefacts import replacing
 
 TABLES: Final = ("studies", "measures", "groups", "parameters", "limits", "devices")
 

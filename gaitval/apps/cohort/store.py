@@ -20,9 +20,9 @@ import filelock
 import fsspec
 
 from gaitval import file_gate
+from gaitval.apps.cohort.answers import Outcome, Summary
 from gaitval.artefacts import read_json, write_text
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.apps.cohort.answers import Outcome, Summary
 
 FINISHED: Final = "finished.json"
 SUMMARY: Final = "summary.json"

@@ -4,22 +4,6 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from gaitval import wings
-from gaitval.artefacts import read_json, value_hash, write_json, write_text
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.groups import group_rows
-from gaitval.metrics.origin import is_judged
-from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
-from gaitval.metrics.statistics_results import WalkStatistics
-from gaitval.model.parameters import PARAMETERS
-from gaitval.importing.importing import import_files
-from gaitval.importing.stored import limits_of_record
-from gaitval.importing.write import FOLDER, RECORD
-from gaitval.study.compile_ahead import compile_ahead, walk
-from gaitval.study.run import run_subject
-from gaitval.study.stage import Observer, open_run
-from gaitval.study.stored_policy import general_walker
 from gaitval.apps.cohort.identity import (
     Json,
     configuration_of,
@@ -31,6 +15,23 @@ from gaitval.apps.cohort.identity import (
 from gaitval.apps.cohort.results import PROFILE_SCORES
 from gaitval.apps.cohort.table import Study
 from gaitval.apps.cohort.worn import figures, wearing
+from gaitval.apps.devices.of_subject import afterwards
+from gaitval.artefacts import read_json, value_hash, write_json, write_text
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import load_subject
+from gaitval.importing.batch_person import person_of
+from gaitval.importing.importing import import_files
+from gaitval.importing.stored import limits_of_record
+from gaitval.importing.write import FOLDER, RECORD
+from gaitval.metrics.groups import group_rows
+from gaitval.metrics.origin import is_judged
+from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
+from gaitval.metrics.statistics_results import WalkStatistics
+from gaitval.model.parameters import PARAMETERS
+from gaitval.study.compile_ahead import compile_ahead, walk
+from gaitval.study.run import run_subject
+from gaitval.study.stage import Observer, open_run
+from gaitval.study.stored_policy import general_walker
 
 
 def subject_of(study: Study, folder: Path, observer: Observer) -> Subject:
@@ -49,7 +50,6 @@ def subject_of(study: Study, folder: Path, observer: Observer) -> Subject:
 
 def _imported(study: Study, folder: Path, observer: Observer) -> Subject:
     assert study.recording is not None
-    person_of = wings.load(wings.PARTS, "session_person")
     person = person_of(folder, study.name, {**study.recording, "name": study.name})
     about = folder / "session" / "imported.json"
     wanted = {"record": value_hash(record_parts(study))}
@@ -73,7 +73,8 @@ def _virtual(study: Study, folder: Path) -> Subject:
         around = around.by_stature()
     configuration = configuration_of(study)
     policy = general_walker(configuration.environment)
-    virtual_person = wings.load(wings.PARTS, "virtual_person")
+    from gaitval.apps.virtual.person import virtual_person
+
     found = virtual_person(wanted.number, wanted.seed, around, policy, configuration)
     truth = {name: float(each) for name, each in zip(PARAMETERS, found.truth, strict=True)}
     write_json(folder / "truth.json", truth)
@@ -101,6 +102,7 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
             opened,
             scratch=study.start == "scratch",
             start=None if study.policy is None else Path(study.policy),
+            afterwards=afterwards(subject),
         )
     summary = summary_of(read_metrics(folder), subject)
     if study.recording is not None:

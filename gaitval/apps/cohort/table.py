@@ -42,9 +42,10 @@ from typing import Annotated, Any, Final, Literal
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from gaitval import file_gate, wings
+from gaitval import file_gate
 from gaitval.artefacts import read_toml, write_text
 from gaitval.errors import ConfigurationError
+from gaitval.importing.batch_person import person_of
 from gaitval.session.request import FILES, ImportOptions
 
 Start = Literal["general", "scratch"]
@@ -278,7 +279,6 @@ def _devices(path: Path, where: str, values: dict[str, Any]) -> list[Any]:
 
 def _recording(path: Path, where: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """The options of a recording, checked; its paths are absolute."""
-    person_of = wings.load(wings.PARTS, "session_person")
     about = {**values["recording"], "name": values["name"]}
     person = person_of(path.resolve(), where, about)
     found: dict[str, Any] = person.model_dump(mode="json", exclude={"name"}, exclude_defaults=True)

@@ -19,10 +19,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
+from gaitval.apps.cohort.store import LOG, Store
 from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
 from gaitval.partial_files import own_folder
-from gaitval.apps.cohort.store import LOG, Store
 
 THREADS: Final = (
     "OMP_NUM_THREADS",

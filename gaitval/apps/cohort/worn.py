@@ -1,12 +1,13 @@
-"""Devices that the person of a study wears, which another wing knows: the part `device_results`."""
+"""Devices that the person of a study wears."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gaitval import wings
-from gaitval.datasets.subject import Subject
 from gaitval.apps.cohort.table import Study
+from gaitval.apps.devices import of_subject
+from gaitval.apps.devices.results import summary
+from gaitval.datasets.subject import Subject
 
 Worn = str | dict[str, Any]
 """A device: its name or file, or its table."""
@@ -14,16 +15,14 @@ Worn = str | dict[str, Any]
 
 def identity_of(devices: Sequence[Worn]) -> dict[str, Any]:
     """What walks with `devices` depend on. Raises ConfigurationError if there is no such device."""
-    part = wings.load(wings.PARTS, "device_results")
-    return {"tables": part.tables(devices), "code": part.code()}
+    return {"tables": of_subject.tables(devices), "code": of_subject.code()}
 
 
 def wearing(study: Study, subject: Subject) -> Subject:
     """The `subject` with the devices of a `study`."""
     if not study.devices:
         return subject
-    worn: Subject = wings.load(wings.PARTS, "device_results").wearing(subject, study.devices)
-    return worn
+    return of_subject.wearing(subject, study.devices)
 
 
 def figures(folder: Path, subject: Subject) -> list[dict[str, Any]]:
@@ -32,6 +31,4 @@ def figures(folder: Path, subject: Subject) -> list[dict[str, Any]]:
     """
     if not subject.devices:
         return []
-    part = wings.load(wings.PARTS, "device_results")
-    found: list[dict[str, Any]] = part.summary(folder / part.folder_of(subject))
-    return found
+    return summary(folder / of_subject.folder_of(subject))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitval.apps.devices.walking import LOGGED, DeviceEnvironment, DeviceTask, DeviceWalk
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -24,7 +25,6 @@ from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
 from gaitval.simulation.rollout import Rollout
-from gaitval.apps.devices.walking import LOGGED, DeviceEnvironment, DeviceTask, DeviceWalk
 
 
 def walk_without(task: DeviceTask, policy: Policy, mu: Array, cycles: float) -> DeviceWalk:

@@ -63,11 +63,11 @@ def device(
     the report shows all. There are no muscles, so nothing is said of metabolic cost. One to two
     minutes.
     """
-    from gaitval.folder_lock import held
-    from gaitval.model.devices.device import load_devices
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import outcomes, wearer
+    from gaitval.folder_lock import held
+    from gaitval.model.devices.device import load_devices
 
     # Wrong devices are refused before the person is made, which takes seconds.
     given = [each for name in devices or () for each in load_devices(name)]

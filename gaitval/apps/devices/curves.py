@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.devices.walking import DeviceWalk
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
@@ -14,7 +15,6 @@ from gaitval.errors import RecordError
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.metrics.cycles import cut, find_cycles, step_of, walking_speed
 from gaitval.model.tree import ROOT_DOFS
-from gaitval.apps.devices.walking import DeviceWalk
 
 JOINTS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 """Joints that are shown and compared."""

@@ -19,6 +19,9 @@ from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.errors import ModelError
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.devices.composite import fitted, united
+from gaitval.model.devices.device import Device
+from gaitval.model.devices.device_urdf import write_device_urdf
 from gaitval.model.safe_xml import parse_xml
 from gaitval.model.tree import (
     ACTUATED_COUNT,
@@ -34,9 +37,6 @@ from gaitval.model.tree import (
 )
 from gaitval.model.urdf import LARGEST_FILE
 from gaitval.simulation.dynamics import accelerations, dynamics_workspace, integrate
-from gaitval.model.devices.composite import fitted, united
-from gaitval.model.devices.device import Device
-from gaitval.model.devices.device_urdf import write_device_urdf
 
 MASSLESS: Final = "1e-12"
 """kg and kg m²: MuJoCo takes no body without mass. The links between coordinates get this."""

@@ -8,18 +8,18 @@ import numpy as np
 from pydantic import Field
 from scipy.stats import t
 
+from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
+from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
+from gaitval.apps.devices.learning import EFFORT, adapt
+from gaitval.apps.devices.study import Wearer
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.metrics.cycles import find_cycles
-from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
-from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval.model.devices.device import Device, Spring, shipped_device
-from gaitval.apps.devices.learning import EFFORT, adapt
-from gaitval.apps.devices.study import Wearer
 from gaitval.model.devices.tables import Table
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 
 ASSUMED: Final = ("kinematics kept", "moments kept", "learned")
 CYCLES: Final = 20.0

@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.logger import Logger
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask
 from gaitval.configuration import Configuration
+from gaitval.model.devices.composite import fitted
+from gaitval.model.devices.device import Device
 from gaitval.policy.environment import action_size
 from gaitval.policy.learner import Learner
 from gaitval.policy.observation import OBSERVATION_SIZES
@@ -24,9 +27,6 @@ from gaitval.policy.reward import REWARD_TERMS
 from gaitval.policy.rollout_buffer import RolloutBuffer
 from gaitval.policy.storage import Policy
 from gaitval.policy.training import policy_of
-from gaitval.model.devices.composite import fitted
-from gaitval.model.devices.device import Device
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask
 
 SAMPLES: Final = 400_000
 """Actions of an adaptation, about a minute."""

@@ -1,34 +1,24 @@
 """Devices of a subject: what `[[devices]]` of its file and `gaitval subject --device` ask for.
 
-The core, and a cohort, ask for it in the part `device_results`. The main job is of the person
-without them, whom the record is of; then the person walks with them, by every assumption, in a
-folder of the run. So a device can be changed without doing the main job again.
+The main job is of the person without them, whom the record is of; then the person walks with them,
+by every assumption, in a folder of the run. So a device can be changed without doing the main job
+again.
 """
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from gaitval.datasets.subject import Subject
-from gaitval.errors import ConfigurationError, SubjectError
-from gaitval.study.inputs import POLICY_FILES
-from gaitval.study.sources import PACKAGE, code_of
-from gaitval.study.stage import Run, Stage
-from gaitval.model.devices.device import Device, devices_of, load_devices, tables_of
 from gaitval.apps.devices.sound_leg import check_side
+from gaitval.datasets.subject import Subject
+from gaitval.model.devices.device import Device, devices_of, load_devices, tables_of
+from gaitval.study.inputs import POLICY_FILES
+from gaitval.study.sources import code_of
+from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
     from gaitval.simulation.walker import Walker, WalkingTask
 
 PAGE: Final = "device.html"
-
-
-def check(given: Sequence[Mapping[str, Any]], where: str) -> None:
-    """Raise SubjectError if the `[[devices]]` of a subject's file cannot be; `where` names it."""
-    try:
-        devices_of({"devices": given}, where)
-    except ConfigurationError as error:
-        raise SubjectError(str(error)) from None
 
 
 def wearing(subject: Subject, devices: Sequence[str | Mapping[str, Any]]) -> Subject:
@@ -37,7 +27,7 @@ def wearing(subject: Subject, devices: Sequence[str | Mapping[str, Any]]) -> Sub
     """
     given = _all_of(devices)
     check_side(subject, given)
-    return subject.model_copy(update={"devices": (*subject.devices, *tables_of(given))})
+    return subject.model_copy(update={"devices": (*subject.devices, *given)})
 
 
 def tables(devices: Sequence[str | Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -63,7 +53,7 @@ def _devices(device: str | Mapping[str, Any]) -> tuple[Device, ...]:
 
 def code() -> dict[str, str]:
     """Hash of every source that walking with devices uses."""
-    return code_of(_walk, PACKAGE, Path(__file__).parent)
+    return code_of(_walk)
 
 
 def live_walker(
@@ -78,9 +68,14 @@ def live_walker(
     return worn, EndlessWalker(worn)
 
 
+def afterwards(subject: Subject) -> tuple[Callable[[Run], Stage], ...]:
+    """What the main job of `subject` does at its end: the walks with its devices, if it has any."""
+    return (stage,) if subject.devices else ()
+
+
 def folder_of(subject: Subject) -> str:
     """The folder of a run in which the devices of its `subject` are."""
-    return "-".join(str(each["name"]) for each in subject.devices)
+    return "-".join(each.name for each in subject.devices)
 
 
 def stage(run: Run) -> Stage:
@@ -88,7 +83,7 @@ def stage(run: Run) -> Stage:
     Raises ConfigurationError.
     """
     name = folder_of(run.subject)
-    worn = devices_of({"devices": run.subject.devices}, run.subject.identifier)
+    worn = run.subject.devices
     check_side(run.subject, worn)
     return Stage(
         f"device-{name}",
@@ -101,24 +96,23 @@ def stage(run: Run) -> Stage:
         values={
             **run.sections("environment", "contact", "record"),
             "devices": tables_of(worn),
-            "code": code(),
         },
         workspace=f"{name}/searches",
     )
 
 
 def _walk(run: Run, name: str) -> None:
-    from gaitval.study.inputs import stored_policy, validated_task
     from gaitval.apps.devices.command import SAMPLES
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import Wearer, outcomes
+    from gaitval.study.inputs import stored_policy, validated_task
 
     task, mu = validated_task(run)
     policy = stored_policy(run, run.folder / "policy")
     origin = str(run.folder.resolve())
     person = Wearer(run.subject.identifier, task, policy, mu, origin=origin)
-    devices = devices_of({"devices": run.subject.devices}, run.subject.identifier)
+    devices = run.subject.devices
     folder, say = run.folder / name, run.observer.say
     worn, strategies = tuned(person, devices, folder / "searches", say=say)
     found, learned = outcomes(person, worn, samples=SAMPLES, say=say)

@@ -13,21 +13,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval import __version__
-from gaitval.artefacts import write_text
-from gaitval.coordinates import SIDES, Side
-from gaitval.model.urdf import write_urdf
-from gaitval.policy.storage import Policy, save_policy
-from gaitval.reporting.drawing import link, new_figure, svg
-from gaitval.reporting.page import write_page
-from gaitval.reporting.replay import SCRIPTS
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
-from gaitval.model.devices.device import Device, write_devices
-from gaitval.model.devices.drawn import WORN
 from gaitval.apps.devices.regressions import said_of
 from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, figures_of, write_result
 from gaitval.apps.devices.search import Found
 from gaitval.apps.devices.study import CYCLES, PUSHES, Outcome, Wearer
+from gaitval.artefacts import write_text
+from gaitval.coordinates import SIDES, Side
+from gaitval.model.devices.device import Device, write_devices
+from gaitval.model.devices.drawn import WORN
+from gaitval.model.urdf import write_urdf
+from gaitval.policy.storage import Policy, save_policy
+from gaitval.reporting.drawing import link, new_figure, svg
+from gaitval.reporting.page import write_page
+from gaitval.reporting.replay import SCRIPTS
 
 TEMPLATE: Final = "gaitval.apps.devices:device.html.j2"
 LINES: Final = {

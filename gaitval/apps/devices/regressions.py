@@ -8,12 +8,12 @@ under other conditions, and they disagree: that is how wrong any of them may be.
 from collections.abc import Sequence
 from typing import Final, Literal, NamedTuple
 
-from gaitval.configuration import Configuration
-from gaitval.coordinates import SIDES
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
-from gaitval.model.devices.device import Device
 from gaitval.apps.devices.experiments import com_work_rate
 from gaitval.apps.devices.study import Outcome
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES
+from gaitval.model.devices.device import Device
 
 
 class Regression(NamedTuple):

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from gaitval.apps.devices.curves import CUTOFF
+from gaitval.apps.devices.study import Outcome, Wearer
 from gaitval.constants import GRAVITY
 from gaitval.metrics.results import Method
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reporting.replay import FRAMES, scene, shown_walk
 from gaitval.simulation.rollout import Rollout
-from gaitval.apps.devices.curves import CUTOFF
-from gaitval.apps.devices.study import Outcome, Wearer
 
 
 def shown_method(person: Wearer, outcome: Outcome) -> Method:

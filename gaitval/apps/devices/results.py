@@ -1,15 +1,13 @@
 """The result of devices on a person as a file: its figures, walked again, and beside others.
 
-`gaitval check` and `gaitval compare` ask for this module as the part `device_results`; the core and
-a cohort find here also what `of_subject` has. A figure of a device is neither better nor worse than
-another, so a change in either direction counts.
+A figure of a device is neither better nor worse than another, so a change in either direction
+counts.
 """
 
 import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -21,8 +19,6 @@ if TYPE_CHECKING:
     from gaitval.apps.devices.search import Found
     from gaitval.apps.devices.study import Outcome, Say, Wearer
 
-OF_SUBJECT: Final = ("check", "code", "folder_of", "live_walker", "stage", "tables", "wearing")
-"""What this part also has, of `of_subject`, whose pages are written with what is here."""
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
 VERSION: Final = 2
@@ -40,12 +36,6 @@ MARGINS: Final = {
 }
 """By which a figure may move, by its unit, before it is another: a few hundredths of the largest
 value in ordinary walking. Cycles and pushes are counts that hang on single falls."""
-
-
-def __getattr__(name: str) -> Any:
-    if name in OF_SUBJECT:
-        return getattr(import_module("gaitval.apps.devices.of_subject"), name)
-    raise AttributeError(name)
 
 
 class Figure(NamedTuple):
@@ -179,9 +169,9 @@ def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[Figure]:
     """The figures of a stored result, with everything but the learned policy worked out again.
     Raises GaitvalError.
     """
-    from gaitval.policy.storage import load_policy
-    from gaitval.model.devices.drawn import worn_in
     from gaitval.apps.devices.study import outcomes, wearer
+    from gaitval.model.devices.drawn import worn_in
+    from gaitval.policy.storage import load_policy
 
     about, _ = _read(folder)
     own = folder / about["walker"]

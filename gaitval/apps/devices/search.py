@@ -16,19 +16,19 @@ import cma
 import numpy as np
 
 from gaitval import file_gate
+from gaitval.apps.devices.adaptation import walk_without
+from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
+from gaitval.apps.devices.study import AFTER, Say, Wearer, pushed, pushes_of
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.artefacts import value_hash, write_json
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError, ConfigurationError, RecordError
-from gaitval.model.urdf import model_hash
-from gaitval.policy.environment import WalkingEnvironment
-from gaitval.apps.devices.adaptation import walk_without
 from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.controllers import PhaseSpline
-from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval.model.devices.device import Device
-from gaitval.apps.devices.study import AFTER, Say, Wearer, pushed, pushes_of
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
+from gaitval.model.urdf import model_hash
+from gaitval.policy.environment import WalkingEnvironment
 
 CYCLES: Final = 12.0
 FORCES: Final = (150.0, 200.0, 250.0, 300.0, 350.0, 400.0, 500.0, 600.0, 800.0)

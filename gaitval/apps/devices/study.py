@@ -7,23 +7,23 @@ from pathlib import Path
 from typing import Final
 
 import gaitval
+from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
+from gaitval.apps.devices.curves import WalkCurves, walk_curves
+from gaitval.apps.devices.learning import EFFORT, adapt
+from gaitval.apps.devices.scores import RolloutScore, score_rollout
+from gaitval.apps.devices.sound_leg import check_side
+from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError
+from gaitval.model.devices.device import Device, devices_of
 from gaitval.model.parameters import nominal_parameters
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import general_walker
-from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
-from gaitval.apps.devices.curves import WalkCurves, walk_curves
-from gaitval.model.devices.device import Device, devices_of
-from gaitval.apps.devices.learning import EFFORT, adapt
-from gaitval.apps.devices.scores import RolloutScore, score_rollout
-from gaitval.apps.devices.sound_leg import check_side
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 
 CYCLES: Final = 20.0
 """Gait cycles of each walk."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from gaitval.apps.devices.walking import DeviceWalk
 from gaitval.arrays import Array
 from gaitval.model.devices.device import Device, Motor
-from gaitval.apps.devices.walking import DeviceWalk
 
 
 def lagged(command: Array, motor: Motor, step: float) -> Array:

@@ -8,9 +8,15 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.apps.devices import hinge_step as column
+from gaitval.apps.devices.hinge_step import hinge_torques, steps_with_devices
+from gaitval.apps.devices.phase_estimate import PhaseEstimate
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
+from gaitval.model.devices.composite import fitted
+from gaitval.model.devices.controllers import Controller, Measured
+from gaitval.model.devices.device import Device, Hinge, Motor, check_together
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
     ACTUATED_COUNT,
@@ -30,12 +36,6 @@ from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.servo import servo_stiffness
 from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
-from gaitval.apps.devices import hinge_step as column
-from gaitval.model.devices.composite import fitted
-from gaitval.model.devices.controllers import Controller, Measured
-from gaitval.model.devices.device import Device, Hinge, Motor, check_together
-from gaitval.apps.devices.hinge_step import hinge_torques, steps_with_devices
-from gaitval.apps.devices.phase_estimate import PhaseEstimate
 
 Maker = Callable[[], Controller]
 """Makes a controller for one hinge: a class, for instance."""

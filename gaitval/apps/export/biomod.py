@@ -10,13 +10,13 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.export.virtual_markers import virtual_markers
+from gaitval.apps.export.walked import Walked
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_text
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, AXES, RANGES
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, Segment
-from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
 
 FILES: Final = ("person.bioMod", "walk.npz")
 _ROOT: Final = 6

@@ -9,15 +9,15 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.export.virtual_markers import virtual_markers
+from gaitval.apps.export.walked import Walked
 from gaitval.arrays import Array
 from gaitval.inverse.marked_body import marker_positions
+from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Recording
-from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.simulation.ground_wrenches import ground_wrenches
-from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
 
 FILE: Final = "walk.c3d"
 CAMERA_STEPS: Final = 5

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval.artefacts import copy_files, file_hash, versions, write_json
 from gaitval.apps.export.walked import Walked
+from gaitval.artefacts import copy_files, file_hash, versions, write_json
 
 FILE: Final = "ro-crate-metadata.json"
 SPECIFICATION: Final = "https://w3id.org/ro/crate/1.1"

@@ -14,8 +14,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.policy.environment import WalkingEnvironment
 from gaitval.apps.export.walked import Walked
+from gaitval.policy.environment import WalkingEnvironment
 
 NAME: Final = "gaitval/Walker-v0"
 

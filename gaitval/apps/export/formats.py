@@ -5,7 +5,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.apps.export.biomod import write_biomod
 from gaitval.apps.export.c3d_file import write_c3d_file
 from gaitval.apps.export.crate import write_crate
@@ -14,6 +13,7 @@ from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
 from gaitval.apps.export.training_folder import write_training
 from gaitval.apps.export.walked import Walked
+from gaitval.errors import ArtefactError, ConfigurationError
 
 Writer = Callable[[Path, Walked], list[Path]]
 """Writes files into a folder, which it makes; returns their paths. Raises ArtefactError."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gaitval.apps.export.walked import Walked
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing
 from gaitval.constants import GRAVITY
@@ -25,7 +26,6 @@ from gaitval.metrics.comparison import low_pass_of
 from gaitval.metrics.cycles import filtered
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.apps.export.walked import Walked
 
 if TYPE_CHECKING:
     import pandas as pd

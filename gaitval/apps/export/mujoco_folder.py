@@ -8,6 +8,7 @@ import numpy as np
 from safetensors.numpy import save_file
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.export.walked import Walked
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
@@ -18,7 +19,6 @@ from gaitval.policy.storage import save_policy
 from gaitval.reference.motion import END_EFFECTORS
 from gaitval.simulation.mujoco_body import mjcf
 from gaitval.simulation.tables import read_row
-from gaitval.apps.export.walked import Walked
 
 FILES = (
     *("person.xml", "walker.json", "reference.safetensors"),
@@ -50,7 +50,9 @@ def write_mujoco(folder: Path, walked: Walked) -> list[Path]:
     with replacing(folder / "reference.safetensors") as temporary:
         save_file({name: np.ascontiguousarray(each) for name, each in tables.items()}, temporary)
     save_policy(walked.stored.network, folder)
-    write_text(folder / "walk.py", files("gaitval.apps.export").joinpath("walk.py").read_text("utf-8"))
+    write_text(
+        folder / "walk.py", files("gaitval.apps.export").joinpath("walk.py").read_text("utf-8")
+    )
     return [folder / name for name in FILES]
 
 

@@ -5,9 +5,10 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.export.virtual_markers import virtual_markers
+from gaitval.apps.export.walked import Walked
 from gaitval.arrays import Array
 from gaitval.mocap.recording import FootForces
-from gaitval.simulation.ground_wrenches import ground_wrenches
 from gaitval.opensim.motion import (
     write_external_loads,
     write_forces,
@@ -15,8 +16,7 @@ from gaitval.opensim.motion import (
     write_motion,
 )
 from gaitval.opensim.osim import write_osim
-from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
+from gaitval.simulation.ground_wrenches import ground_wrenches
 
 LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""

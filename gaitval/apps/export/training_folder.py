@@ -3,8 +3,8 @@
 from importlib.resources import files
 from pathlib import Path
 
-from gaitval.artefacts import write_text
 from gaitval.apps.export.walked import Walked
+from gaitval.artefacts import write_text
 
 
 def write_training(folder: Path, walked: Walked) -> list[Path]:

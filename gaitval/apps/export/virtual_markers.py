@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 import gaitval
-from gaitval.model.markers import ModelMarker
 from gaitval.apps.export.walked import Walked
+from gaitval.model.markers import ModelMarker
 
 JOINT_CENTRES: Final = {
     f"{side.upper()}{name}": f"{segment}_{side}"

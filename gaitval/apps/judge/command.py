@@ -66,11 +66,11 @@ def judge(
     masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. The
     exit code is 1 if a limit that decides has failed.
     """
-    from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
-    from gaitval.errors import ConfigurationError
     from gaitval.apps.judge.judge import Request
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.write import NAME, write_judgement, write_result
+    from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
+    from gaitval.errors import ConfigurationError
 
     if mass is not None and height is not None:
         problems = mass_and_height_problems(mass, height)

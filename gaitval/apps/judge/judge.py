@@ -8,6 +8,16 @@ from typing import Final, Literal
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from gaitval.apps.judge import markers as of_markers
+from gaitval.apps.judge.body import body_measures, stature_of_legs
+from gaitval.apps.judge.gait import Gait, find_gait, mean_curve, valid, weight_ratio
+from gaitval.apps.judge.loads import read_loads
+from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
+from gaitval.apps.judge.opensim.model import OsimModel
+from gaitval.apps.judge.opensim.model_file import read_model
+from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
+from gaitval.apps.judge.residuals import residual_wrench
+from gaitval.apps.judge.skeleton import Skeleton, skeleton
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES, SIDES, Side
 from gaitval.errors import RecordError
@@ -19,16 +29,6 @@ from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.reading import read_recording
 from gaitval.scaling.anthropometry import WINTER
-from gaitval.apps.judge import markers as of_markers
-from gaitval.apps.judge.body import body_measures, stature_of_legs
-from gaitval.apps.judge.gait import Gait, find_gait, mean_curve, valid, weight_ratio
-from gaitval.apps.judge.loads import read_loads
-from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
-from gaitval.apps.judge.opensim.model import OsimModel
-from gaitval.apps.judge.opensim.model_file import read_model
-from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
-from gaitval.apps.judge.residuals import residual_wrench
-from gaitval.apps.judge.skeleton import Skeleton, skeleton
 
 SHOWN_ONLY: Final = (
     "side-length",

@@ -7,6 +7,10 @@ from typing import Any, Final
 import numpy as np
 from markupsafe import Markup
 
+from gaitval.apps.judge.gait import project_axes
+from gaitval.apps.judge.judge import Judgement
+from gaitval.apps.judge.markers import by_marker
+from gaitval.apps.judge.results import JudgeResult
 from gaitval.arrays import Array
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
@@ -16,10 +20,6 @@ from gaitval.metrics.verdicts import SIGNS
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.page import write_page
-from gaitval.apps.judge.gait import project_axes
-from gaitval.apps.judge.judge import Judgement
-from gaitval.apps.judge.markers import by_marker
-from gaitval.apps.judge.results import JudgeResult
 
 GROUPS: Final = {
     "Marker errors": ("ik_marker_rms", "ik_marker_largest"),

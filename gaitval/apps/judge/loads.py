@@ -5,6 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitval.apps.judge.opensim.fields import Element, child, flag, read_document, text
+from gaitval.apps.judge.opensim.model import GROUND
+from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.coordinates import Side
 from gaitval.errors import RecordError
 from gaitval.mocap.mot import read_ground_reaction, read_storage
@@ -12,9 +15,6 @@ from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.text_table import XYZ, sample_rate
-from gaitval.apps.judge.opensim.fields import Element, child, flag, read_document, text
-from gaitval.apps.judge.opensim.model import GROUND
-from gaitval.apps.judge.skeleton import Skeleton
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import file_hash, versions, write_json
-from gaitval.coordinates import SIDES
-from gaitval.metrics.typed import tidy
-from gaitval.missing_extras import raise_named
 from gaitval.apps.judge.body import segment_shares
 from gaitval.apps.judge.gait import valid, weight_ratio
 from gaitval.apps.judge.judge import Judgement, floor_leg
 from gaitval.apps.judge.markers import by_marker
 from gaitval.apps.judge.moments import speed_group
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
+from gaitval.artefacts import file_hash, versions, write_json
+from gaitval.coordinates import SIDES
+from gaitval.metrics.typed import tidy
+from gaitval.missing_extras import raise_named
 
 NAME: Final = "judge"
 

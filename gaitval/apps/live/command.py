@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval import wings
+from gaitval.errors import ConfigurationError, RecordError, ToleranceError
+from gaitval.model.devices.device import tables_of
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
-from gaitval.errors import ConfigurationError, RecordError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.apps.live.log import Log
@@ -89,9 +89,9 @@ def live(
     first start takes half a minute, for references at six speeds, and minutes of who has a
     prosthesis. What is done is logged, and can be walked again. Ctrl-C ends it.
     """
-    from gaitval.datasets.subject_file import load_subject
     from gaitval.apps.live.log import check_person, read_log
     from gaitval.apps.live.person import folder_of, prepared
+    from gaitval.datasets.subject_file import load_subject
 
     if (subject is None) == (replay is None):
         raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
@@ -102,7 +102,9 @@ def live(
     log = None if replay is None else read_log(replay)
     person = load_subject(str(subject)) if log is None else log.subject
     if device:
-        person = wings.load(wings.PARTS, "device_results").wearing(person, device)
+        from gaitval.apps.devices.of_subject import wearing
+
+        person = wearing(person, device)
     folder = out or folder_of(person)
     with (
         display.live_view() as view,
@@ -118,7 +120,7 @@ def live(
                 _check(log, walk, replay)
                 return
         else:
-            walk = LiveWalk(found, devices=person.devices)
+            walk = LiveWalk(found, devices=tables_of(person.devices))
         written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
     if written is not None:
         display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")

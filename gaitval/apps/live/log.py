@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any, Final, TextIO
 
 from gaitval import __version__, file_gate
-from gaitval.datasets.subject import Subject
-from gaitval.datasets.subject_file import parse_subject
-from gaitval.errors import ArtefactError, RecordError
 from gaitval.apps.live.doing import Clock, Doing, doing_of, values_of
 from gaitval.apps.live.person import Person
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.datasets.subject import Subject
+from gaitval.datasets.subject_file import parse_subject
+from gaitval.errors import ArtefactError, RecordError
 
 FORMAT: Final = "gaitval live 1"
 LARGEST: Final = 64_000_000

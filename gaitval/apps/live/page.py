@@ -8,13 +8,13 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
-from gaitval.errors import ConfigurationError
 from gaitval.apps.live.log import Log, Replay, Writer
 from gaitval.apps.live.person import Person
 from gaitval.apps.live.pictures import scene_of
 from gaitval.apps.live.server import LiveServer, serving
 from gaitval.apps.live.session import Session
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.errors import ConfigurationError
 
 
 @contextmanager

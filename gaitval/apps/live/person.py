@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from gaitval import wings
+from gaitval.apps.patients.gentle_fit import gentle_reference
 from gaitval.artefacts import file_hash
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
@@ -21,7 +21,7 @@ from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import stored_policy
 from gaitval.study.predicted_tasks import range_stage, range_task
-from gaitval.study.sources import code_of_part
+from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
 from gaitval.study.stages import scale_stage
 from gaitval.study.stored_policy import general_walker
@@ -89,10 +89,10 @@ def _range_stage(run: Run) -> Stage:
     The usual one ends far from some of their angles, and such a reference is fallen from.
     """
     side = run.subject.prosthesis
-    if side not in SIDES or "gentle_reference" not in wings.names(wings.PARTS):
+    if side not in SIDES:
         return range_stage(run)
-    stage = range_stage(run, partial(wings.load(wings.PARTS, "gentle_reference"), amputation=side))
-    return replace(stage, values={**stage.values, "fit": code_of_part("gentle_reference")})
+    stage = range_stage(run, partial(gentle_reference, amputation=side))
+    return replace(stage, values={**stage.values, "fit": code_of(gentle_reference)})
 
 
 def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> Person:

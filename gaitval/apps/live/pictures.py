@@ -6,15 +6,15 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.model.body import SEGMENTS
-from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
-from gaitval.model.tree import segment_frames
-from gaitval.prediction.speed import trials_told
 from gaitval.apps.live.doing import LARGEST_PUSH
 from gaitval.apps.live.person import Person
 from gaitval.apps.live.session import Session, Shown
 from gaitval.apps.live.shapes import drawn_shapes
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.model.body import SEGMENTS
+from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
+from gaitval.model.tree import segment_frames
+from gaitval.prediction.speed import trials_told
 
 ARROW: Final = 0.6
 """m in the picture that a force of the ground of one body weight is long, as in the replay."""

@@ -21,10 +21,10 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any, Final
 
-from gaitval.errors import GaitvalError
 from gaitval.apps.live.doing import doing_of
 from gaitval.apps.live.pictures import message_of
 from gaitval.apps.live.session import Session
+from gaitval.errors import GaitvalError
 
 ADDRESS: Final = "127.0.0.1"
 MOST_BYTES: Final = 2_000

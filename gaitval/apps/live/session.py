@@ -9,10 +9,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.apps.live.doing import FULL, Clock, Doing, Push
 from gaitval.apps.live.log import EVERY, Replay, Writer
 from gaitval.apps.live.walk import LiveWalk, Seen
+from gaitval.arrays import Array
 
 PICTURES: Final = 60.0
 """A second: no screen that this is for shows more."""

@@ -11,7 +11,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from gaitval import wings
+from gaitval.apps.devices.of_subject import live_walker
+from gaitval.apps.live.blending import Blend
+from gaitval.apps.live.doing import Body, Doing, Push, Restart, SetSpeed, Wear
+from gaitval.apps.live.person import Person
 from gaitval.arrays import Array
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
@@ -20,9 +23,6 @@ from gaitval.policy.environment import HABIT_PHASES, WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Trajectory, WalkingTask
-from gaitval.apps.live.blending import Blend
-from gaitval.apps.live.doing import Body, Doing, Push, Restart, SetSpeed, Wear
-from gaitval.apps.live.person import Person
 
 PUSH_SECONDS: Final = 0.05
 """s that a push lasts, as everywhere in gaitval."""
@@ -151,7 +151,7 @@ class WornEnvironment(LiveEnvironment):
     """A person with devices, by their whole tables."""
 
     def __init__(self, task: WalkingTask, devices: Sequence[Mapping[str, Any]]) -> None:
-        worn, walker = wings.load(wings.PARTS, "device_results").live_walker(task, devices)
+        worn, walker = live_walker(task, devices)
         super().__init__(worn)
         self.walker = walker
 

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitval.apps.patients.records import Patient
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.metrics.norms import norms
-from gaitval.apps.patients.records import Patient
 
 BEYOND = 2.0
 """Standard deviations from the norm beyond which a curve is unlike healthy people's."""

@@ -8,14 +8,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from gaitval.artefacts import write_json, write_text
-from gaitval.configuration import load_configuration
-from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.errors import ConfigurationError, RecordError
 from gaitval.apps.patients.passive_foot import expected_ankles
 from gaitval.apps.patients.people import Person, own_rows, read_people
 from gaitval.apps.patients.records import Patient, patient
 from gaitval.apps.patients.strides import read_strides
+from gaitval.artefacts import write_json, write_text
+from gaitval.configuration import load_configuration
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.errors import ConfigurationError, RecordError
 
 
 def found_patients(
@@ -106,9 +106,9 @@ def walked(
     found: Sequence[Patient], out: Path, tell: Callable[[str], None]
 ) -> list[dict[str, Any]]:
     """Walk all of them (`walk.walk_all`); results are also in `out`/walks."""
-    from gaitval.study.sources import PACKAGE, code_of
-    from gaitval.study.stored_policy import general_walker
     from gaitval.apps.patients.walk import walk, walk_all
+    from gaitval.study.sources import code_of
+    from gaitval.study.stored_policy import general_walker
 
     configuration = load_configuration()
     return walk_all(
@@ -116,7 +116,7 @@ def walked(
         out / "walks",
         general_walker(configuration.environment),
         configuration,
-        str(sorted(code_of(walk, PACKAGE, Path(__file__).parent).items())),
+        str(sorted(code_of(walk).items())),
         tell,
     )
 

@@ -112,8 +112,8 @@ def patients(
 
 def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
     """Who has no row, or one found by a number, and what was estimated: a line for all."""
-    from gaitval.datasets.plausible import unusual_build
     from gaitval.apps.patients.strides import POSITIVE, turned
+    from gaitval.datasets.plausible import unusual_build
 
     def say(text: str) -> None:
         display.messages.print(text, soft_wrap=True)

@@ -16,6 +16,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.patients.told import over_stance
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
@@ -42,7 +43,6 @@ from gaitval.reference.motion import (
     spectral_rate,
 )
 from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, TRUNK, walking_laws
-from gaitval.apps.patients.told import over_stance
 
 GENTLE: Final = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Weights of Newton's laws on the pelvis, one after the other."""

@@ -7,6 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval.apps.patients.asymmetry import angle_rows, symmetry_index, worse_side
+from gaitval.apps.patients.records import Patient
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.plausible import ADULT
@@ -20,8 +22,6 @@ from gaitval.metrics.norms import ASSUMED_AGE, norms
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, STYLES, WALK_WIDTH
 from gaitval.reporting.page import write_html
-from gaitval.apps.patients.asymmetry import angle_rows, symmetry_index, worse_side
-from gaitval.apps.patients.records import Patient
 
 TITLES: Final = {
     "pelvis_tilt": "Pelvic tilt",

@@ -23,14 +23,14 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.patients.records import Patient, two_sided
+from gaitval.apps.patients.told import HARMONICS, SAMPLES, most_dorsiflexed, told_record
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import GaitRecord, PeriodicCurve, periodic_through
 from gaitval.model.body import BodyModel
 from gaitval.scaling.scaling import scale_subject
-from gaitval.apps.patients.records import Patient, two_sided
-from gaitval.apps.patients.told import HARMONICS, SAMPLES, most_dorsiflexed, told_record
 
 UNLOADED: Final = (0.05, 0.04)
 """Of the cycle, left out after toe-off and before heel strike, where a foot may still bend."""

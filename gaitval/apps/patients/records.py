@@ -14,6 +14,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval.apps.patients import estimates
+from gaitval.apps.patients.estimates import Estimate
+from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
+from gaitval.apps.patients.people import Person, person_of
+from gaitval.apps.patients.prosthesis import with_prosthesis
+from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
+from gaitval.apps.patients.sound_side import expected_of
+from gaitval.apps.patients.strides import Strides
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.identity import identity
 from gaitval.datasets.stored_gait import Gait, StanceFraction
@@ -25,14 +33,6 @@ from gaitval.gait.sampling import SAMPLES
 from gaitval.scaling.anthropometry import ADULT_YEARS, mass_fractions
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.tape import measure_by_tape
-from gaitval.apps.patients import estimates
-from gaitval.apps.patients.estimates import Estimate
-from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
-from gaitval.apps.patients.people import Person, person_of
-from gaitval.apps.patients.prosthesis import with_prosthesis
-from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
-from gaitval.apps.patients.sound_side import expected_of
-from gaitval.apps.patients.strides import Strides
 
 EXPECTED: Final = ("subtalar_angle",)
 """Angles that the model has and a stride has not: the mean of the built-in people."""

@@ -14,11 +14,11 @@ from typing import Final
 import numpy as np
 
 from gaitval import file_gate
+from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
-from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 
 AXES: Final[Mapping[str, str]] = {
     "pelvis_1": "pelvis_list",
@@ -35,8 +35,8 @@ AXES: Final[Mapping[str, str]] = {
 
 TURNED: Final = 1.6
 """How many times nearer to healthy people's both sides of all people together must be with the sign
-changed, for the sign to be wrong: as of one person in `gaitval.identification.unusual`. So much nearer must
-one side be to the other with its sign changed, too."""
+changed, for the sign to be wrong: as of one person in `gaitval.identification.unusual`. So much
+nearer must one side be to the other with its sign changed, too."""
 
 FEW: Final = 3
 """People of whom a sign that is wrong by their shape is refused. Of 104 people, five alone are

@@ -13,6 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
+from gaitval.apps.patients.sound_side import expected_of
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
@@ -22,8 +24,6 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.prediction.normal_form import record_from, symmetric
 from gaitval.prediction.population import expected, other_people, with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
-from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
-from gaitval.apps.patients.sound_side import expected_of
 
 SAMPLES = 200
 HARMONICS = 40

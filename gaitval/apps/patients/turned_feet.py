@@ -15,13 +15,13 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
+from gaitval.apps.patients.strides import Strides
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.rotations import foot_angles
-from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
-from gaitval.apps.patients.strides import Strides
 
 STANCE: Final = (0.1, 0.5)
 """Of the cycle, in which the foot is flat or rolls over its ball."""

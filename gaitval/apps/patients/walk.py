@@ -12,6 +12,11 @@ from typing import Any, Final
 
 import numpy as np
 
+from gaitval.apps.patients.gentle_fit import gentle_reference
+from gaitval.apps.patients.passive_foot import patient_record
+from gaitval.apps.patients.records import Patient, two_sided
+from gaitval.apps.patients.told import expected_record
+from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.configuration import Configuration
@@ -31,11 +36,6 @@ from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stage import one_thread
-from gaitval.apps.patients.gentle_fit import gentle_reference
-from gaitval.apps.patients.passive_foot import patient_record
-from gaitval.apps.patients.records import Patient, two_sided
-from gaitval.apps.patients.told import expected_record
-from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""

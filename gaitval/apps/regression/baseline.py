@@ -12,6 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitval import file_gate
+from gaitval.apps.regression.finished import Record, check_finished, read_records
+from gaitval.apps.regression.seal import changes, check_seal, read_seal, seal
+from gaitval.apps.regression.whole_folder import disk_says, writing_whole
 from gaitval.artefacts import (
     copy_files,
     file_hash,
@@ -47,9 +50,6 @@ from gaitval.study.stages import (
     simulate_stage,
     validate_stage,
 )
-from gaitval.apps.regression.finished import Record, check_finished, read_records
-from gaitval.apps.regression.seal import changes, check_seal, read_seal, seal
-from gaitval.apps.regression.whole_folder import disk_says, writing_whole
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
@@ -294,12 +294,12 @@ def believed(file: Path, *, fewer: bool = False) -> "Metrics":
     themselves, or of another configuration, subject or record than those stored beside them;
     PolicyError if the policy cannot be used.
     """
+    from gaitval.apps.regression.stored import FIX, believe
     from gaitval.datasets.subject_file import load_subject
     from gaitval.metrics.results import identification_from, read_metrics
     from gaitval.metrics.validation import provenance_of
     from gaitval.policy.storage import load_policy
     from gaitval.reference.adjustment import Adjustment
-    from gaitval.apps.regression.stored import FIX, believe
 
     metrics = read_metrics(file)
     believe(metrics, str(file), fewer=fewer)

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from gaitval.errors import ArtefactError
-from gaitval.metrics.results import read_metrics
-from gaitval.study.inputs import METRICS
-from gaitval.study.stage import RECORDS
 from gaitval.apps.regression.baseline import check_complete
 from gaitval.apps.regression.finished import check_finished, why_unfinished
 from gaitval.apps.regression.seal import SEAL, check_parts
 from gaitval.apps.regression.versions import StoredWalk, twice
+from gaitval.errors import ArtefactError
+from gaitval.metrics.results import read_metrics
+from gaitval.study.inputs import METRICS
+from gaitval.study.stage import RECORDS
 
 
 def collect(paths: Sequence[Path]) -> list[StoredWalk]:

@@ -10,6 +10,10 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
+from gaitval.apps.regression.csv_text import csv_text
+from gaitval.apps.regression.pair_grids import pair_grids
+from gaitval.apps.regression.regression import Row
+from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 from gaitval.arrays import Array
 from gaitval.artefacts import versions as versions_of_here
 from gaitval.artefacts import write_text
@@ -21,14 +25,10 @@ from gaitval.metrics.record_results import KINDS, Kind
 from gaitval.metrics.tolerances import UNITS, WALK_UNITS, load_registry
 from gaitval.metrics.typed import array
 from gaitval.metrics.verdicts import SIGNS, target_text
+from gaitval.number_text import number
 from gaitval.reporting.drawing import WIDTH, new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, PERCENT, RECORD_COLOUR
 from gaitval.reporting.page import write_page
-from gaitval.reporting.words import number
-from gaitval.apps.regression.csv_text import csv_text
-from gaitval.apps.regression.pair_grids import pair_grids
-from gaitval.apps.regression.regression import Row
-from gaitval.apps.regression.versions import Flip, StoredWalk, Versions, in_margins
 
 CURVES: Final[tuple[tuple[Kind, str], ...]] = (
     *(("angles", name) for name in ("hip_flexion", "knee_angle", "ankle_angle")),

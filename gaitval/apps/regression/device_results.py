@@ -1,16 +1,16 @@
 """Results of devices on people, which `gaitval check` and `compare` take as they take walks.
 
-What they are, another wing knows: it is asked for as the part `device_results`.
+What they are, the application of devices knows (`gaitval.apps.devices.results`); the commands hand
+it over.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple, Protocol, TypeVar
 
-from gaitval import wings
-from gaitval.errors import ArtefactError
 from gaitval.apps.regression.regression import Row
+from gaitval.errors import ArtefactError
 
 RESULT: Final = "device.json"
 """A folder with this file holds such a result."""
@@ -21,16 +21,50 @@ def is_result(folder: Path) -> bool:
     return (folder / RESULT).is_file()
 
 
-def part() -> Any:
-    """What knows of such results. Raises ConfigurationError without it."""
-    return wings.load(wings.PARTS, "device_results")
+class Figure(Protocol):
+    """A figure of a result: `quantity` and `unit`, `of` side and assumption, and its `value`."""
+
+    @property
+    def quantity(self) -> str: ...  # noqa: D102
+    @property
+    def of(self) -> str: ...  # noqa: D102
+    @property
+    def unit(self) -> str: ...  # noqa: D102
+    @property
+    def value(self) -> float | None: ...  # noqa: D102
 
 
-def rows(before: Sequence[Any], now: Sequence[Any]) -> list[Row]:
+FigureOf = TypeVar("FigureOf", bound=Figure)
+
+
+class Results(Protocol[FigureOf]):
+    """What is asked of results of devices; see `gaitval.apps.devices.results`."""
+
+    @property
+    def MARGINS(self) -> Mapping[str, float]:
+        """By which a figure may move, by its unit."""
+
+    def stored(self, folder: Path, /) -> Sequence[FigureOf]:
+        """The figures of a stored result."""
+
+    def walk_again(self, folder: Path, say: Callable[[str], None], /) -> Sequence[FigureOf]:
+        """The figures of a stored result, walked again."""
+
+    def person_of(self, folder: Path, /) -> str:
+        """Who wears the devices of a stored result."""
+
+    def write_side_by_side(
+        self, folder: Path, name: str, results: Mapping[str, Sequence[FigureOf]], /
+    ) -> None:
+        """Write results side by side."""
+
+
+def rows(
+    before: Sequence[Figure], now: Sequence[Figure], margins: Mapping[str, float]
+) -> list[Row]:
     """A row for every figure before or now. One that moved by more than its margin, in either
     direction, is another result, and so lost; so is one that is there in one of both only.
     """
-    margins = part().MARGINS
     was = {(each.quantity, each.of, each.unit): each.value for each in before}
     new = {(each.quantity, each.of, each.unit): each.value for each in now}
     found = []
@@ -44,16 +78,15 @@ def rows(before: Sequence[Any], now: Sequence[Any]) -> list[Row]:
     return found
 
 
-def check(folder: Path) -> list[Row]:
-    """The rows of a stored result, walked again. Raises GaitvalError."""
+def check(folder: Path, known: Results[FigureOf]) -> list[Row]:
+    """The rows of a stored result, walked again as `known` does. Raises GaitvalError."""
     from gaitval.terminal import display
 
-    known = part()
     stored = known.stored(folder)
     with display.live_view() as live:
         live.started("device", folder.name)
         now = known.walk_again(folder, display.messages.print)
-    return rows(stored, now)
+    return rows(stored, now, known.MARGINS)
 
 
 class Compared(NamedTuple):
@@ -70,17 +103,18 @@ class Compared(NamedTuple):
     added: list[str]
 
 
-def compare(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Compared:
+def compare(
+    out: Path, folders: Sequence[Path], before: Sequence[Path], known: Results[FigureOf]
+) -> Compared:
     """Write results side by side into `out`; what moved since those `before`, matched by person and
     name of the folder. Raises ArtefactError.
     """
-    known = part()
     now, then = _by_name(folders), _by_name(before)
     results = {name: known.stored(folder) for name, folder in now.items()}
     known.write_side_by_side(out, "devices", results)
     if not then:
         return Compared([], [], [])
-    here, there = _by_key(now, "RUN"), _by_key(then, "--before")
+    here, there = _by_key(now, "RUN", known), _by_key(then, "--before", known)
     both = [key for key in here if key in there]
     if not both:
         raise ArtefactError(
@@ -90,7 +124,7 @@ def compare(out: Path, folders: Sequence[Path], before: Sequence[Path]) -> Compa
     found = []
     for key in both:
         of = f"{here[key]}: " if len(both) > 1 else ""
-        moved = rows(known.stored(then[there[key]]), results[here[key]])
+        moved = rows(known.stored(then[there[key]]), results[here[key]], known.MARGINS)
         found += [replace(row, target=f"{of}{row.target}") for row in moved]
     return Compared(
         found,
@@ -109,11 +143,13 @@ def _by_name(folders: Sequence[Path]) -> dict[str, Path]:
     return {}
 
 
-def _by_key(folders: Mapping[str, Path], which: str) -> dict[tuple[str, str], str]:
+def _by_key(
+    folders: Mapping[str, Path], which: str, known: Results[FigureOf]
+) -> dict[tuple[str, str], str]:
     """The names of results by person and folder. Raises ArtefactError if two are of one."""
     found: dict[tuple[str, str], str] = {}
     for name, folder in folders.items():
-        key = part().person_of(folder), folder.name
+        key = known.person_of(folder), folder.name
         if key in found:
             raise ArtefactError(
                 f"{found[key]}, {name}: both are {key[1]} of {key[0]}, so it is not clear which of "

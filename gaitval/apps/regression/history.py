@@ -21,11 +21,11 @@ from typing import Any, Final, Literal
 from pydantic import Field
 
 from gaitval import file_gate
+from gaitval.apps.regression.regression import Row
 from gaitval.artefacts import read_json, writing
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import Count, OpenResult, Size
-from gaitval.apps.regression.regression import Row
 
 Kind = Literal["check", "benchmark"]
 

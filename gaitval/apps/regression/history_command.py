@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitval.errors import count_of
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
-from gaitval.errors import count_of
 
 if TYPE_CHECKING:
     from gaitval.apps.regression.history_page import Found

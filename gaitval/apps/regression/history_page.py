@@ -9,16 +9,16 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from gaitval.artefacts import write_text
-from gaitval.metrics.verdicts import target_text
-from gaitval.reporting.drawing import new_figure, svg
-from gaitval.reporting.figures import RECORD_SHADE
-from gaitval.reporting.page import write_page
 from gaitval.apps.regression import change_points
 from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE
 from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.history import Check, Key, series_of
 from gaitval.apps.regression.history import Figure as Value
+from gaitval.artefacts import write_text
+from gaitval.metrics.verdicts import target_text
+from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.figures import RECORD_SHADE
+from gaitval.reporting.page import write_page
 
 COLUMNS: Final = 3
 PANELS: Final = 9

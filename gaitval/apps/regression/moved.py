@@ -6,9 +6,9 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from gaitval.terminal import display
-from gaitval.errors import ToleranceError
 from gaitval.apps.regression.regression import Row, lost
+from gaitval.errors import ToleranceError
+from gaitval.terminal import display
 
 
 def print_moved(rows: Sequence[Row]) -> None:

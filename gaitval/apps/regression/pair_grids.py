@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitval.apps.regression.versions import Pair, StoredWalk
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject_file import load_subject
@@ -21,7 +22,6 @@ from gaitval.metrics.typed import array
 from gaitval.reporting import grids
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.run_grids import strides_of
-from gaitval.apps.regression.versions import Pair, StoredWalk
 
 PAIRS: Final = 3
 """Most people whose grids are drawn: the page of each run has its own."""

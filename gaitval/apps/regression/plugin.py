@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 if TYPE_CHECKING:
+    from gaitval.apps.regression.regression import Row
     from gaitval.metrics.results import Metrics
     from gaitval.metrics.tolerances import Measure
-    from gaitval.apps.regression.regression import Row
 
 Check = Callable[..., "list[Row]"]
 
@@ -68,8 +68,8 @@ def gaitval_check(
     of them if left out. It returns the rows that were compared; a quantity of which none would be
     compared fails the test.
     """
-    from gaitval.errors import GaitvalError
     from gaitval.apps.regression.stored_baselines import find_baseline
+    from gaitval.errors import GaitvalError
 
     def check(baseline: str | Path, quantities: Sequence[str] | None = None) -> "list[Row]":
         __tracebackhide__ = True
@@ -118,13 +118,13 @@ def _compared(
     """The rows of a baseline, and what its walk depends on that has changed since."""
     import filelock
 
+    from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
+    from gaitval.apps.regression.regression import LONG_MEASURES, compare
+    from gaitval.apps.regression.seal import inputs_in_words
     from gaitval.artefacts import value_hash, write_json
     from gaitval.metrics.results import read_metrics
     from gaitval.study.inputs import METRICS
     from gaitval.study.stage import Observer
-    from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
-    from gaitval.apps.regression.regression import LONG_MEASURES, compare
-    from gaitval.apps.regression.seal import inputs_in_words
 
     if config.getoption("--gaitval-update"):
         _check_own(folder)
@@ -153,8 +153,8 @@ def _is_full(config: pytest.Config) -> bool:
 
 def _check_own(folder: Path) -> None:
     """Raise ArtefactError for a baseline of the installed package."""
-    from gaitval.errors import ArtefactError
     from gaitval.apps.regression.stored_baselines import is_installed
+    from gaitval.errors import ArtefactError
 
     if is_installed(folder):
         raise ArtefactError(
@@ -165,9 +165,9 @@ def _check_own(folder: Path) -> None:
 
 def _update(folder: Path, now: "Metrics") -> None:
     """Write what is measured now into a baseline, and seal it."""
+    from gaitval.apps.regression.baseline import seal_again
     from gaitval.artefacts import write_json
     from gaitval.study.inputs import METRICS
-    from gaitval.apps.regression.baseline import seal_again
 
     write_json(folder / METRICS, now.as_dict())
     seal_again(folder, walked=True)
@@ -182,10 +182,10 @@ def _check_quantities(folder: Path, quantities: Sequence[str] | None, *, full: b
     """Raise ArtefactError unless every one of the `quantities` is compared, of a `full` walk or a
     short one: a test that compares nothing would pass whatever was lost.
     """
-    from gaitval.errors import ArtefactError
-    from gaitval.study.inputs import METRICS
     from gaitval.apps.regression.baseline import stored_metrics
     from gaitval.apps.regression.regression import LONG_MEASURES
+    from gaitval.errors import ArtefactError
+    from gaitval.study.inputs import METRICS
 
     measures = stored_metrics(folder / METRICS).measures
     if quantities is None:

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitval.metrics.results import Metrics
 from gaitval.apps.regression.regression import Allowed, Row, compare
+from gaitval.metrics.results import Metrics
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval import wings
+from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
 from gaitval.terminal.app import ConfigOption, SetOption, added_command
-from gaitval.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from gaitval.apps.virtual.harsh import HarshPerson
@@ -73,10 +72,10 @@ def virtual(
     markers and force plates, to be imported; only the lengths of foot, shank and thigh are drawn
     then. About half a minute.
     """
+    from gaitval.apps.virtual.person import virtual_person
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stored_policy import general_walker
-    from gaitval.apps.virtual.person import virtual_person
 
     if by not in ("markers", "stature"):
         raise ConfigurationError(f"--by {by}: give markers or stature.")
@@ -103,8 +102,8 @@ def virtual(
         _write_recording(out / f"V{seed}_{number:03d}", made)
         return
     if world == "harsh":
-        from gaitval.artefacts import write_json
         from gaitval.apps.virtual.harsh import harsh_person
+        from gaitval.artefacts import write_json
 
         harsh = harsh_person(number, seed, person, policy, configuration)
         _write_person(out, harsh)
@@ -136,9 +135,9 @@ def _write_person(out: Path, found: "VirtualPerson | HarshPerson") -> None:
 def _write_recording(folder: Path, made: "RecordedPerson") -> None:
     """The files of a recorded virtual person, and how to go on."""
     from gaitval.artefacts import write_json, write_text
+    from gaitval.mocap.c3d_writing import write_c3d
     from gaitval.model.parameters import PARAMETERS
 
-    write_c3d = wings.load(wings.PARTS, "write_c3d")
     write_c3d(folder / "standing.c3d", made.standing)
     write_c3d(folder / "walking.c3d", made.walking)
     rows = made.truth()
@@ -160,5 +159,7 @@ def _write_recording(folder: Path, made: "RecordedPerson") -> None:
         f"markers at {trial.marker_rate:g} Hz, {plates} force plates at {trial.force_rate:g} Hz); "
         f"truth: truth.csv (angles and moments of {len(rows) - 1} frames), truth.json"
     )
-    line = wings.load(wings.PARTS, "import_line")(folder, about)
+    from gaitval.datasets.sample import import_line
+
+    line = import_line(folder, about)
     display.plain(f"Import it: {line}")

@@ -40,6 +40,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from gaitval.apps.virtual.person import as_subject, drawn_parameters, seen, walked, with_errors
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration, ContactSettings
 from gaitval.coordinates import ARM, COORDINATES, SIDES
@@ -50,7 +51,6 @@ from gaitval.model.body import BodyModel, Segment
 from gaitval.model.extended import extended_body
 from gaitval.policy.storage import Policy
 from gaitval.reference.motion import ReferenceMotion, moved
-from gaitval.apps.virtual.person import as_subject, drawn_parameters, seen, walked, with_errors
 
 _SHARED: Final = 0.8
 """Correlation of the faults of right and left skin."""

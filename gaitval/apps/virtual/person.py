@@ -13,11 +13,11 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from gaitval import wings
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration, ContactSettings, NoiseSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
+from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.errors import GaitvalError
 from gaitval.gait.accuracy import RecordAccuracy
@@ -332,7 +332,7 @@ def as_subject(name: str, person: Subject, curves: Curves, values: Mapping[str, 
         forces[side] = np.column_stack([forward, left, up])
     mean = MeanCurves(angles=curves.angles, moments=curves.moments, forces=forces, seam=())
     where = f"virtual person {name}"
-    found = wings.load(wings.PARTS, "gait_values")(mean, where)
+    found = gait_values(mean, where)
     kept = ("sex", "age_years", "mass_kg", "height_m", "leg_length_m", "markers", "tape",
             "measurements")  # fmt: skip
     own = {name: getattr(person, name) for name in kept}

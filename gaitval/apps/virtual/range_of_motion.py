@@ -27,6 +27,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.virtual.recording import CAMERA_NOISE
 from gaitval.arrays import Array
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -39,7 +40,6 @@ from gaitval.scaling.functional import (
     hinge_axis,
     segment_motion,
 )
-from gaitval.apps.virtual.recording import CAMERA_NOISE
 
 _CLUSTERS: Final[Mapping[str, tuple[tuple[float, float, float], ...]]] = {
     "pelvis": ((0.09, 0.12, 0.08), (0.09, -0.12, 0.08), (-0.10, 0.05, 0.09), (-0.10, -0.05, 0.09)),

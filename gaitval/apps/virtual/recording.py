@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from gaitval import wings
+from gaitval.apps.virtual.person import VirtualError, drawn_parameters, walked
+from gaitval.apps.virtual.standing import landmarks_on, standing_pose
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import ACTUATED, COORDINATES
@@ -35,10 +36,9 @@ from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
+from gaitval.simulation.ground_wrenches import ground_wrenches
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
-from gaitval.apps.virtual.person import VirtualError, drawn_parameters, walked
-from gaitval.apps.virtual.standing import landmarks_on, standing_pose
 
 MARKER_SET: Final = "isb"
 CAMERA_STEPS: Final = 5
@@ -248,7 +248,7 @@ def _on_belts(
     away = np.zeros((len(time), 3))
     away[:, 0], away[:, 1] = start + speed * time, positions[:, 4].mean()
     positions[:, 3:6] -= away
-    wrenches = wings.load(wings.PARTS, "ground_wrenches")(walk, task)[_acting(rows)]
+    wrenches = ground_wrenches(walk, task)[_acting(rows)]
     # the smooth contact law acts a centimetre above the ground already, which no plate feels
     wrenches[wrenches[..., 2] < UNLOADED_N] = 0.0
     plates = []

@@ -25,6 +25,7 @@ def screen(
     before: what is left of the uncertainty when all are looked for together
     (identification.method=posterior, identification.parameters=extended). Two to three minutes.
     """
+    from gaitval.apps.virtual.screening import screened, table
     from gaitval.artefacts import write_text
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
@@ -32,7 +33,6 @@ def screen(
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
     from gaitval.study.stored_policy import general_walker
-    from gaitval.apps.virtual.screening import screened, table
 
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(subject)

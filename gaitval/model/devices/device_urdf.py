@@ -12,9 +12,9 @@ import xacro
 
 from gaitval.artefacts import scratch, write_text
 from gaitval.model.body import BodyModel
-from gaitval.model.urdf import beside, template_folder, write_urdf
 from gaitval.model.devices.composite import part_place, stumps_only
 from gaitval.model.devices.device import Device
+from gaitval.model.urdf import beside, template_folder, write_urdf
 
 
 def write_device_urdf(model: BodyModel, devices: Sequence[Device], path: Path) -> None:

@@ -19,14 +19,16 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_toml
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
-from gaitval.model.urdf import read_urdf
 from gaitval.model.devices.composite import part_place
 from gaitval.model.devices.device import Device, Hinge, Part, devices_of
+from gaitval.model.urdf import read_urdf
 
 WORN: Final = "devices.toml"
 """The devices of a run, in its folder."""
 Shape = dict[str, Any]
-"""As `gaitval.wings.DRAWN` has it."""
+"""{segment, kind, position, size, turned}, m in the segment's frame: kind "box" with three lengths,
+"sphere" with a radius, "cylinder" (along z) with radius and length, all turned by a quaternion x,
+y, z, w if there is one; or {segment, kind: "skin"}, the segment itself."""
 
 DENSITY: Final = 1000.0
 """kg/m³, of frames, and of a part without inertia, which is drawn as a ball."""

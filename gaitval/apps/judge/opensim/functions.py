@@ -12,9 +12,9 @@ import numpy as np
 from scipy.interpolate import PPoly
 from scipy.linalg import solve_banded
 
+from gaitval.apps.judge.opensim.fields import number, numbers
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
-from gaitval.apps.judge.opensim.fields import number, numbers
 
 Element = ElementTree.Element
 Function = Callable[[Array], Array]

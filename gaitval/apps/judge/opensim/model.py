@@ -15,8 +15,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.apps.judge.opensim.functions import Function
+from gaitval.arrays import Array
 
 GROUND: Final = "ground"
 

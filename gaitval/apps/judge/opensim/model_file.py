@@ -16,8 +16,6 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.arrays import Array
-from gaitval.errors import ModelError
 from gaitval.apps.judge.opensim.fields import (
     Element,
     child,
@@ -46,6 +44,8 @@ from gaitval.apps.judge.opensim.model import (
     OsimModel,
     TransformAxis,
 )
+from gaitval.arrays import Array
+from gaitval.errors import ModelError
 
 OLDEST, BETWEEN, NEWEST = 20000, 30500, 40000
 """Versions of the file: before the first, and between the others, files had other forms."""

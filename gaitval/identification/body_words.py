@@ -6,15 +6,15 @@ from typing import Final
 import numpy as np
 
 from gaitval.coordinates import SIDES
-from gaitval.model.body import BodyModel
-from gaitval.model.parameters import PARAMETERS
-from gaitval.reporting.words import number
 from gaitval.identification.combinations import judged_combinations
 from gaitval.identification.joints import FunctionalLeg, with_joints
 from gaitval.identification.legs import SEEN, LegDifference
 from gaitval.identification.pooled import SAME
 from gaitval.identification.shared_errors import Shared
 from gaitval.identification.verdicts import Judged
+from gaitval.model.body import BodyModel
+from gaitval.model.parameters import PARAMETERS
+from gaitval.number_text import number
 
 _LITTLE: Final = 0.9
 """Contraction from which on a record adds next to nothing."""

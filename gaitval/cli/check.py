@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitval.terminal import display
-from gaitval.terminal.app import added_command
 from gaitval.errors import ConfigurationError
 from gaitval.missing_extras import need
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.regression.history import Commit
@@ -73,14 +73,19 @@ def check(
     what moved if a measure got worse by more than its margin; 2 if the baseline is not as it was
     stored; otherwise 0.
     """
-    from gaitval.study.inputs import METRICS
     from gaitval.apps.regression import device_results
     from gaitval.apps.regression import history as histories
     from gaitval.apps.regression.baseline import changed_inputs, stored_metrics, walk_again
     from gaitval.apps.regression.moved import judge_moved
-    from gaitval.apps.regression.regression import LONG_MEASURES, check_same_measures, compare, write_junit
+    from gaitval.apps.regression.regression import (
+        LONG_MEASURES,
+        check_same_measures,
+        compare,
+        write_junit,
+    )
     from gaitval.apps.regression.seal import inputs_in_words
     from gaitval.apps.regression.stored_baselines import find_baseline
+    from gaitval.study.inputs import METRICS
 
     _check_reason(fewer)
     if device_results.is_result(Path(baseline)):
@@ -133,6 +138,7 @@ def _prepared(junit: Path | None, history: Path | None) -> "Commit | None":
 
 def _check_result(folder: Path, junit: Path | None, history: Path | None) -> None:
     """The same for a result of `gaitval device`."""
+    from gaitval.apps.devices import results
     from gaitval.apps.regression import device_results
     from gaitval.apps.regression.moved import judge_moved
     from gaitval.apps.regression.regression import write_junit
@@ -144,7 +150,7 @@ def _check_result(folder: Path, junit: Path | None, history: Path | None) -> Non
             "--history out (and unset GAITVAL_HISTORY)."
         )
     _prepared(junit, None)
-    figures = device_results.check(folder)
+    figures = device_results.check(folder, results)
     if junit is not None:
         write_junit(figures, junit, about={})
     judge_moved(figures, folder, "make the result again with `gaitval device`")

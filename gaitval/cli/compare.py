@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitval.errors import ConfigurationError, ToleranceError
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
-from gaitval.errors import ConfigurationError, ToleranceError
 
 if TYPE_CHECKING:
     from gaitval.apps.regression.versions import Flip
@@ -92,11 +92,12 @@ def _compare_results(
     out: Path, worn: Sequence[Path], earlier: Sequence[Path], *, strict: bool
 ) -> list[str]:
     """Write the report of results of devices; in words, why a strict comparison fails."""
+    from gaitval.apps.devices import results
     from gaitval.apps.regression import device_results
     from gaitval.apps.regression.moved import print_moved
     from gaitval.apps.regression.regression import lost
 
-    found = device_results.compare(out, worn, earlier)
+    found = device_results.compare(out, worn, earlier, results)
     display.plain(f"Devices: {len(worn)}. Report: {out / 'devices.html'}, .pdf, .csv")
     print_moved(found.rows)
     for names, why in ((found.gone, "no result now"), (found.added, "no result before")):
