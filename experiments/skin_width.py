@@ -7,7 +7,8 @@ Each record is fitted with shared errors (`gaitval.identification.shared_errors`
 all is Gaussian, so the likelihood of the record with another width of the prior of skin follows
 without another fit: with the mode x and its precision Λ, and a prior of precision Q instead of P
 about the same mean, log Z = ½ log |Q| - ½ log |Λ + Q - P| + ½ xᵀ Λ (Λ + Q - P)⁻¹ Λ x, up to a
-constant. Writes `reports/identification/skin.json` after every person; interrupted, the same command resumes.
+constant. Writes `reports/identification/skin.json` after every person; interrupted, the same
+command resumes.
 """
 
 from pathlib import Path

@@ -1,7 +1,6 @@
 """What the results of the stages can do: print themselves, become a table, be saved and loaded."""
 
 from dataclasses import fields
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -14,28 +13,22 @@ if TYPE_CHECKING:  # it takes long to load, and most commands print no table
 class Displayed:
     """A result that prints itself as a title and a small table.
 
-    A class has the methods `title`, `overview` and `to_frame`, or names in `SHOWN_BY` the module
-    with functions of these names, which is loaded when somebody looks at a result.
+    Its class has the methods `title` and `to_frame`, and `overview` if ranges will not do.
     """
-
-    SHOWN_BY: ClassVar[str] = ""
 
     def title(self) -> str:
         """One line on what this is."""
-        return str(import_module(self.SHOWN_BY).title(self))
+        raise NotImplementedError
 
     def overview(self) -> "pd.DataFrame":
-        """The small table that is printed: of a module without one, the range of each quantity."""
+        """The small table that is printed: the range of each quantity."""
         from gaitval.frames import ranges
 
-        own = getattr(import_module(self.SHOWN_BY), "overview", None) if self.SHOWN_BY else None
-        table: pd.DataFrame = ranges(self.to_frame()) if own is None else own(self)
-        return table
+        return ranges(self.to_frame())
 
     def to_frame(self) -> "pd.DataFrame":
         """The values as a tidy table, one row a value (`gaitval.frames`)."""
-        table: pd.DataFrame = import_module(self.SHOWN_BY).to_frame(self)
-        return table
+        raise NotImplementedError
 
     def __repr__(self) -> str:
         shown = self.overview().to_string(index=False, float_format="{:.4g}".format, na_rep="")

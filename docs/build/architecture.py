@@ -21,18 +21,12 @@ from evidence.marked_table import with_table
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "gaitval"
 
-EXTRAS = ROOT / "extras"
-
 CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
     "importlinter"
 ]["contracts"]
-_BY_NAME = {each["name"]: each for each in CONTRACTS}
-WINGS = tuple(_BY_NAME["The core imports no wing"]["layers"][:-1])
-"""Packages of their own in extras/, which the core does not import."""
-FOLDERS = (*WINGS, *CONTRACTS[0]["layers"][:-1])
-"""The wings, and the folders of the package; each imports only from those that follow, and from the
-ground: modules at the top of the package, which import from no folder. The order is that of
-import-linter's contracts.
+FOLDERS = tuple(CONTRACTS[0]["layers"][:-1])
+"""The folders of the package; each imports only from those that follow, and from the ground:
+modules at the top of the package, which import from no folder. The order is import-linter's.
 """
 
 WIDTH, BOX, ROW = 1180, (196, 62), 104
@@ -42,21 +36,16 @@ WIDTH, BOX, ROW = 1180, (196, 62), 104
 @cache
 def arrows() -> dict[str, set[str]]:
     """The folders that each folder imports from, without itself and the ground."""
-    sys.path.insert(0, str(EXTRAS))
-    try:
-        graph = grimp.build_graph("gaitval", *WINGS, cache_dir=None)
-    finally:
-        sys.path.remove(str(EXTRAS))
-    names = {folder: folder if folder in WINGS else f"gaitval.{folder}" for folder in FOLDERS}
-    for name in names.values():
-        graph.squash_module(name)
+    graph = grimp.build_graph("gaitval", cache_dir=None)
+    for folder in FOLDERS:
+        graph.squash_module(f"gaitval.{folder}")
     return {
         folder: {
             other
-            for each in graph.find_modules_directly_imported_by(name)
+            for each in graph.find_modules_directly_imported_by(f"gaitval.{folder}")
             if (other := each.rpartition(".")[2]) in FOLDERS and other != folder
         }
-        for folder, name in names.items()
+        for folder in FOLDERS
     }
 
 
@@ -77,14 +66,9 @@ def drawn(of: Mapping[str, set[str]]) -> dict[str, set[str]]:
     }
 
 
-def place(folder: str) -> Path:
-    """Where a folder is."""
-    return (EXTRAS if folder in WINGS else PACKAGE) / folder
-
-
 def what(folder: str) -> str:
     """What a folder contains: the docstring of its `__init__`, on one line."""
-    text = (place(folder) / "__init__.py").read_text(encoding="utf-8")
+    text = (PACKAGE / folder / "__init__.py").read_text(encoding="utf-8")
     return " ".join((ast.get_docstring(ast.parse(text)) or "").split())
 
 
@@ -162,8 +146,7 @@ def table() -> str:
     lines = ["| folder | contains | imports from |", "|---|---|---|"]
     for folder in FOLDERS:
         names = ", ".join(f"`{each}`" for each in FOLDERS if each in of[folder])
-        path = place(folder).relative_to(ROOT if folder in WINGS else PACKAGE).as_posix()
-        lines.append(f"| `{path}/` | {what(folder)} | {names or 'the ground only'} |")
+        lines.append(f"| `{folder}/` | {what(folder)} | {names or 'the ground only'} |")
     return "\n".join(lines)
 
 

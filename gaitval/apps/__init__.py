@@ -1,0 +1,1 @@
+"""Applications of the library: each a command, or a tool around one."""

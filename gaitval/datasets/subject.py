@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
@@ -24,6 +24,10 @@ from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.gait.plate_correction import PlateCorrection, corrected
 from gaitval.gait.record import GaitRecord, LowPass, Number, Origin, StoredPart
 from gaitval.model.devices.device import Device, devices_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 MARKERS: Final = tuple(
     f"{side}.{name}"
@@ -94,8 +98,6 @@ class Subject(Displayed, StoredPart):
         On construction, when a value is missing, of the wrong type or implausible.
         `make_subject` and `load_subject` turn it into a `SubjectError`.
     """
-
-    SHOWN_BY: ClassVar[str] = "gaitval.datasets.subject_tables"
 
     identifier: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
     """Name of the subject, also of its run folder: "S05"."""
@@ -301,6 +303,64 @@ class Subject(Displayed, StoredPart):
     def save(self, path: str | Path) -> None:
         """Write the TOML file, whole or not at all; `load_subject` reads it."""
         write_text(Path(path), self.to_toml())
+
+    def title(self) -> str:
+        """Name, person and trial, and what was said of a prosthesis or an aid."""
+        said = "" if self.prosthesis is None else f", prosthesis: {self.prosthesis}"
+        said += "" if self.aid is None else f", aid: {self.aid}"
+        return f"Subject {self.identifier} ({self.source}){said}"
+
+    def overview(self) -> "pd.DataFrame":
+        """Build and gait, in SI units."""
+        from gaitval.coordinates import SIDES
+        from gaitval.frames import value_frame
+
+        stance = {
+            side: self.stance_fraction.of(side)
+            if self.origin(side, "stance") == "recorded"
+            else None
+            for side in SIDES
+        }
+        return value_frame(
+            [
+                ("", "mass", self.mass_kg, "kg"),
+                ("", "height", self.height_m, "m"),
+                ("", "leg length", self.leg_length_m, "m"),
+                ("", "walking speed", self.walking_speed_m_s, "m/s"),
+                ("", "stride time", self.stride_time_s, "s"),
+                *((side, "stance fraction", value, "1") for side, value in stance.items()),
+            ]
+        ).drop(columns="percent")
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body weight) recorded,
+        at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
+        (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`). A side that
+        was not recorded (`origin`) has no rows.
+        """
+        from dataclasses import replace
+
+        from gaitval.arrays import Array
+        from gaitval.coordinates import SIDES
+        from gaitval.frames import curve_frame
+        from gaitval.gait.cycle_curves import recorded_curves
+
+        curves = recorded_curves(self.record())
+
+        def recorded(
+            values: dict[str, Array], kind: Literal["angles", "kinetics"]
+        ) -> dict[str, Array]:
+            origin = {side[0]: self.origin(side, kind) for side in SIDES}
+            return {n: v for n, v in values.items() if origin[n[-1]] == "recorded"}
+
+        return curve_frame(
+            replace(
+                curves,
+                angles=recorded(curves.angles, "angles"),
+                moments=recorded(curves.moments, "kinetics"),
+                forces=recorded(curves.forces, "kinetics"),
+            ).named()
+        )
 
 
 def make_subject(values: Mapping[str, Any], where: str) -> Subject:

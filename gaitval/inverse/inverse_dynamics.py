@@ -10,6 +10,7 @@ measured forces, to explain the motion.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,10 @@ from gaitval.model.tree import (
     tree_arrays,
     whole_body_centre_of_mass,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 JOINTS = ("hip", "knee", "ankle")
 """Joints of `InverseDynamics.joint_force` and `joint_moment`, in order."""
@@ -70,8 +75,6 @@ class InverseDynamics(Saved):
         feet; elsewhere the moments are wrong. None if nobody said.
     """
 
-    SHOWN_BY = "gaitval.inverse.dynamics_tables"
-
     time: Array
     moments: Array
     powers: Array
@@ -97,6 +100,36 @@ class InverseDynamics(Saved):
             for name in ("ankle_angle", "subtalar_angle"):
                 found[f"{name}_{side}"] = self.moments[:, ACTUATED.index(f"{name}_{side}")]
         return found
+
+    def title(self) -> str:
+        """Which trial, and how large the residuals are."""
+        known, where = self._known(), f"Joint moments of {self.source or 'a trial'}: "
+        if not known.any() or not self.peak_external_force:
+            return f"{where}in no frame is the ground reaction on both feet known"
+        left = residuals(self, known)
+        return (
+            f"{where}{known.sum()} of {len(known)} frames known, residuals "
+            f"{left.force_rms:.1f} N and {left.moment_rms:.1f} Nm RMS"
+        )
+
+    def to_frame(self) -> "pd.DataFrame":
+        """The joint moments (Nm/kg), and the lengths of the residual force (N) and moment (Nm),
+        by time (s); NaN where they are not `known`.
+        """
+        from gaitval.frames import MOMENT, curve_frame, of_kind
+
+        moments = self.recorded_moments().items()
+        rows = [
+            *((of_kind(name, MOMENT), "Nm/kg", each / self.mass_kg) for name, each in moments),
+            ("residual force", "N", np.linalg.norm(self.residual_force, axis=1)),
+            ("residual moment", "Nm", np.linalg.norm(self.residual_moment, axis=1)),
+        ]
+        shown = [(name, unit, np.where(self._known(), each, np.nan)) for name, unit, each in rows]
+        return curve_frame(shown, axis="time", at=self.time)
+
+    def _known(self) -> Flags:
+        """(T,) whether a frame counts; all do if nobody said."""
+        return np.ones(len(self.time), dtype=bool) if self.known is None else self.known
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ vector continues beyond 180° instead of jumping to the opposite one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,10 @@ from gaitval.inverse.pose_solver import solve_frame, solve_from_all_sides, solve
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import ROOT_DOFS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 SMALLEST_LEVER = 0.010
 """m: a coordinate is not determined if it moves the seen markers by less than this per radian
@@ -58,8 +63,6 @@ class InverseKinematics(Saved):
     time : (T,) s; None if that is not known.
     """
 
-    SHOWN_BY = "gaitval.inverse.kinematics_tables"
-
     names: tuple[str, ...]
     positions: Array
     marker_errors: Array
@@ -69,6 +72,28 @@ class InverseKinematics(Saved):
     converged: Flags
     source: str = ""
     time: Array | None = None
+
+    def title(self) -> str:
+        """Which trial, its length, and the distance of measured and model markers."""
+        what = f"Joint angles of {self.source or 'a trial'}"
+        length = f"{len(self.positions)} frames"
+        if self.time is not None:
+            length = f"{self.time[-1] - self.time[0]:.2f} s"
+        return f"{what}: {length}, markers {1000 * marker_errors(self).whole_rms:.1f} mm RMS"
+
+    def to_frame(self) -> "pd.DataFrame":
+        """The joint angles (deg) by time (s), of the coordinates that the markers show; by
+        frame where the time is not known.
+        """
+        from gaitval.coordinates import ACTUATED
+        from gaitval.frames import angle_curves, curve_frame
+
+        ever = np.asarray(self.determined.any(axis=0))
+        shown = [name for name in ACTUATED if ever[COORDINATES.index(name)]]
+        curves = angle_curves(self.positions, shown)
+        if self.time is None:
+            return curve_frame(curves, axis="frame", at=np.arange(float(len(self.positions))))
+        return curve_frame(curves, axis="time", at=self.time)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ have many parts, each of which is one model.
 """
 
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -54,6 +54,10 @@ from gaitval.metrics.walk_results import (
 )
 from gaitval.model.parameters import PARAMETERS
 from gaitval.prediction.known import QUANTITIES, Quantity
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 METRICS: Final = "metrics.json"
 SCHEMA_VERSION: Final = 11
@@ -373,8 +377,6 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    SHOWN_BY: ClassVar[str] = "gaitval.metrics.tables"
-
     schema_version: Literal[11]
     subject: SubjectResult
     units: CurveUnits
@@ -445,6 +447,36 @@ class Metrics(Displayed, Result):
     def save(self, path: str | Path) -> None:
         """Write `metrics.json` into a folder, whole or not at all."""
         write_json(Path(path) / METRICS, self.as_dict())
+
+    def title(self) -> str:
+        """Whose metrics, and how many limits are met, or that nothing was recorded to judge by."""
+        counts, name = self.summary, self.subject.identifier
+        if not self.is_recorded_at_all:
+            return f"Study of {name}: nothing was recorded at this speed, accuracy is not judged"
+        return (
+            f"Study of {name}: {counts.accepted} of {counts.accepted + counts.refused} limits met"
+        )
+
+    def overview(self) -> "pd.DataFrame":
+        """Each limit that decides the verdict, and how many of its measures meet it."""
+        from gaitval.metrics.tables import limits_met
+
+        return limits_met(self.tolerances)
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Mean curves of walk and record at 0, 1, … 100 % of each side's gait cycle:
+        joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
+        `source` says whose each row is.
+        """
+        from gaitval.metrics.record_results import KINDS
+        from gaitval.metrics.tables import mean_curves
+
+        name = self.subject.identifier
+        other = "record of" if self.is_recorded_at_all else "prediction for"
+        return mean_curves(
+            {f"walk of {name}": self.walk.curves, f"the {other} {name}": self.record.curves},
+            {kind: self.units.of(kind) for kind in KINDS},
+        )
 
 
 def read_metrics(file: str | Path) -> Metrics:

@@ -7,40 +7,13 @@ import pandas as pd
 
 from gaitval.frames import FORCE, MOMENT, NamedCurve, of_kind, sourced_frame
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.record_results import KINDS, Kind, Kinds
-from gaitval.metrics.results import Metrics
+from gaitval.metrics.record_results import Kind, Kinds
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.typed import Curve
 from gaitval.metrics.walk_results import MeanCurve
 
 AnyCurves = Kinds[MeanCurve] | Kinds[Curve]
 """Simulated, or recorded."""
-
-
-def title(metrics: Metrics) -> str:
-    """Whose `metrics`, and how many limits are met, or that nothing was recorded to judge by."""
-    counts, name = metrics.summary, metrics.subject.identifier
-    if not metrics.is_recorded_at_all:
-        return f"Study of {name}: nothing was recorded at this speed, accuracy is not judged"
-    return f"Study of {name}: {counts.accepted} of {counts.accepted + counts.refused} limits met"
-
-
-def overview(metrics: Metrics) -> pd.DataFrame:
-    """Each limit that decides the verdict, and how many of its measures in `metrics` meet it."""
-    return limits_met(metrics.tolerances)
-
-
-def to_frame(metrics: Metrics) -> pd.DataFrame:
-    """Mean curves of walk and record in `metrics` at 0, 1, … 100 % of each side's gait cycle:
-    joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
-    `source` says whose each row is.
-    """
-    name = metrics.subject.identifier
-    other = "record of" if metrics.is_recorded_at_all else "prediction for"
-    return mean_curves(
-        {f"walk of {name}": metrics.walk.curves, f"the {other} {name}": metrics.record.curves},
-        {kind: metrics.units.of(kind) for kind in KINDS},
-    )
 
 
 def limits_met(verdicts: Sequence[Verdict]) -> pd.DataFrame:

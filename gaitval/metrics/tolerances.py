@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -15,6 +15,10 @@ from gaitval.coordinates import split_side
 from gaitval.display import Displayed
 from gaitval.metrics.side_measures import SIDE_MEASURES
 from gaitval.metrics.typed import Count, Flag, Number, Result, number
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 WALK_UNITS = {
     "angle_rmse": "deg",
@@ -156,7 +160,6 @@ class Margin(_Entry):
 class Registry(Displayed, BaseModel):
     """The limits and margins of `tolerances.toml`, or some of them."""
 
-    SHOWN_BY: ClassVar[str] = "gaitval.metrics.limit_tables"
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     tolerance: tuple[Tolerance, ...]
@@ -170,6 +173,37 @@ class Registry(Displayed, BaseModel):
     def load(cls, path: str | Path) -> Self:
         """Read what `save` wrote. Raises ArtefactError."""
         return cls.model_validate({"tolerance": read_json(Path(path))})
+
+    def title(self) -> str:
+        """How many there are."""
+        return f"{len(self.tolerance)} limits"
+
+    def overview(self) -> "pd.DataFrame":
+        """What limits, and to what."""
+        return self.to_frame()[["quantity", "limit", "value", "goal", "unit", "role"]]
+
+    def to_frame(self) -> "pd.DataFrame":
+        """One row a limit: quantity, measure, limit, value, goal, unit, role, status,
+        source.
+        """
+        import pandas as pd
+
+        return pd.DataFrame(
+            [
+                {
+                    "quantity": row.title,
+                    "measure": row.measure,
+                    "limit": row.limit.replace("_", " "),
+                    "value": row.value,
+                    "goal": row.goal,
+                    "unit": row.unit,
+                    "role": row.role,
+                    "status": row.status,
+                    "source": f"{row.citation}; {row.locator}",
+                }
+                for row in self.tolerance
+            ]
+        )
 
 
 class Measure(Result):

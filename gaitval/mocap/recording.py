@@ -6,10 +6,9 @@ throughout: m, N, Nm, s.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from importlib import import_module
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,10 @@ from gaitval.errors import RecordError
 
 EventKind = Literal["heel_strike", "toe_off"]
 Axes = Literal["laboratory", "project"]
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 PERSON_SPREAD_M: Final = (0.4, 2.2)
 """m. Extent of the markers of a child's legs, and of a tall adult with arms raised."""
@@ -90,8 +93,6 @@ class Recording(Displayed):
     force_rate : Hz, an integer multiple of `marker_rate`; 0 without plates.
     events : events that the file stores, in order of time.
     """
-
-    SHOWN_BY = "gaitval.mocap.recording_forms"
 
     source: str
     axes: Axes
@@ -178,15 +179,85 @@ class Recording(Displayed):
         """The same trial with other marker trajectories (T, M, 3) of these names."""
         return replace(self, names=tuple(names), markers=np.asarray(markers, dtype=float))
 
+    def title(self) -> str:
+        """File and axes."""
+        return f"Recording {self.source}, {self.axes} axes"
+
+    def overview(self) -> "pd.DataFrame":
+        """How much of what was recorded."""
+        from gaitval.frames import value_frame
+
+        seen = np.isfinite(self.markers).all(axis=2).mean() if self.markers.size else np.nan
+        return value_frame(
+            [
+                ("", "duration", len(self.markers) / self.marker_rate, "s"),
+                ("", "markers", len(self.names), "1"),
+                ("", "marker rate", self.marker_rate, "Hz"),
+                ("", "markers seen", 100.0 * float(seen), "%"),
+                ("", "force plates", len(self.plates), "1"),
+                ("", "force rate", self.force_rate, "Hz"),
+                ("", "events", len(self.events), "1"),
+            ]
+        ).drop(columns=["side", "percent"])
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Marker positions: marker, quantity (x, y, z), time (s), value, unit (m)."""
+        import pandas as pd
+
+        count, markers, _ = self.markers.shape
+        return pd.DataFrame(
+            {
+                "marker": np.tile(np.repeat(self.names, 3), count),
+                "quantity": np.tile(["x", "y", "z"], count * markers),
+                "time": np.repeat(self.time, 3 * markers),
+                "value": self.markers.reshape(-1),
+                "unit": "m",
+            }
+        )
+
     def save(self, path: str | Path) -> None:
         """Write one npz file, whole or not at all."""
-        import_module(self.SHOWN_BY).save(self, Path(path))
+        from gaitval.saved_records import write_record
+
+        arrays = {"markers": self.markers}
+        for number, plate in enumerate(self.plates):
+            for name, values in vars(plate).items():
+                if isinstance(values, np.ndarray):
+                    arrays[f"plate{number}.{name}"] = values
+        others = {
+            each.name: getattr(self, each.name)
+            for each in fields(self)
+            if each.name not in ("markers", "plates", "events")
+        }
+        others["plates"] = [plate.name for plate in self.plates]
+        others["events"] = [list(asdict(event).values()) for event in self.events]
+        write_record(Path(path), type(self).__name__, arrays, others)
 
     @classmethod
     def load(cls, path: str | Path) -> "Recording":
-        """Read what `save` wrote. Raises ArtefactError."""
-        found: Recording = import_module(cls.SHOWN_BY).load(Path(path))
-        return found
+        """Read what `save` wrote. Raises ArtefactError (inside, ValueError)."""
+        from gaitval.artefacts import check_arrays
+        from gaitval.saved_records import edited, read_record
+
+        arrays, others = read_record(Path(path), cls.__name__)
+        plates = []
+        try:
+            for number, name in enumerate(others.pop("plates")):
+                start = f"plate{number}."
+                found = {k.removeprefix(start): v for k, v in arrays.items() if k.startswith(start)}
+                found = {"force": found.pop("force"), **found}  # T is that of the force
+                shapes = {each: (4, 3) if each == "corners" else (0, 3) for each in found}
+                check_arrays(found, shapes, Path(path), may_lack=found)
+                plates.append(Plate(name, **found))
+            events = tuple(Event(*each) for each in others.pop("events"))
+            markers = {"markers": arrays["markers"]}
+            shape = (0, len(others["names"]), 3)
+            check_arrays(markers, {"markers": shape}, Path(path), may_lack=markers)
+            if not (others["marker_rate"] > 0 and others["force_rate"] >= 0):
+                raise ValueError("its rates are not positive")
+            return cls(**markers, plates=tuple(plates), events=events, **others)
+        except (KeyError, TypeError, ValueError) as error:
+            raise edited(Path(path), error) from None
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ It is long because each part of the motion has its derivation beside it.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
@@ -41,6 +41,10 @@ from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import ROOT_DOFS, Tree, segment_frames, tree_arrays
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 SAMPLES = 1024
 """Samples of one cycle."""
@@ -132,8 +136,6 @@ class ReferenceMotion(Displayed):
         coordinate, the pelvis's as Cardan angles. A fit of a similar body begins with it.
     """
 
-    SHOWN_BY = "gaitval.reference.motion_tables"
-
     phase: Array
     positions: Array
     velocities: Array
@@ -162,6 +164,31 @@ class ReferenceMotion(Displayed):
         check_arrays(arrays, _SHAPES, Path(path))
         stride_time, speed = float(arrays.pop("stride_time")), float(arrays.pop("speed"))
         return cls(**arrays, stride_time=stride_time, speed=speed)
+
+    def title(self) -> str:
+        """Length and speed of the cycle."""
+        return f"Reference motion: stride time {self.stride_time:.2f} s, {self.speed:.2f} m/s"
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Joint angles (deg), moments (Nm) and ground reaction (% of body weight), of
+        both sides at % of the right gait cycle. A moment that no record has is left out.
+        """
+        from gaitval.frames import FORCE, angle_curves, curve_frame, moment_curves, of_kind
+
+        moments = moment_curves(self.moments)
+        forces = (
+            (f"{axis}_{side}", 100.0 * self.ground_reaction[:, i, j])
+            for i, side in enumerate("rl")
+            for j, axis in enumerate(("forward", "left", "up"))
+        )
+        return curve_frame(
+            [
+                *angle_curves(self.positions),
+                *(moment for moment in moments if np.any(moment[-1])),
+                *((of_kind(name, FORCE), "% BW", each) for name, each in forces),
+            ],
+            at=100.0 * self.phase,
+        )
 
 
 def about_record(moment: Array, name: str, hip_centre: Array, vertical: Array) -> Array:

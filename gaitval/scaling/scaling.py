@@ -86,8 +86,6 @@ For hips it is 0.047-0.070 in the built-in subjects; for shoulders 0.100 is expe
 class ScaledBody(Displayed):
     """The model of a person (lengths in m, masses in kg) and the table of how it was scaled."""
 
-    SHOWN_BY = "gaitval.scaling.body_tables"
-
     model: BodyModel
     table: tuple[ScaledSegment, ...]
 
@@ -104,6 +102,28 @@ class ScaledBody(Displayed):
         import pandas as pd
 
         return pd.DataFrame([asdict(row) for row in self.table])
+
+    def title(self) -> str:
+        """Name and mass."""
+        return f"Body model {self.model.name}, {self.model.mass:.1f} kg"
+
+    def overview(self) -> "pd.DataFrame":
+        """Length, mass and factor over the population's mean, of each segment."""
+        rows = self.frame()[["length_m", "mass_kg", "factor"]]
+        rows.insert(0, "segment", [row.name for row in self.table])
+        return rows
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Length in m and mass in kg of each segment."""
+        from gaitval.frames import value_frame
+
+        masses = [(row.name, row.mass_kg) for row in self.table if row.mass_kg is not None]
+        return value_frame(
+            [
+                *(("", f"{row.name} length", row.length_m, "m") for row in self.table),
+                *(("", f"{name} mass", mass, "kg") for name, mass in masses),
+            ]
+        )
 
 
 def scale_subject(subject: "Person", *, symmetric: bool = True) -> ScaledBody:

@@ -1,0 +1,1 @@
+"""What commands share: their root, options, tables, live view and signals."""

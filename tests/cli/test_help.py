@@ -11,13 +11,12 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from gaitval.apps.regression.stored_baselines import find_baseline
+from gaitval.cli.commands import TABLE
 from gaitval.configuration import load_configuration
 from gaitval.datasets.sample import SAMPLE
 from gaitval.datasets.subject_file import load_subject
 from gaitval.terminal import app as cli
 from gaitval.terminal import display
-from gaitval.wings import COMMANDS as WINGS
-from gaitval.wings import names
 
 ROOT: Any = get_command(cli.app)
 
@@ -109,7 +108,7 @@ def test_main_jobs_come_first_and_single_stages_last() -> None:
         *("subject", "import", "predict", "report", "check", "compare", "device")
     ]
     core = {name for names in cli.PANELS.values() for name in names}
-    assert set(ROOT.commands) == core | set(names(WINGS))
+    assert set(ROOT.commands) == core | set(TABLE)
     shown = CliRunner().invoke(cli.app, ["--help"]).output
     places = [shown.index(panel) for panel in cli.PANELS]
     assert places == sorted(places)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gaitval import wings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
@@ -129,7 +128,6 @@ def test_what_was_amputated_is_painted_as_the_device(model):
 
 
 def test_the_door_finds_the_devices_of_a_run(model, tmp_path):
-    assert wings.load(wings.DRAWN, "devices") is drawn
     assert drawn(tmp_path) == []
     devices = load_devices("below_knee")
     write_urdf(model, tmp_path / "model.urdf")

@@ -6,13 +6,13 @@ import sys
 import pytest
 from quick_settings import QUICK
 
-from gaitval import wings
 from gaitval.apps.devices import of_subject
 from gaitval.apps.devices.sound_leg import check_side
 from gaitval.artefacts import read_json
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, open_run
 
 EXO = """
@@ -21,17 +21,11 @@ name = "hip_exo"
 """
 
 
-def test_the_core_finds_it_as_a_part():
-    part = wings.load(wings.PARTS, "device_results")
-    for name in ("check", "code", "folder_of", "stage", "tables", "wearing"):
-        assert getattr(part, name) is getattr(of_subject, name)
-
-
 def test_a_subject_file_has_devices_and_is_written_with_them(tmp_path):
     path = tmp_path / "patient.toml"
     path.write_text(load_subject(5).to_toml() + EXO, encoding="utf-8")
     found = load_subject(path)
-    assert found.devices == ({"name": "hip_exo"},)
+    assert [each.name for each in found.devices] == ["hip_exo"]
     whole = of_subject.wearing(found, ["below_knee"])
     for each in (found, whole):
         each.save(tmp_path / "again.toml")
@@ -61,7 +55,7 @@ def test_devices_are_added_by_name_file_and_table(tmp_path):
     path.write_text('[[devices]]\nname = "afo"\nsides = ["left"]\n', encoding="utf-8")
     found = of_subject.wearing(load_subject(5), ["hip_exo", str(path), {"name": "backpack"}])
     assert of_subject.folder_of(found) == "hip_exo-afo-backpack"
-    assert found.devices[1]["sides"] == ["left"]
+    assert found.devices[1].sides == ("left",)
     assert load_subject(5).devices == ()
     with pytest.raises(ConfigurationError, match="no such device"):
         of_subject.wearing(load_subject(5), ["jetpack"])
@@ -77,8 +71,8 @@ def test_its_stage_runs_again_if_device_or_code_is_another(tmp_path):
     one, other = stage("hip_exo"), stage({"name": "hip_exo", "search": {"joint": "hip_flexion"}})
     assert one.values != other.values
     assert one.values == stage("hip_exo").values
-    files = one.values["code"]
-    assert "gaitval.apps.devices/walking.py" in files
+    files = code_of(one.run)
+    assert "gaitval/apps/devices/walking.py" in files
     assert "gaitval/study/inputs.py" in files
 
 

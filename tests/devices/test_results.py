@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from html_page import only_html, pdf_in_ci
 
-from gaitval import wings
 from gaitval.apps.devices import results, study
 from gaitval.apps.devices.results import (
     MARGINS,
@@ -43,10 +42,6 @@ def folder(who, tmp_path_factory):
     write_devices(folder / WORN, devices)
     write_result(folder, who, found, 8.0)
     return folder
-
-
-def test_the_gate_finds_it_as_a_part():
-    assert wings.load(wings.PARTS, "device_results") is results
 
 
 def test_a_result_walked_again_is_the_same(folder, who, monkeypatch):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitval import wings
+from gaitval.apps.devices.of_subject import tables
 from gaitval.apps.live.command import _check
 from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
 from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
@@ -144,7 +144,7 @@ def test_a_log_without_its_beginning_is_refused(written, tmp_path, name):
 
 
 def test_devices_are_in_the_log_and_walk_again(person, tmp_path):
-    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
+    worn = tables(["hip_exo"])
     walk = LiveWalk(person, person.speeds[1], worn)
     writer = Writer(tmp_path / "one.jsonl", person, walk)
     for on in (False, True):

@@ -10,7 +10,7 @@ import pytest
 from page_in_browser import chromium, overflow, violations
 
 from evidence.browser import FLAGS
-from gaitval import wings
+from gaitval.apps.devices.of_subject import tables
 from gaitval.apps.live.page import _leading, served
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.errors import ConfigurationError
@@ -53,7 +53,7 @@ def looked_at(config, address, **options):
 @contextmanager
 def in_hip_exo(person, config):
     """The walk of who wears one, and its page."""
-    worn = wings.load(wings.PARTS, "device_results").tables(["hip_exo"])
+    worn = tables(["hip_exo"])
     walk = LiveWalk(person, person.speeds[1], worn)
     with served(person, walk) as server, looked_at(config, server.address) as page:
         yield walk, page

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from gaitval import wings
 from gaitval.apps.live import person as live_person
 from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
 from gaitval.apps.live.person import folder_of, prepared
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.apps.patients.gentle_fit import gentle_reference
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.predicted_tasks import range_speeds
 from gaitval.study.stage import Observer, Stage
@@ -24,15 +24,13 @@ def test_the_folder_of_a_person_is_not_that_of_a_study():
 def test_who_has_a_prosthesis_walks_by_the_fit_of_patients(monkeypatch, side):
     """An amputee fell at a speed where the usual fit ended far from the angles."""
     asked = []
-    monkeypatch.setattr(wings, "names", lambda group: ["gentle_reference"])
-    monkeypatch.setattr(wings, "load", lambda group, name: name)
     monkeypatch.setattr(
         live_person, "range_stage", lambda run, fit=None: asked.append(fit) or STAGE
     )
     monkeypatch.setattr(live_person, "partial", lambda fit, **options: (fit, options))
     subject = load_subject(8).model_copy(update={"prosthesis": side})
     live_person._range_stage(SimpleNamespace(subject=subject))
-    assert asked == ([None] if side == "none" else [("gentle_reference", {"amputation": "left"})])
+    assert asked == ([None] if side == "none" else [(gentle_reference, {"amputation": "left"})])
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitval import wings
+from gaitval.apps.devices import of_subject
 from gaitval.apps.live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed, Wear
 from gaitval.apps.live.walk import PUSH_SECONDS, LiveWalk
 from gaitval.configuration import PushSettings
@@ -133,7 +133,7 @@ def test_nothing_but_what_is_done_changes_the_walk(person):
 
 
 def tables(*names):
-    return wings.load(wings.PARTS, "device_results").tables(names)
+    return of_subject.tables(names)
 
 
 def test_a_device_that_is_taken_off_leaves_the_person_as_before(person):

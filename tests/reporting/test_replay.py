@@ -237,10 +237,9 @@ def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollo
     assert unpacked(found["body"]["origin"]).shape[0] == push["end"]
 
 
-def test_a_wing_draws_beside_the_body(folder, walk, monkeypatch):
+def test_a_device_is_drawn_beside_the_body(folder, walk, monkeypatch):
     shape = {"segment": "shank_r", "kind": "box", "position": [0, 0, -0.2], "size": [0.1] * 3}
-    monkeypatch.setattr(replay.wings, "names", lambda group: ["made"])
-    monkeypatch.setattr(replay.wings, "load", lambda group, name: lambda run: [shape])
+    monkeypatch.setattr(replay, "drawn", lambda run: [shape])
     assert replay.scene(walk, folder)["devices"] == [shape]
 
 

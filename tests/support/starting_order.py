@@ -20,7 +20,7 @@ LONG = (
     "workflows/test_import_truth.py",
     "devices/test_learning.py",
     "workflows/test_limits_can_fail.py",
-    "test_wings.py",
+    "test_optional_libraries.py",
     "workflows/test_gate.py",
     "workflows/test_bad_disk.py",
     "workflows/test_pytest_plugin.py",

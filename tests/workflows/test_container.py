@@ -37,7 +37,7 @@ def test_extras_that_the_container_file_names_are_there() -> None:
 def test_the_container_gets_what_the_wheel_is_built_of_and_no_more() -> None:
     patterns = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
     needed = (
-        "gaitval/wings.py",
+        "gaitval/plugins.py",
         "gaitval/apps/regression/seal.py",
         "models/xacro/devices/part.xacro",
     )

@@ -1,0 +1,1 @@
+"""What a person can wear: devices as tables, their masses, and how they are drawn."""

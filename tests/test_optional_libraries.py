@@ -1,6 +1,6 @@
-"""The core does without the wings of extras/, and without the libraries that only they need."""
+"""The library does without the libraries of the extras, and says which extra has one."""
 
-import ast
+import os
 import re
 import subprocess
 import sys
@@ -12,7 +12,8 @@ import pytest
 from quick_settings import QUICK
 from typer.main import get_command
 
-from gaitval import wings
+from gaitval import plugins
+from gaitval.cli.commands import TABLE
 from gaitval.configuration import ContactSettings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
@@ -22,7 +23,6 @@ from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-WINGS = {path.parent.name for path in (ROOT / "extras").glob("*/__init__.py")}
 EXTRAS = PROJECT["optional-dependencies"]
 
 
@@ -55,73 +55,67 @@ main()
 """
 
 
-def imported(path: Path) -> set[str]:
-    """First names of all that a file imports, also inside functions and for type checkers."""
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module.partition(".")[0])
-    return found
-
-
-@pytest.mark.parametrize("folder", ["gaitval", *sorted(f"extras/{wing}" for wing in WINGS)])
-def test_no_wing_is_imported_but_by_itself(folder: str) -> None:
-    for path in (ROOT / folder).rglob("*.py"):
-        assert not imported(path) & (WINGS - {Path(folder).name}), path
-
-
-def test_the_core_names_no_wing() -> None:
-    """Not in a text either, by which it could be imported."""
-    for path in (ROOT / "gaitval").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                assert node.value.partition(".")[0].partition(":")[0] not in WINGS, path
-
-
-def test_every_wing_is_in_the_wheel_and_has_an_extra() -> None:
+def test_everything_is_in_one_package() -> None:
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    packages = tomllib.loads(text)["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-    assert set(packages) == {"gaitval", *(f"extras/{wing}" for wing in WINGS)}
-    (everything,) = EXTRAS["all"]
-    names = sorted(wing.removeprefix("gaitval_") for wing in WINGS)
-    assert everything == f"gaitval[{','.join(names)}]"
-    assert set(names) <= set(EXTRAS)
+    assert tomllib.loads(text)["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"] == [
+        "gaitval"
+    ]
 
 
-@pytest.mark.parametrize(
-    "group",
-    [wings.COMMANDS, wings.PARTS, wings.RECORDINGS, wings.FORCES, wings.SESSIONS, "pytest11"],
-)
-def test_what_is_registered_is_there(group: str) -> None:
-    for name, target in PROJECT["entry-points"][group].items():
-        module, _, attribute = target.partition(":")
-        assert module.partition(".")[0] in WINGS
-        found = import_module(module)
-        assert not attribute or getattr(found, attribute), name
+def test_what_is_registered_for_pytest_is_there() -> None:
+    assert import_module(PROJECT["entry-points"]["pytest11"]["gaitval"])
+    assert set(PROJECT["entry-points"]) == {"pytest11"}  # the rest is for other distributions
 
 
-def test_a_wing_that_is_not_installed_is_named_with_what_to_do() -> None:
-    with pytest.raises(ConfigurationError, match=r"nothing: .* 'gaitval\[all\]'"):
-        wings.load(wings.COMMANDS, "nothing")
+def test_a_command_that_nobody_registers_is_named() -> None:
+    with pytest.raises(ConfigurationError, match="nothing"):
+        plugins.load(plugins.COMMANDS, "nothing")
 
 
-def test_a_wing_that_cannot_be_imported_breaks_no_other_command(
+def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> None:
+    """Installed beside gaitval, in a folder of its own; one that cannot be loaded says whose it
+    is."""
+    about = tmp_path / "other-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1\n")
+    (about / "entry_points.txt").write_text(
+        "[gaitval.commands]\nhello = other:hello\n[gaitval.recordings]\nxyz = other:read\n"
+        "abc = other:nothing\n"
+    )
+    (tmp_path / "other.py").write_text(
+        "from gaitval.errors import RecordError\n"
+        "from gaitval.terminal.app import added_command\n"
+        "@added_command('gaitval hello', after='report')\n"
+        "def hello() -> None:\n    'Say hello.'\n    print('hello of another')\n"
+        "def read(path):\n    raise RecordError(f'{path}: read by another')\n"
+    )
+    for name in ("a.xyz", "a.abc"):
+        (tmp_path / name).touch()
+
+    def gaitval(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "gaitval.cli", *arguments],
+            cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    said = gaitval("hello")
+    assert (said.returncode, said.stdout) == (0, "hello of another\n"), said.stderr
+    assert "hello" in gaitval("--help").stdout
+    read = gaitval("events", "a.xyz")
+    assert read.returncode == 2
+    assert "read by another" in read.stderr
+    failed = gaitval("events", "a.abc")
+    assert failed.returncode == 2
+    assert "pip uninstall other" in failed.stderr.replace("\n", " ")
+
+
+def test_a_command_whose_libraries_are_missing_breaks_no_other(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "gaitval.apps.judge.command", None)
     root = get_command(app)
-    assert "judge" not in root.commands
     assert {"subject", "compare"} <= set(root.commands)
-    with pytest.raises(ConfigurationError, match=r"judge: .* cannot be loaded"):
-        root.get_command(None, "judge")
-
-
-def test_a_command_of_the_core_loads_no_wing() -> None:
-    root = get_command(app)
-    assert root.get_command(None, "subject").name == "subject"
-    assert not WINGS & {name.removesuffix("_command") for name in root._after}
 
 
 def without(
@@ -135,8 +129,8 @@ def without(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("command", sorted(PROJECT["entry-points"][wings.COMMANDS]))
-def test_help_needs_no_library_of_a_wing(tmp_path: Path, command: str) -> None:
+@pytest.mark.parametrize("command", sorted(TABLE))
+def test_help_needs_no_library_of_an_extra(tmp_path: Path, command: str) -> None:
     done = without(tmp_path, command, "--help")
     assert done.returncode == 0, done.stderr
     assert re.search(rf"Usage: .* {command} ", done.stdout)
@@ -173,9 +167,9 @@ def test_a_stored_walk_is_checked_without_any_extra(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.slow  # that nothing of a wing is imported is tested always
+@pytest.mark.slow
 def test_an_import_runs_with_the_pages_alone(tmp_path: Path) -> None:
-    assert without(tmp_path, "data", "sample", extra="curves").returncode == 0
+    assert without(tmp_path, "data", "sample", extra="data").returncode == 0
     done = without(
         tmp_path,
         *("import", "--static", "sample/standing.c3d", "--trial", "sample/walking.c3d"),
