@@ -111,4 +111,4 @@ $(VENV)/.gaitval-audit: pyproject.toml constraints.txt | setup
 
 clean: ## Remove .venv, caches and built files; results in reports/ stay
 	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks
-	find gaitval extras tests benchmarks -name __pycache__ -type d -exec rm -rf {} +
+	find gaitval tests benchmarks -name __pycache__ -type d -exec rm -rf {} +

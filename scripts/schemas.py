@@ -33,10 +33,10 @@ def schemas() -> dict[Path, dict[str, Any]]:
         PACKAGE / "identification/identification.schema.json": schema(
             IdentificationResult, name="identification", version=IDENTIFICATION_VERSION
         ),
-        PACKAGE.parent / "gaitval/apps/judge/judge.schema.json": schema(
+        PACKAGE / "apps/judge/judge.schema.json": schema(
             JudgeResult, name="judge", version=JUDGE_VERSION
         ),
-        PACKAGE / "session/import.schema.json": schema(
+        PACKAGE / "importing/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION
         ),
     }

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from architecture import FOLDERS, place
+from architecture import FOLDERS
 
 ROOT = Path(__file__).parents[2]
 
@@ -19,7 +19,7 @@ BORROWED = {
 
 COUNTERPARTS = {
     **{file: page for page, file in BORROWED.items()},
-    **{place(folder).relative_to(ROOT).as_posix(): f"reference/{folder}.md" for folder in FOLDERS},
+    **{f"gaitval/{folder}": f"reference/{folder}.md" for folder in FOLDERS},
     "README.md": "index.md",
     "gaitval/terminal/app.py": "reference/commands.md",
     "gaitval/configuration.py": "reference/configuration.md",
@@ -49,7 +49,7 @@ def generated() -> Iterator[tuple[str, str]]:
     yield "reference/configuration.md", configuration_page()
     yield "reference/limits.md", limits_page()
     for folder in FOLDERS:
-        modules = sorted(place(folder).rglob("[!_]*.py"))
+        modules = sorted((ROOT / "gaitval" / folder).rglob("[!_]*.py"))
         yield f"reference/{folder}.md", code_page(folder, modules)
     yield (
         "reference/ground.md",
@@ -59,10 +59,7 @@ def generated() -> Iterator[tuple[str, str]]:
 
 def code_page(title: str, modules: list[Path]) -> str:
     """The docstrings of modules, for mkdocstrings to fill in."""
-    names = [
-        ".".join(path.relative_to(ROOT).with_suffix("").parts).removeprefix("extras.")
-        for path in modules
-    ]
+    names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in modules]
     return "\n\n".join([f"# {title}", *(f"::: {name}" for name in names), ""])
 
 

@@ -333,8 +333,8 @@ class Subject(Displayed, StoredPart):
         ).drop(columns="percent")
 
     def to_frame(self) -> "pd.DataFrame":
-        """Joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body weight) recorded,
-        at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
+        """The recorded joint angles (deg), joint moments (Nm/kg) and ground reaction (% of body
+        weight) at 0, 1, … 100 % of each side's gait cycle. An angle has its coordinate's name
         (`knee_angle`), the moment about it "moment" after that (`knee_angle moment`). A side that
         was not recorded (`origin`) has no rows.
         """

@@ -10,13 +10,13 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.identification.body_report import bars, in_words
 from gaitval.identification.body_words import sentences
 from gaitval.identification.methods import WORDS
 from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import write_urdf
-from gaitval.reporting.body_bars import bars, in_words
 from gaitval.reporting.report import _parameters
 from gaitval.study import body_stage
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gaitval.apps.regression.compare_command import _flip_line
 from html_page import Page, only_html, pdf_in_ci, without_figures
 
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
+from gaitval.cli.compare import _flip_line
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.number_text import number

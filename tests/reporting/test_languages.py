@@ -407,10 +407,7 @@ def test_versions_and_places_keep_their_points() -> None:
 def test_no_listed_text_is_stale() -> None:
     """Each line of `texts.txt` still stands in the code or a template, phrase by phrase."""
     root = Path(messages.TEMPLATES).parent
-    both = (root, root.parent / "extras")
-    sources = [
-        path for each in both for end in ("py", "j2", "toml") for path in each.rglob(f"*.{end}")
-    ]
+    sources = [path for end in ("py", "j2", "toml") for path in root.rglob(f"*.{end}")]
     written = "".join(path.read_text(encoding="utf-8") for path in sources)
     written = re.sub(r'"\s*\n\s*f?"', "", written).lower()  # texts over several lines
     lines = (messages.TEMPLATES / messages.TEXTS).read_text(encoding="utf-8").splitlines()

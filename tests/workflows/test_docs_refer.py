@@ -36,13 +36,12 @@ SOURCES = [
     for path in (ROOT / folder).rglob(f"*.{suffix}")
     if path != Path(__file__) and path not in PAGES
 ]
-PACKAGE = [*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py")]
+PACKAGE = [*(ROOT / "gaitval").rglob("*.py")]
 OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
 OTHERS = ("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/")
 """Paths that only a built wheel has, and those in the repositories of others."""
-NAMES = {path.name for folder in (*FOLDERS, "extras") for path in (ROOT / folder).rglob("*")}
+NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
 PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
-WINGS = {path.name for path in (ROOT / "extras").iterdir()}
 
 
 FILES = (".py", ".osim", ".toml", ".json", ".csv", ".npz", ".html", ".pdf", ".safetensors")
@@ -64,7 +63,7 @@ def found(pattern: str, files: list[Path]) -> Iterator[tuple[str, str]]:
 def is_file(name: str) -> bool:
     """Whether a path, from the checkout's root or the package's, or a bare name is there."""
     if "/" in name:
-        return any((ROOT / start / name).exists() for start in ("", "gaitval", "extras"))
+        return any((ROOT / start / name).exists() for start in ("", "gaitval"))
     return name in NAMES or (ROOT / name).exists()
 
 
@@ -75,9 +74,7 @@ def is_beside(page: str, name: str) -> bool:
 
 def is_code(name: str) -> bool:
     """Whether a dotted name is a module of ours, or something that a module defines."""
-    parts = name.removeprefix("gaitval.").split(".")
-    if parts[0] not in WINGS:
-        parts.insert(0, "gaitval")
+    parts = ["gaitval", *name.removeprefix("gaitval.").split(".")]
     for count in range(len(parts), 1, -1):
         try:
             thing = importlib.import_module(".".join(parts[:count]))
@@ -149,7 +146,7 @@ def test_links_lead_somewhere():
 
 def test_dotted_names_are_code_or_settings():
     """In backticks, or called in an example of a page."""
-    sections = "|".join(sorted({*Configuration.model_fields, *PACKAGES, *WINGS, "gaitval"}))
+    sections = "|".join(sorted({*Configuration.model_fields, *PACKAGES, "gaitval"}))
     dotted = rf"((?:{sections})\.[a-z_]\w*(?:\.\w+)*)"
     named = {*found(rf"`(?:--set )?{dotted}(?:\(\)|=[^`]*)?`", OURS)}
     named |= {*found(rf"(?m)^ +{dotted}\(", PAGES), *found(rf"--set {dotted}=", OURS)}
