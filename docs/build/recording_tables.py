@@ -69,8 +69,8 @@ def figures_of(identifier: str, data: Path) -> dict[str, Any]:
     from recorded_sessions import rajagopal_walk, wbds01_t01
 
     from gaitval.configuration import ProcessingSettings
+    from gaitval.importing.importing import work_out
     from gaitval.importing.summary import limit_rows
-    from gaitval.session.session import work_out
 
     treadmill = identifier == "WBDS01"
     request = wbds01_t01(data) if treadmill else rajagopal_walk(data)

@@ -27,7 +27,7 @@ from evidence.rows import STARTED
 from experiments.public_recordings import OPTIONS, listed, local_file, several
 from gaitval.configuration import load_configuration
 from gaitval.errors import GaitvalError
-from gaitval.importing.importing import request_of
+from gaitval.importing.importing import request_of, work_out
 from gaitval.measurement.balance import STEPPED_ON
 from gaitval.measurement.estimate import alone
 from gaitval.measurement.said import CHECK, named
@@ -37,7 +37,7 @@ from gaitval.session import session as importing
 from gaitval.session import trial as trials
 from gaitval.session.read import SessionRecordings, read_session
 from gaitval.session.request import ImportOptions, Request, checked
-from gaitval.session.session import Import, work_out
+from gaitval.session.session import Import
 from gaitval.session.subject import speed
 
 FROM: Final = option(

@@ -34,7 +34,7 @@ from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.gait.cycles import normalise
 from gaitval.gait.filters import low_pass
-from gaitval.importing.importing import request_of
+from gaitval.importing.importing import request_of, work_out
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
@@ -42,7 +42,6 @@ from gaitval.mocap.reading import read_recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
 from gaitval.session.request import ImportOptions, checked
-from gaitval.session.session import work_out
 from gaitval.session.trial import WalkingTrial
 from gaitval.session.whole_stride import COPIES
 

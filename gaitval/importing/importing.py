@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitval.configuration import Configuration
+from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError, GaitvalError
@@ -15,7 +15,7 @@ from gaitval.measurement.correct import wanted
 from gaitval.measurement.halves import subject_of_halves
 from gaitval.measurement.measured import measured
 from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
-from gaitval.session.session import Import, Progress, work_out
+from gaitval.session.session import Import, Progress, work_out_trials
 from gaitval.session.subject import subject_of
 
 
@@ -35,6 +35,21 @@ class Imported:
     subject_file: Path
 
 
+def work_out(
+    request: Request,
+    processing: ProcessingSettings,
+    tell: Tell = silent,
+    progress: Progress | None = None,
+    *,
+    symmetric: bool = True,
+) -> Import:
+    """Everything from the files of `request` to the mean gait cycle, as `work_out_trials`, and what
+    forces and markers say of each other's faults, with bands.
+    """
+    found = work_out_trials(request, processing, tell, progress, symmetric=symmetric)
+    return measured(found, tell)
+
+
 def import_files(
     options: ImportOptions, out: Path, *, configuration: Configuration, tell: Tell = silent
 ) -> Imported:
@@ -49,7 +64,7 @@ def import_files(
     ConfigurationError : motion or plates are to be changed by forces that an aid shares.
     ArtefactError : the folder cannot be written to, or holds a subject that no import wrote.
     SubjectError : a body that cannot be.
-    RecordError, ScalingError : see `gaitval.session.session.work_out`.
+    RecordError, ScalingError : see `gaitval.session.session.work_out_trials`.
     """
     out = Path(out)
     check_folder(out)
@@ -77,7 +92,6 @@ def _import(
         # as `scale_subject` has it of the subject that comes of this
         symmetric = configuration.scaling.symmetric and request.prosthesis not in SIDES
         found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
-        found = measured(found, tell)
     except GaitvalError as error:
         from gaitval.importing.refusal import EARLIER, write_refusal
 

@@ -92,7 +92,7 @@ class Progress:
         return noted
 
 
-def work_out(
+def work_out_trials(
     request: Request,
     processing: ProcessingSettings,
     tell: Tell = silent,
@@ -101,7 +101,7 @@ def work_out(
     symmetric: bool = True,
 ) -> Import:
     """Everything from the files of `request` to the mean gait cycle, with the filters of
-    `processing`.
+    `processing`; what `gaitval.measurement` says of it comes after (`gaitval.importing`).
 
     A trial that cannot be used is left out if there are others. `tell` is called with each
     decision: the step, and a sentence. `progress` receives what is found, step by step. `symmetric`

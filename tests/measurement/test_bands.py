@@ -9,12 +9,12 @@ import pytest
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import RANGES
 from gaitval.datasets.subject_file import load_subject
+from gaitval.importing.importing import work_out
 from gaitval.importing.write import _curve_table
 from gaitval.measurement.bands import _summed, _with_fault, bands
 from gaitval.measurement.estimate import DELAY, Found
 from gaitval.measurement.measured import said_bands, unshown
 from gaitval.mocap.recording import FootForces
-from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 
 

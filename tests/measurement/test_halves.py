@@ -9,8 +9,8 @@ from recorded_sessions import wbds01_t01
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import RecordError
+from gaitval.importing.importing import work_out
 from gaitval.measurement.halves import halves_of
-from gaitval.session.session import work_out
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import pytest
 from evidence.measurement.planting import faults
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import ConfigurationError
+from gaitval.importing.importing import work_out
 from gaitval.importing.write import _record
 from gaitval.measurement import correct
 from gaitval.measurement.correct import wanted
@@ -15,7 +16,6 @@ from gaitval.measurement.estimate import alone, kind_of
 from gaitval.measurement.said import CHECK, rows, title
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
-from gaitval.session.session import work_out
 
 PROCESSING = ProcessingSettings()
 

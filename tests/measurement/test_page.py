@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from gaitval.configuration import ProcessingSettings
+from gaitval.importing.importing import work_out
 from gaitval.importing.summary import summary_of
 from gaitval.measurement.estimate import LEAST_SCALE
 from gaitval.measurement.page import GROUPS, FitRow, fits
 from gaitval.reporting.recording_report import _drawings
-from gaitval.session.session import work_out
 
 
 @pytest.fixture(scope="module")

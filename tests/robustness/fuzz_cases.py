@@ -24,6 +24,7 @@ from gaitval.apps.regression.seal import check_seal
 from gaitval.artefacts import read_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
+from gaitval.importing.importing import work_out
 from gaitval.metrics.results import identification_from
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.reading import read_recording
@@ -33,7 +34,6 @@ from gaitval.policy.storage import load_policy
 from gaitval.reference.adjustment import Adjustment
 from gaitval.scaling.scaling import scale_subject
 from gaitval.session.request import Request
-from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 
 ROOT = Path(__file__).resolve().parents[2]

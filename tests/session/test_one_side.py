@@ -18,6 +18,7 @@ from gaitval.gait.mean_curves import fit_force
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import MOMENT_NAMES, REQUIRED_ANGLES, REQUIRED_MOMENTS
 from gaitval.importing import importing
+from gaitval.importing.importing import work_out
 from gaitval.importing.summary import trial_residuals
 from gaitval.importing.write import write_subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
@@ -25,7 +26,6 @@ from gaitval.session import session
 from gaitval.session.average import drift_doubts, largest_drift
 from gaitval.session.one_side import completed_sides
 from gaitval.session.one_side_warnings import one_side_doubts, refuse_without_forces
-from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed
 

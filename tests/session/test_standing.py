@@ -11,6 +11,7 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import COORDINATES
 from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
+from gaitval.importing.importing import work_out
 from gaitval.mocap.axes import LaboratoryAxes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Recording
@@ -18,7 +19,6 @@ from gaitval.session.read import _floor as floor_of
 from gaitval.session.read import read_session
 from gaitval.session.request import Request
 from gaitval.session.scale import _odd_lengths, knee_axis_remarks
-from gaitval.session.session import work_out
 from gaitval.session.standing import standing_places
 from gaitval.session.standing_pose import (
     LENGTHS_OF_WALK,

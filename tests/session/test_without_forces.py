@@ -6,8 +6,8 @@ from recorded_sessions import wbds01_t01
 
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, parse_subject
+from gaitval.importing.importing import work_out
 from gaitval.prediction.known import quantities_told, told
-from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 
 

@@ -24,6 +24,7 @@ from typer.testing import CliRunner
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.plate_offset import zero_plates
+from gaitval.importing.importing import work_out
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Plate, Recording
@@ -32,7 +33,7 @@ from gaitval.model.tree import ROOT_DOFS
 from gaitval.session.read import read_session
 from gaitval.session.request import ImportOptions, Request
 from gaitval.session.scale import scale_body
-from gaitval.session.session import Import, work_out
+from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
 from gaitval.terminal import app as cli
 from gaitval.terminal import display

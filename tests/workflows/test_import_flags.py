@@ -19,12 +19,13 @@ from typer.testing import CliRunner
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
+from gaitval.importing.importing import work_out
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import write_storage
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import Request
-from gaitval.session.session import Import, work_out
+from gaitval.session.session import Import
 from gaitval.terminal import app as cli
 
 PROCESSING = ProcessingSettings()

@@ -15,12 +15,11 @@ from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, RecordError
-from gaitval.importing.importing import import_files
+from gaitval.importing.importing import import_files, work_out
 from gaitval.importing.stored import Session
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import ImportOptions
-from gaitval.session.session import work_out
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import valid_cycles
 from gaitval.terminal import app as cli

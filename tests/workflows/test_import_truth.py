@@ -39,6 +39,7 @@ from gaitval.gait.agreement import EDGE_SECONDS
 from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
 from gaitval.importing import write
+from gaitval.importing.importing import work_out
 from gaitval.importing.results import ImportResult
 from gaitval.importing.stored import Session
 from gaitval.importing.summary import trial_residuals
@@ -47,7 +48,7 @@ from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
-from gaitval.session.session import Import, work_out
+from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
