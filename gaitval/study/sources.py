@@ -20,7 +20,7 @@ from typing import Final, NamedTuple
 
 from gaitval import wings
 from gaitval.artefacts import read_json, write_json
-from gaitval.cache_home import cache_home
+from gaitval.cache_home import own_cache
 from gaitval.errors import ArtefactError
 
 PACKAGE: Final = Path(__file__).parents[1]
@@ -115,7 +115,7 @@ def _kept_at(packages: Packages) -> Path:
     content = hashlib.sha256()
     for name in sorted(files):
         content.update(f"{name}:{_hash(files[name].read_bytes())}\n".encode())
-    return cache_home() / "gaitval" / f"code-{content.hexdigest()[:16]}.json"
+    return own_cache() / f"code-{content.hexdigest()[:16]}.json"
 
 
 def _read_code(start: _Place, packages: Packages) -> dict[str, str]:
