@@ -41,7 +41,8 @@ import importlib, pkgutil, sys
 from typer.testing import CliRunner
 import gaitval
 from gaitval.cli import app
-for name in ("gaitval", *sorted(m.name for m in pkgutil.iter_modules() if m.name.startswith("gaitval_"))):
+wings = sorted(m.name for m in pkgutil.iter_modules() if m.name.startswith("gaitval_"))
+for name in ("gaitval", *wings):
     package = importlib.import_module(name)
     for each in pkgutil.walk_packages(package.__path__, name + "."):
         if not each.name.endswith(("__main__", "c3d_process")):
@@ -96,6 +97,10 @@ def test_the_folder_is_hostile(place):
     assert "exec evil.py" in bare.read
     figures = started(place, sys.executable, "-P", "-c", "import matplotlib")
     assert "open matplotlibrc" in figures.read
+    call = "import socket; socket.getaddrinfo('no.invalid', 80)"
+    assert started(place, sys.executable, "-P", "-c", call).read == {
+        "socket.getaddrinfo no.invalid"
+    }
     numba = started(
         place, sys.executable, "-P", "-c", "import numba.core.config as c; print(int(c.OPT))"
     )

@@ -1,5 +1,6 @@
-"""Imported by Python at its start as `sitecustomize` (tests/test_current_folder.py): writes down what
-is opened, listed, loaded or started of the folder FOLDER_WATCHED, a line each, into FOLDER_LOG."""
+"""Imported by Python at its start as `sitecustomize` (tests/test_current_folder.py): writes down
+what is opened, run or loaded of the folder FOLDER_WATCHED, which compilers are started, and with
+which other machines it talks, a line each, into FOLDER_LOG."""
 
 import os
 import sys
@@ -10,6 +11,13 @@ _busy = False
 
 def _watch(event: str, arguments: tuple) -> None:
     global _busy
+    if event in {"socket.getaddrinfo", "socket.connect"} and not _busy:
+        where = arguments[0] if event == "socket.getaddrinfo" else arguments[1]
+        host = where[0] if isinstance(where, tuple) else where
+        inet = event == "socket.getaddrinfo" or isinstance(where, tuple)
+        if inet and host not in {"127.0.0.1", "localhost", "::1", None}:
+            _write(event, str(host))
+        return
     if _busy or event not in {"open", "ctypes.dlopen", "subprocess.Popen", "exec"}:
         return
     _busy = True
@@ -28,7 +36,8 @@ def _watch(event: str, arguments: tuple) -> None:
             if event == "ctypes.dlopen" and "/" not in name:
                 return  # by the system's search, which knows no current folder
             inside = os.path.relpath(os.path.abspath(name), _FOLDER)
-            if not inside.startswith(".."):
+            # else it is a name in a folder that is open, as `shutil.rmtree` has them
+            if not inside.startswith("..") and os.path.lexists(name):
                 _write(event, inside)
     except (OSError, ValueError):
         pass
