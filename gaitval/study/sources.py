@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 from gaitval import wings
 from gaitval.artefacts import read_json, write_json
 from gaitval.cache_home import own_cache
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, ConfigurationError
 
 PACKAGE: Final = Path(__file__).parents[1]
 
@@ -89,7 +89,7 @@ def _code(start: _Place, packages: Packages) -> dict[str, str]:
         return _read_code(start, packages)
     path, key = _kept_at(packages), f"{start.module}:{start.name}"
     try:
-        known = read_json(path) if path.is_file() else {}
+        known = read_json(path) if path is not None and path.is_file() else {}
     except ArtefactError:
         known = {}
     if not isinstance(known, dict):
@@ -97,14 +97,16 @@ def _code(start: _Place, packages: Packages) -> dict[str, str]:
     if key not in known:
         known = {**known, key: _read_code(start, packages)}
         with suppress(ArtefactError, OSError):  # then it is read again next time
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_json(path, known)
+            if path is not None:
+                write_json(path, known)
     return dict(known[key])
 
 
 @cache
-def _kept_at(packages: Packages) -> Path:
-    """Where what was read of packages as they are is kept: a file named by the hash of theirs."""
+def _kept_at(packages: Packages) -> Path | None:
+    """Where what was read of packages as they are is kept: a file named by the hash of theirs; None
+    where there is no folder of this user's own.
+    """
     files = {
         _name(file, package): file
         for package in packages
@@ -115,7 +117,10 @@ def _kept_at(packages: Packages) -> Path:
     content = hashlib.sha256()
     for name in sorted(files):
         content.update(f"{name}:{_hash(files[name].read_bytes())}\n".encode())
-    return own_cache() / f"code-{content.hexdigest()[:16]}.json"
+    try:
+        return own_cache() / f"code-{content.hexdigest()[:16]}.json"
+    except ConfigurationError:
+        return None
 
 
 def _read_code(start: _Place, packages: Packages) -> dict[str, str]:
