@@ -1,6 +1,7 @@
 """The folder that a command is started in decides nothing: nothing of it runs, nothing is read."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -149,6 +150,14 @@ def test_nor_does_a_run(place, name):
     assert "Traceback" not in found.done.stderr
     assert not found.ran
     assert not found.read
+
+
+@pytest.mark.skipif(not shutil.which("git"), reason="no git to be misled")
+def test_a_repositorys_settings_run_nothing_when_its_commit_is_asked_for(place):
+    code = "from gaitval_gate.history import current_commit; print(current_commit()[0])"
+    found = started(place, sys.executable, "-P", "-c", code)
+    assert re.fullmatch(r"[0-9a-f]{40}\+\n", found.done.stdout), found.done
+    assert not found.ran
 
 
 def test_python_m_gaitval_takes_no_library_from_it(place):
