@@ -14,8 +14,9 @@ COPY . /gaitval
 RUN python -m pip install --no-cache-dir --constraint /gaitval/constraints.txt "/gaitval${EXTRAS}" \
     && rm -rf /gaitval
 # Not as root: what it writes into /work belongs to this user, or to that of `docker run --user`.
-# What is compiled once, in a minute, is kept in a folder that any user may write. A named volume there, of one user, keeps
-# it from run to run; each version has its own folder in it.
+# What is compiled once, in a minute, is kept in /compiled/gaitval, which belongs to the user who made it and nobody else can
+# write to; gaitval takes none of another user's. /compiled itself is as /tmp is: any user may make that folder, and no other
+# may remove it (the sticky bit). A named volume there, of one user, keeps it from run to run; each version has its own part.
 #   docker run --rm --volume gaitval-compiled:/compiled --volume "$PWD:/work" gaitval check --quick --baseline S05
 RUN useradd --create-home walker \
     && install --directory --owner=walker /work \

@@ -1,11 +1,13 @@
 """Scale a humanoid to a person, learn to walk as they do, and report how accurate the walk is.
 
-`import gaitval as gv` loads only this file. The names below match the commands. They are imported
-from `gaitval.interface` on first use (PEP 562); a stub beside this file describes them to type
-checkers and editors.
+`import gaitval as gv` loads only this file and `current_folder`. The names below match the
+commands. They are imported from `gaitval.interface` on first use (PEP 562); a stub beside this file
+describes them to type checkers and editors.
 """
 
 from importlib import import_module
+
+from gaitval.current_folder import ignore as _ignore_current_folder
 
 __version__ = "0.2.0"
 
@@ -27,6 +29,8 @@ _HOMES = {
 """The module of `gaitval.interface` that contains each public name."""
 
 __all__ = sorted(_HOMES)
+
+_ignore_current_folder()
 
 
 def __getattr__(name: str) -> object:

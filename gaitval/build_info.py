@@ -49,19 +49,37 @@ def source_commit(root: Path = _ROOT) -> str:
     if not (root / ".git").exists():
         return INSTALLED
     try:
-        commit = _git(root, "rev-parse", "HEAD")
-        changed = _git(root, "status", "--porcelain", "--", "gaitval")
+        commit = git(root, "rev-parse", "HEAD")
+        changed = git(root, "status", "--porcelain", "--ignore-submodules=all", "--", "gaitval")
     except (OSError, subprocess.SubprocessError):
         return UNREADABLE
     return commit + ("+" if changed else "")
 
 
-def _git(root: Path, *arguments: str) -> str:
-    done = subprocess.run(
-        ["git", "-C", str(root), *arguments],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=_WAIT,
+def git(folder: Path | None, *arguments: str) -> str:
+    """What git prints of the repository `folder`, by default that of the current folder, whose
+    settings run no programs. Raises OSError or subprocess.SubprocessError if it is missing or
+    fails.
+    """
+    # The settings of a repository, which may have come out of an archive, can name programs: one
+    # that watches files, filters by a name of their own, hooks, and those that fetch what is
+    # missing.
+    place = [] if folder is None else ["-C", str(folder)]
+    drivers = _run(
+        ["git", *place, "config", "--name-only", "-z", "--get-regexp", r"^filter\..*"], (0, 1)
     )
-    return done.stdout.strip()
+    none = {"core.fsmonitor": "false", "core.hooksPath": os.devnull}
+    for each in filter(None, drivers.split("\0")):
+        none[each] = "false" if each.endswith(".required") else ""
+    settings = [word for name, value in none.items() for word in ("-c", f"{name}={value}")]
+    return _run(["git", "--no-optional-locks", *place, *settings, *arguments], (0,)).strip()
+
+
+def _run(command: list[str], codes: tuple[int, ...]) -> str:
+    own = {**os.environ, "GIT_ALLOW_PROTOCOL": "none", "GIT_NO_LAZY_FETCH": "1", "GIT_PAGER": "cat"}
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, timeout=_WAIT, env=own
+    )
+    if done.returncode not in codes:
+        raise subprocess.CalledProcessError(done.returncode, command, done.stdout, done.stderr)
+    return done.stdout

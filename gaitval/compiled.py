@@ -6,6 +6,7 @@ named by the hash of all files with compiled functions or with constants that th
 """
 
 import hashlib
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,12 @@ from typing import Any
 import numba
 from numba.core import event
 
-from gaitval.cache_home import cache_home
+from gaitval.cache_home import own_cache, own_folder
+from gaitval.compiled_cache import SealedCache, key_in
 
 SOURCES = (
     "compiled.py",
+    "compiled_cache.py",
     *(f"contact/{file.name}" for file in sorted((Path(__file__).parent / "contact").glob("*.py"))),
     "constants.py",
     "coordinates.py",
@@ -44,13 +47,37 @@ SOURCES = (
 )
 
 
-def _cache_folder() -> Path:
-    # All sources in one hash: numba does not record which compiled function calls which, so an edit
-    # of one file must discard every function that might have inlined it.
+# numba reads a file of settings in the current folder, now and whenever it compiles. When gaitval
+# imports it, it does not see that file (`current_folder`); what it has seen before is dropped here.
+_settings: Any = numba.core.config
+_settings._config_fname = ""
+_settings.reload_config()
+
+
+@cache
+def _sources() -> str:
+    """A hash of all sources, for numba does not record which compiled function calls which: an edit
+    of one file must discard every function that might have inlined it.
+    """
     digest = hashlib.sha256()
     for name in SOURCES:
         digest.update((Path(__file__).parent / name).read_bytes())
-    return cache_home() / "gaitval" / f"numba-{digest.hexdigest()[:16]}"
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _own_folder(_surroundings: tuple[str | None, ...]) -> Path:
+    # numba's own settings do not count: a file in the current folder could have made them.
+    given = Path(os.environ.get("NUMBA_CACHE_DIR", ""))
+    return own_folder(given) if given.is_absolute() else own_cache()
+
+
+def _cache_folder() -> Path:
+    """The folder of what is compiled of these sources. Raises ConfigurationError if it is in one
+    that others can write to.
+    """
+    told = tuple(map(os.environ.get, ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME")))
+    return _own_folder(told) / f"numba-{_sources()}"
 
 
 class _WhenCompiling(event.Listener):
@@ -71,16 +98,11 @@ class _WhenCompiling(event.Listener):
         self._announcer.on_end(event)
 
 
-def _kept_in() -> Path:
-    settings: Any = numba.config
-    return Path(settings.CACHE_DIR or _cache_folder())  # the former is NUMBA_CACHE_DIR, if set
-
-
 def is_empty(folder: Path | None = None) -> bool:
     """Whether nothing was compiled before: the cache `folder`, by default that of this package as
     it is, has no files.
     """
-    folder = folder or _kept_in()
+    folder = folder or _cache_folder()
     return not folder.is_dir() or not any(folder.iterdir())
 
 
@@ -94,18 +116,14 @@ def _announce(folder: Path) -> None:
 
 
 def _compiled(function: Any, **options: Any) -> Any:
-    settings: Any = numba.config
-    before = settings.CACHE_DIR
-    # numba reads the folder when the decorator runs, not when the function is first called, so it
-    # only needs to be set here and other packages' functions keep their own.
-    settings.CACHE_DIR = str(_kept_in())
-    _announce(Path(settings.CACHE_DIR))
-    try:
-        # No `fastmath`: it may reorder sums, and results would differ between processors and
-        # between lanes and doubles.
-        return numba.njit(cache=True, error_model="numpy", **options)(function)
-    finally:
-        settings.CACHE_DIR = before
+    folder = _cache_folder()
+    _announce(folder)
+    # No `fastmath`: it may reorder sums, and results would differ between processors and between
+    # lanes and doubles.
+    found: Any = numba.njit(error_model="numpy", **options)(function)
+    if found is not function:  # NUMBA_DISABLE_JIT
+        found._cache = SealedCache(function, folder, key_in(folder.parent))
+    return found
 
 
 def njit(function: Any) -> Any:

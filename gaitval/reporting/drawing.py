@@ -69,7 +69,9 @@ def new_figure(
     points; it must be drawn within the block. Axes that are not `placed` by who draws it are placed
     by matplotlib, which draws all of it once more for that.
     """
-    with matplotlib.rc_context(SETTINGS | {"axes.linewidth": axes_line}):
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()  # whatever a file of the user's, or of a folder's, says
+        matplotlib.rcParams.update(SETTINGS | {"axes.linewidth": axes_line})
         yield Figure(figsize=(width, height), layout=None if placed else "constrained")
 
 

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.cache_home import cache_home
-from gaitval.errors import ArtefactError
+from gaitval.cache_home import own_cache
+from gaitval.errors import ArtefactError, ConfigurationError
 
 PACKAGE: Final = Path(__file__).parents[1]
 
@@ -66,7 +66,7 @@ def _code(start: _Place) -> dict[str, str]:
     """`_read_code`, which takes a study a second; what it gave is kept in the user's cache."""
     path, key = _kept_at(), f"{start.module}:{start.name}"
     try:
-        known = read_json(path) if path.is_file() else {}
+        known = read_json(path) if path is not None and path.is_file() else {}
     except ArtefactError:
         known = {}
     if not isinstance(known, dict):
@@ -74,14 +74,16 @@ def _code(start: _Place) -> dict[str, str]:
     if key not in known:
         known = {**known, key: _read_code(start)}
         with suppress(ArtefactError, OSError):  # then it is read again next time
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_json(path, known)
+            if path is not None:
+                write_json(path, known)
     return dict(known[key])
 
 
 @cache
-def _kept_at() -> Path:
-    """Where what was read of the package as it is is kept: a file named by its hash."""
+def _kept_at() -> Path | None:
+    """Where what was read of the package as it is is kept: a file named by its hash; None where
+    there is no folder of this user's own.
+    """
     files = {
         _name(file): file
         for pattern in ("**/*", *chain.from_iterable(DATA.values()))
@@ -91,7 +93,10 @@ def _kept_at() -> Path:
     content = hashlib.sha256()
     for name in sorted(files):
         content.update(f"{name}:{_hash(files[name].read_bytes())}\n".encode())
-    return cache_home() / "gaitval" / f"code-{content.hexdigest()[:16]}.json"
+    try:
+        return own_cache() / f"code-{content.hexdigest()[:16]}.json"
+    except ConfigurationError:
+        return None
 
 
 def _read_code(start: _Place) -> dict[str, str]:

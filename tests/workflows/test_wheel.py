@@ -10,6 +10,8 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from importlib import metadata
 from pathlib import Path
 
@@ -189,19 +191,22 @@ def test_locks_have_a_hash_of_everything_in_the_versions_of_the_constraints(whee
         assert all(re.fullmatch("[0-9a-f]{64}", each) for each in hashes)
 
 
-def share_compiled(installed: Path, cache: Path) -> None:
+@contextmanager
+def shared_compiled(installed: Path) -> Iterator[None]:
     """Let the copy load what the checkout's functions were compiled to, as far as they were yet:
-    it saves a minute. numba knows the sources, which are the same, by their folder and time."""
-    compiled = Path(os.environ.get("NUMBA_CACHE_DIR") or _cache_folder())
-    for source in (ROOT / "gaitval").rglob("*.py"):
-        copy = installed / source.relative_to(ROOT)
-        os.utime(copy, ns=(source.stat().st_atime_ns, source.stat().st_mtime_ns))
-        theirs, ours = (
-            folder / _CacheLocator.get_suitable_cache_subpath(str(path))
-            for folder, path in ((compiled, source), (cache, copy))
-        )
-        if theirs.is_dir() and not ours.exists():
-            shutil.copytree(theirs, ours)
+    it saves a minute. numba knows the sources, which are the same, by their folder. In the same
+    cache, since its files are believed in no other."""
+    with ExitStack() as stack:
+        for source in (ROOT / "gaitval").rglob("*.py"):
+            copy = installed / source.relative_to(ROOT)
+            theirs, ours = (
+                _cache_folder() / _CacheLocator.get_suitable_cache_subpath(str(path))
+                for path in (source, copy)
+            )
+            if theirs.is_dir() and not ours.exists():
+                shutil.copytree(theirs, ours)
+                stack.callback(shutil.rmtree, ours)
+        yield
 
 
 @pytest.mark.slow
@@ -213,16 +218,15 @@ def test_the_main_job_runs_away_from_the_checkout(installed, tmp_path):
     )
     empty = tmp_path / "empty"
     empty.mkdir()
-    share_compiled(installed, tmp_path / "cache")
     settings = [argument for setting in QUICK for argument in ("--set", setting)]
-    done = subprocess.run(
-        [sys.executable, "-I", "-c", code, "subject", "5", *settings],
-        cwd=empty,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    with shared_compiled(installed):
+        done = subprocess.run(
+            [sys.executable, "-I", "-c", code, "subject", "5", *settings],
+            cwd=empty,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
     assert done.returncode == 0, done.stdout + done.stderr
     run = empty / "reports" / "S05"
     stored = installed / "gaitval/baselines/general/policy.safetensors"

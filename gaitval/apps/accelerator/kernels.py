@@ -7,6 +7,7 @@ Warp compiles them from their source, for the processor or for a GPU.
 
 import warp as wp
 
+from gaitval.cache_home import own_cache
 from gaitval.contact.hunt_crossley import (
     FADED,
     PENETRATION_SLOPE,
@@ -14,6 +15,9 @@ from gaitval.contact.hunt_crossley import (
     SMOOTHING,
     HuntCrossley,
 )
+
+# What Warp compiles is kept, and taken from there, where this user alone can write.
+wp.config.kernel_cache_dir = str(own_cache() / "warp")
 
 _K, _DISSIPATION, _STATIC, _DYNAMIC, _VISCOUS, _TRANSITION = (
     wp.constant(HuntCrossley._fields.index(name))

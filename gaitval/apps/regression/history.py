@@ -23,6 +23,7 @@ from pydantic import Field
 from gaitval import file_gate
 from gaitval.apps.regression.regression import Row
 from gaitval.artefacts import read_json, writing
+from gaitval.build_info import git
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import Count, OpenResult, Size
@@ -154,7 +155,11 @@ def current_commit() -> Commit:
     said = _COMMIT.fullmatch(found.splitlines()[-1]) if found else None
     if said is None:
         return told or "unknown", None
-    changed = "+" if _git("status", "--porcelain", "--untracked-files=no") else ""
+    changed = (
+        "+"
+        if _git("status", "--porcelain", "--untracked-files=no", "--ignore-submodules=all")
+        else ""
+    )
     revised = None
     with suppress(ValueError, OverflowError, OSError):  # beyond the year 9999
         revised = datetime.fromtimestamp(int(said["seconds"]), UTC).isoformat()
@@ -164,10 +169,7 @@ def current_commit() -> Commit:
 def _git(*arguments: str) -> str | None:
     """What git prints; None where it fails or is missing."""
     with suppress(OSError, subprocess.SubprocessError):
-        done = subprocess.run(
-            ["git", *arguments], capture_output=True, text=True, check=True, timeout=WAIT
-        )
-        return done.stdout.strip()
+        return git(None, *arguments)
     return None
 
 

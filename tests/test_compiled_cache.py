@@ -1,0 +1,267 @@
+"""Compiled code is taken only from a folder that is ours, and from files that we wrote."""
+
+import importlib.util
+import os
+import pickle
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gaitval import cache_home, compiled, compiled_cache
+from gaitval.cache_home import own_folder
+from gaitval.errors import ConfigurationError
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="users and links as POSIX has them")
+NOBODY = 65534
+as_root = pytest.mark.skipif(
+    not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give a file to another"
+)
+SOURCE = """
+from gaitval.compiled import njit
+
+@njit
+def double(x):
+    return 2.0 * x
+
+@njit
+def triple(x):
+    return 3.0 * x
+"""
+
+
+class Evil:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self):
+        return (open, (str(self.mark), "w"))
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A cache of one file of functions, both compiled: `again` compiles or loads them anew."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    (tmp_path / "some.py").write_text(SOURCE)
+    return tmp_path
+
+
+def again(place: Path) -> tuple[int, int]:
+    """Loaded from the cache, and compiled, by functions that must give the right results."""
+    compiled_cache.key_in.cache_clear()
+    compiled._own_folder.cache_clear()
+    spec = importlib.util.spec_from_file_location("some", place / "some.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert (module.double(3.0), module.triple(3.0)) == (6.0, 9.0)
+    both = (module.double.stats, module.triple.stats)
+    return sum(sum(each.cache_hits.values()) for each in both), sum(
+        sum(each.cache_misses.values()) for each in both
+    )
+
+
+def files(place: Path, ending: str) -> list[Path]:
+    found = sorted((place / "cache").rglob(f"*.{ending}"))
+    assert len(found) == 2
+    return found
+
+
+def test_what_we_compiled_is_loaded(place):
+    assert again(place) == (0, 2)
+    assert again(place) == (2, 0)
+    folder = place / "cache" / "gaitval"
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert (folder / "key").stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("keeps", [0, 32])
+def test_a_file_of_somebody_else_is_not_unpickled(place, ending, keeps):
+    """Neither as numba writes them, nor behind the hash of a file of ours."""
+    again(place)
+    mark = place / "ran"
+    planted = pickle.dumps(Evil(mark))
+    pickle.loads(planted).close()
+    assert mark.exists(), "the plant itself works"
+    mark.unlink()
+    for path in files(place, ending):
+        path.write_bytes(path.read_bytes()[:keeps] + planted)
+    assert again(place) == (0, 2)
+    assert not mark.exists()
+    assert again(place) == (2, 0), "written anew"
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("what", ["exchanged", "cut", "empty", "one bit"])
+def test_a_file_that_is_not_as_it_was_is_compiled_anew(place, ending, what):
+    again(place)
+    one, two = files(place, ending)
+    first, second = one.read_bytes(), two.read_bytes()
+    if what == "exchanged":
+        first, second = second, first
+    else:
+        changed = {"cut": first[:20], "empty": b"", "one bit": first[:-1] + bytes([first[-1] ^ 1])}
+        first = changed[what]
+    one.write_bytes(first)
+    two.write_bytes(second)
+    assert again(place) == ((0, 2) if what == "exchanged" else (1, 1))
+
+
+def test_a_cache_that_came_with_its_key_is_not_believed(place):
+    """As out of an archive: the key's file has another time on this disk."""
+    again(place)
+    (place / "cache").rename(place / "made")
+    shutil.copytree(place / "made", place / "cache", copy_function=shutil.copy2)
+    assert again(place) == (0, 2)
+    shutil.rmtree(place / "cache")
+    (place / "made").rename(place / "cache")
+    assert again(place) == (2, 0)
+
+
+@pytest.mark.parametrize("spoilt", ["readable", "link", "second name", "short", "folder", "none"])
+def test_a_key_that_others_may_know_is_replaced(place, spoilt):
+    again(place)
+    key = place / "cache" / "gaitval" / "key"
+    old = key.read_bytes()
+    if spoilt == "readable":
+        key.chmod(0o644)
+    elif spoilt == "second name":
+        os.link(key, place / "known")
+    elif spoilt == "short":
+        key.write_bytes(old[:8])
+    else:
+        key.rename(place / "known")
+        if spoilt == "link":
+            key.symlink_to(place / "known")
+        if spoilt == "folder":
+            key.mkdir()
+    assert again(place) == (0, 2)
+    if spoilt != "folder":  # without a key nothing is kept
+        assert key.read_bytes() != old
+        assert key.stat().st_mode & 0o777 == 0o600
+        assert again(place) == (2, 0)
+
+
+@as_root
+def test_a_key_of_another_user_is_replaced(place):
+    again(place)
+    key = place / "cache" / "gaitval" / "key"
+    os.chown(key, NOBODY, NOBODY)
+    assert again(place) == (0, 2)
+    assert key.stat().st_uid == os.getuid()
+
+
+def refused(base: Path, *words: str) -> None:
+    with pytest.raises(ConfigurationError) as error:
+        own_folder(base)
+    for word in (str(base), "XDG_CACHE_HOME", *words):
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o757])
+def test_a_way_that_others_can_write_to_is_refused(tmp_path, mode):
+    (tmp_path / "shared" / "cache").mkdir(parents=True)
+    (tmp_path / "shared").chmod(mode)
+    refused(tmp_path / "shared" / "cache", str(tmp_path / "shared"), f"{mode:o}")
+    (tmp_path / "shared").chmod(0o1000 | mode)  # as the folder of temporary files is
+    assert own_folder(tmp_path / "shared" / "cache").is_dir()
+
+
+def test_the_group_counts_unless_it_is_the_private_one(tmp_path, monkeypatch):
+    base = tmp_path / "cache"
+    base.mkdir()
+    base.chmod(0o775)
+    monkeypatch.setattr(cache_home, "_alone_in", lambda _: False)
+    refused(base, "775")
+    monkeypatch.setattr(cache_home, "_alone_in", lambda _: True)
+    assert own_folder(base).is_dir()
+
+
+def test_the_folder_itself_is_closed_to_others(tmp_path):
+    """One that an earlier version made may be open to be read, or to a group."""
+    (tmp_path / "gaitval").mkdir()
+    (tmp_path / "gaitval").chmod(0o777)
+    assert own_folder(tmp_path).stat().st_mode & 0o777 == 0o700
+
+
+def test_folders_are_made_for_this_user_alone(tmp_path):
+    before = os.umask(0)
+    try:
+        own_folder(tmp_path / "new" / "cache")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "new").stat().st_mode & 0o777 == 0o700
+
+
+@as_root
+@pytest.mark.parametrize("whose", ["gaitval", ".", ".."])
+def test_another_users_folder_is_refused(tmp_path, whose):
+    """The attack: a folder made before by somebody else, who is told to whom to give it."""
+    base = tmp_path / "first" / "cache"
+    (base / "gaitval").mkdir(parents=True)
+    os.chown(base / whose, NOBODY, NOBODY)
+    refused(base, str(NOBODY))
+
+
+@as_root
+@pytest.mark.parametrize("which", ["gaitval", "cache"])
+def test_another_users_link_is_refused_and_ones_own_is_not(tmp_path, which):
+    ours, base = tmp_path / "ours", tmp_path / "cache"
+    (ours / "gaitval").mkdir(parents=True)
+    if which == "gaitval":
+        base.mkdir()
+    link = base / "gaitval" if which == "gaitval" else base
+    link.symlink_to(ours / "gaitval" if which == "gaitval" else ours)
+    assert own_folder(base).is_dir()
+    os.chown(link, NOBODY, NOBODY, follow_symlinks=False)
+    refused(base, str(NOBODY))
+
+
+@as_root
+def test_a_link_of_ones_own_into_a_folder_of_another_is_refused(tmp_path):
+    (tmp_path / "theirs" / "cache").mkdir(parents=True)
+    os.chown(tmp_path / "theirs", NOBODY, NOBODY)
+    (tmp_path / "cache").symlink_to("theirs/../theirs/cache")
+    refused(tmp_path / "cache", str(NOBODY))
+
+
+def test_a_link_to_itself_and_a_file_are_refused(tmp_path):
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    refused(tmp_path / "loop")
+    (tmp_path / "file").touch()
+    refused(tmp_path / "file")
+
+
+@as_root
+def test_nothing_is_compiled_into_or_taken_from_a_refused_folder(place):
+    again(place)
+    mark = place / "ran"
+    for path in files(place, "nbi"):
+        path.write_bytes(pickle.dumps(Evil(mark)))
+    os.chown(place / "cache", NOBODY, NOBODY)
+    with pytest.raises(ConfigurationError, match=str(NOBODY)):
+        again(place)
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+def test_a_path_that_begins_in_the_current_folder_does_not_count(tmp_path, monkeypatch, variable):
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv(variable, "cache")
+    monkeypatch.chdir(tmp_path)
+    assert compiled._cache_folder().parent == tmp_path / "home" / ".cache" / "gaitval"
+
+
+def test_numbas_own_settings_do_not_say_where_it_is(tmp_path, monkeypatch):
+    """Nor which code finds it: both may come from a file of the current folder."""
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path / "elsewhere"))
+    monkeypatch.setattr("numba.core.config.CACHE_LOCATOR_CLASSES", "evil.Locator")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    (tmp_path / "some.py").write_text(SOURCE)
+    again(tmp_path)
+    assert files(tmp_path, "nbi")
+    assert not (tmp_path / "elsewhere").exists()

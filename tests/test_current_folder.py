@@ -1,0 +1,205 @@
+"""The folder that a command is started in decides nothing: nothing of it runs, nothing is read."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import hostile_folder
+import pytest
+import seen_of_folder
+from typer.main import get_command
+
+from gaitval import current_folder
+from gaitval.cli import app as cli
+
+ROOT: Any = get_command(cli.app)
+SAMPLES = Path(cli.__file__).parents[1] / "samples"
+RECORDED = [
+    *("--static", str(SAMPLES / "standing.c3d"), "--trial", str(SAMPLES / "walking.c3d")),
+    *("--mass", "64.95", "--height", "1.53", "--sex", "F", "--belt", "1.1473"),
+]
+RUNS: dict[str, list[str]] = {
+    "subjects": ["subjects"],
+    "data": ["data", "list"],
+    "curves": ["curves", "--template", "out/own.csv"],
+    "events": ["events", str(SAMPLES / "walking.c3d"), "--out", "out/e.svg"],
+    "markers": ["markers", str(SAMPLES / "walking.c3d"), "--out", "out/set.toml"],
+    "scale": ["scale", "5", "--out", "out/S05"],
+    "history": ["history", "out/history.db", "--out", "out/history"],
+    "judge": ["judge", "out/none.osim", "--out", "out/judged"],
+    "check": ["check", "--quick", "--baseline", "S05", "--history", "out/history.db"],
+    "import": ["import", *RECORDED, "--out", "out/sample"],
+}
+"""A run of a command, where one is cheap; of the others, the help and all that they import."""
+SLOW = {"check", "import"}
+EVERYTHING = """
+import importlib, pkgutil, sys
+from typer.testing import CliRunner
+import gaitval
+from gaitval.cli import app
+wings = sorted(m.name for m in pkgutil.iter_modules() if m.name.startswith("gaitval_"))
+for name in ("gaitval", *wings):
+    package = importlib.import_module(name)
+    for each in pkgutil.walk_packages(package.__path__, name + "."):
+        if not each.name.endswith(("__main__", "c3d_process")):
+            importlib.import_module(each.name)
+for name in sys.argv[1:]:
+    done = CliRunner().invoke(app.app, [name, "--help"])
+    assert done.exit_code == 0, (name, done.output)
+    print("helped", name)
+"""
+
+
+def started(place: SimpleNamespace, *command: str) -> SimpleNamespace:
+    """A program of this Python, started in the hostile folder, and what it had of it."""
+    place.log.write_text("")
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
+    own |= {
+        "PYTHONPATH": str(place.watcher),
+        "FOLDER_WATCHED": str(place.folder),
+        "FOLDER_LOG": str(place.log),
+    }
+    done = subprocess.run(
+        [*command], cwd=place.folder, env=own, capture_output=True, text=True, check=False
+    )
+    lines = set(place.log.read_text().splitlines())
+    ran = {path.name for path in place.marks.iterdir()}
+    for path in place.marks.iterdir():
+        path.unlink()
+    ours = {line for line in lines if line.split(" ", 1)[1].split("/")[0] in ("out", ".")}
+    return SimpleNamespace(done=done, ran=ran, read=lines - ours)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    base = tmp_path_factory.mktemp("hostile")
+    watcher = base / "watcher"
+    watcher.mkdir()
+    shutil.copy(seen_of_folder.__file__, watcher / "sitecustomize.py")
+    folder = hostile_folder.made(base / "folder", base / "marks")
+    (folder / "out").mkdir()
+    return SimpleNamespace(
+        folder=folder, marks=base / "marks", watcher=watcher, log=base / "log.txt"
+    )
+
+
+GAITVAL = str(Path(sys.executable).with_name("gaitval"))
+
+
+def test_the_folder_is_hostile(place):
+    """Programs that do not take care run and read what is in it: else the tests prove nothing."""
+    bare = started(place, sys.executable, "-c", "import evil")
+    assert "evil.py" in bare.ran
+    assert "exec evil.py" in bare.read
+    figures = started(place, sys.executable, "-P", "-c", "import matplotlib")
+    assert "open matplotlibrc" in figures.read
+    call = "import socket; socket.getaddrinfo('no.invalid', 80)"
+    assert started(place, sys.executable, "-P", "-c", call).read == {
+        "socket.getaddrinfo no.invalid"
+    }
+    numba = started(
+        place, sys.executable, "-P", "-c", "import numba.core.config as c; print(int(c.OPT))"
+    )
+    assert numba.done.stdout == "1\n"
+    assert "open .numba_config.yaml" in numba.read
+    if shutil.which("git"):
+        started_git = "import subprocess; subprocess.run(['git', 'status'])"
+        ran = started(place, sys.executable, "-P", "-c", started_git).ran
+        assert {"git-fsmonitor", "git-process"} & ran
+
+
+@pytest.mark.skipif(
+    not shutil.which("gcc") or not shutil.which("objdump"), reason="nobody to ask for a library"
+)
+def test_a_linker_that_is_asked_here_names_a_library_of_this_folder(place):
+    """The same, of WeasyPrint: it loads what a linker script here names."""
+    found = started(place, sys.executable, "-P", "-c", "import weasyprint")
+    assert "libpango-1.0-0.so" in found.ran
+    ours = started(place, sys.executable, "-P", "-c", "import gaitval.reporting.page")
+    assert ours.done.returncode == 0, ours.done.stderr
+    assert not ours.ran
+    assert not ours.read
+
+
+@pytest.fixture(scope="module")
+def everything(place):
+    """All modules of gaitval imported, and the help of each command, in one process."""
+    return started(place, sys.executable, "-P", "-c", EVERYTHING, *ROOT.commands)
+
+
+@pytest.mark.parametrize("name", sorted(ROOT.commands))
+def test_no_command_runs_or_reads_what_is_in_the_folder_that_it_is_started_in(
+    place, everything, name
+):
+    assert f"helped {name}\n" in everything.done.stdout, everything.done.stderr
+    assert not everything.ran
+    assert not everything.read
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in RUNS]
+)
+def test_nor_does_a_run(place, name):
+    found = started(place, GAITVAL, *RUNS[name])
+    assert found.done.returncode in (0, 1, 2), found.done.stderr
+    assert "Traceback" not in found.done.stderr
+    assert not found.ran
+    assert not found.read
+
+
+@pytest.mark.skipif(not shutil.which("git"), reason="no git to be misled")
+def test_a_repositorys_settings_run_nothing_when_its_commit_is_asked_for(place):
+    code = "from gaitval.apps.regression.history import current_commit; print(current_commit()[0])"
+    found = started(place, sys.executable, "-P", "-c", code)
+    assert re.fullmatch(r"[0-9a-f]{40}\+\n", found.done.stdout), found.done
+    assert not found.ran
+
+
+def test_python_m_gaitval_takes_no_library_from_it(place):
+    """Python itself looks for what it needs to start there (`-P` forbids that): not for more."""
+    for name in hostile_folder.MODULES:
+        if name in sys.stdlib_module_names:
+            (place.folder / f"{name}.py").rename(place.folder / f"{name}.aside")
+    try:
+        found = started(place, sys.executable, "-m", "gaitval", "subjects")
+    finally:
+        for path in place.folder.glob("*.aside"):
+            path.rename(path.with_suffix(".py"))
+    assert found.done.returncode == 0, found.done.stderr
+    assert not found.ran
+
+
+def test_numba_that_was_there_before_forgets_what_it_read_here(place):
+    code = (
+        "import numba; from numba.core import config; assert config.OPT == 1; "
+        "import gaitval.compiled; "
+        "print(int(config.OPT), repr(config.CACHE_DIR), config.DISABLE_JIT)"
+    )
+    found = started(place, sys.executable, "-P", "-c", code)
+    assert found.done.stdout == "3 '' 0\n", found.done.stderr
+
+
+def test_a_program_of_its_own_keeps_its_settings(place):
+    code = (
+        "import gaitval, matplotlib; print(matplotlib.rcParams['text.usetex']); "
+        "from gaitval.reporting.drawing import new_figure\n"
+        "with new_figure(1.0): print(matplotlib.rcParams['text.usetex'])\n"
+        "print(matplotlib.rcParams['text.usetex'])"
+    )
+    found = started(place, sys.executable, "-P", "-c", code)
+    assert found.done.stdout == "True\nFalse\nTrue\n", found.done.stderr
+
+
+def test_what_is_unseen_is_unseen_by_this_name_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a").touch()
+    Path("b").touch()
+    with current_folder.unseen("a"):
+        assert (os.path.exists("a"), os.path.exists("b")) == (False, True)
+        assert os.path.exists(tmp_path / "a")
+    assert os.path.exists("a")
