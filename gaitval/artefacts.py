@@ -352,6 +352,25 @@ def check_arrays(
         raise ArtefactError(f"{path}: {name} {why}. Delete it and run its stage again.")
 
 
+def check_times(time: "NDArray[Any]", path: Path) -> None:
+    """Refuse times (T,), s, of the npz file `path` that do not go on in even steps: rates are
+    taken from the first step. Raises ArtefactError.
+    """
+    import numpy as np
+
+    steps = np.diff(time)
+    if not len(steps):
+        return
+    step = (time[-1] - time[0]) / len(steps)
+    wrong = np.flatnonzero(~(np.abs(steps - step) < 0.01 * abs(step)) | (steps <= 0.0))
+    if len(wrong):
+        row = int(np.argmax(np.abs(steps - np.median(steps)))) if step > 0.0 else int(wrong[0])
+        raise ArtefactError(
+            f"{path}: time goes from {time[row]:g} to {time[row + 1]:g} s after sample {row + 1}, "
+            "but must rise in even steps; the file was edited. Delete it and run its stage again."
+        )
+
+
 def file_hash(path: Path) -> str:
     """SHA-256 of the bytes of the file `path`, hexadecimal. Raises ArtefactError without one."""
     with file_gate.opened(path, ArtefactError, largest=file_gate.BINARY) as file:

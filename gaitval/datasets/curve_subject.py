@@ -12,6 +12,7 @@ from gaitval.datasets.identity import identity
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.plain_numbers import plain_float
 from gaitval.scaling.tape import measure_by_tape
 
 
@@ -151,7 +152,7 @@ def _tape(texts: Sequence[str], height_m: float) -> dict[str, float]:
     for text in texts:
         name, separator, value = text.partition("=")
         try:
-            found[name.strip()] = float(value)
+            found[name.strip()] = plain_float(value)
         except ValueError:
             separator = ""
         if not separator or name.strip() not in TAPE:

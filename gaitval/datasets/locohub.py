@@ -24,6 +24,7 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import RecordError
+from gaitval.plain_numbers import plain_float
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -298,7 +299,7 @@ def _number(keys: Sequence[str], *tables: Mapping[str, str]) -> float | None:
     for key in keys:
         for values in tables:
             try:
-                number = float(values.get(key, ""))
+                number = plain_float(values.get(key, ""))
             except ValueError:
                 continue
             if np.isfinite(number):

@@ -38,6 +38,7 @@ from gaitval.gait.mean_curves import MeanCurves
 from gaitval.mocap.mot import read_ground_reaction
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.wbds_text import read_wbds_forces
+from gaitval.plain_numbers import plain_float
 
 __all__ = [  # what a cohort uses, `gaitval.apps.cohort.all_data.Archive`
     "CITATION",
@@ -285,7 +286,7 @@ def _strikes(vertical: Array, rate: float) -> Array:
 
 def _number(row: Mapping[str, str], column: str) -> float | None:
     try:
-        value = float(row[column])
+        value = plain_float(row[column])
     except (KeyError, TypeError, ValueError):
         return None
     return value if np.isfinite(value) else None

@@ -24,6 +24,7 @@ from gaitval.gait.mean_curves import (
     STANCE_THRESHOLD,
 )
 from gaitval.gait.sampling import SAMPLES
+from gaitval.plain_numbers import plain_float
 
 _LETTER: Final[dict[Side, str]] = {"right": "R", "left": "L"}
 
@@ -150,7 +151,7 @@ def _read_processed(
             continue
         for j, field in enumerate(fields):
             try:
-                table[i, j] = float(field)
+                table[i, j] = plain_float(field)
             except ValueError:
                 problems.append(
                     f"row {i + 2}, column {header[j]}: {field!r} is not a number. Correct it."
@@ -290,7 +291,7 @@ def table_rows(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
 def number_in(path: Path, row: Mapping[str, str], column: str) -> float:
     """The number in a `column` of a `row` of `path`. Raises RecordError if it is not finite."""
     try:
-        value = float(row[column])
+        value = plain_float(row[column])
     except (TypeError, ValueError):
         value = np.nan
     if not np.isfinite(value):

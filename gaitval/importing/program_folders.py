@@ -19,6 +19,7 @@ from typing import Any, Final
 from gaitval import file_gate
 from gaitval.artefacts import read_toml
 from gaitval.errors import RecordError
+from gaitval.plain_numbers import plain_float
 
 Sessions = list[tuple[Path, list[dict[str, Any]]]]
 
@@ -187,7 +188,7 @@ def _top_level(file: Path) -> dict[str, str]:
 def _number(file: Path, known: dict[str, str], key: str) -> float:
     text = known.get(key, "")
     try:
-        value = float(text)
+        value = plain_float(text)
     except ValueError:
         value = 0.0
     if not 0.0 < value < 1e4:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from gaitval.mocap.c3d_contents import Contents, check_size, labels_of, read_contents
+from gaitval.plain_numbers import plain_float
 
 SideValues = tuple[float | None, float | None]
 """Right and left; None where it was not measured."""
@@ -103,7 +104,7 @@ def person_of(source: str, contents: Contents) -> PersonFacts:
         low, high = _RANGES[field]
         # A length of 0, which was not measured, is outside every range.
         factors = (1.0,) if field in _NOT_LENGTHS else _LENGTH_UNITS
-        values = (factor * float(text) for text in stored.get(name, ()) for factor in factors)
+        values = (factor * plain_float(text) for text in stored.get(name, ()) for factor in factors)
         return next((value for value in values if low <= value <= high), None)
 
     def both(name: str, field: str) -> SideValues:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -26,6 +27,10 @@ from gaitval.mocap.text_table import (
     text_lines,
 )
 
+VERSIONS: Final = ("0", "1", "2", "3")
+"""Of the header: OpenSim 4.5 writes 1 (`Storage`) and 3 (`STOFileAdapter`), and reads those
+before."""
+
 
 def read_storage(path: Path) -> StorageTable:
     """Read a MOT or STO file of numbers, of any version of its header.
@@ -41,8 +46,8 @@ def read_storage(path: Path) -> StorageTable:
     ------
     RecordError
         The file is of another kind or cut off in a row, a column appears twice, the time is
-        missing, or `inDegrees` is neither yes nor no. Counts of the header unlike the rows are a
-        `RecordWarning`.
+        missing, `inDegrees` is neither yes nor no, or the version is unknown. Counts of the header
+        unlike the rows are a `RecordWarning`.
     """
     path = Path(path)
     lines = text_lines(path)
@@ -60,6 +65,13 @@ def read_storage(path: Path) -> StorageTable:
         )
         if found:
             header[found[1].lower()] = found[2].strip()
+    version = header.get("version", "1")
+    if version not in VERSIONS:
+        raise RecordError(
+            f"{path}: version is {version!r}, but OpenSim has written versions {VERSIONS[0]} to "
+            f"{VERSIONS[-1]} only; what another means is unknown. Correct the line, or export the "
+            "file again."
+        )
     if header.get("datatype", "double").lower() != "double":
         raise RecordError(
             f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "

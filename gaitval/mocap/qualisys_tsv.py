@@ -24,6 +24,7 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.mocap.separate_forces import with_plates
 from gaitval.mocap.text_cells import cells_of, markers_named, numbers, positive, whole_rows
 from gaitval.mocap.text_table import text_lines, with_gaps
+from gaitval.plain_numbers import plain_float
 
 _MILLIMETRES: Final = 1e-3
 _QUADRANTS: Final = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")
@@ -156,7 +157,7 @@ def _plate(path: Path, recording: Recording) -> tuple[float, float, Plate]:
 def _corner(path: Path, table: _Table, quadrant: str, axis: str) -> float:
     text = _first(table, f"FORCE_PLATE_CORNER_{quadrant}_{axis}")
     try:
-        value = float(text)
+        value = plain_float(text)
     except ValueError:
         value = np.nan
     if not abs(value) < 1e6:  # a kilometre

@@ -9,6 +9,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.text_table import numbers_of
+from gaitval.plain_numbers import plain_float
 
 _GAPS = re.compile(r"(?<![^\t,;])\s*(?:NULL|null|NaN|nan|NAN|-nan\(ind\)|#N/A)\s*(?![^\t,;])")
 
@@ -52,7 +53,7 @@ def whole_rows(
 def positive(path: Path, text: str, what: str) -> float:
     """A number above zero. Raises RecordError, which says `what` it is."""
     try:
-        value = float(text)
+        value = plain_float(text)
     except ValueError:
         value = np.nan
     if not 0.0 < value < np.inf:

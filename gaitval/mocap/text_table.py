@@ -12,6 +12,7 @@ from gaitval.arrays import Array
 from gaitval.constants import LARGEST_SIZE
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
+from gaitval.plain_numbers import plain_float
 
 SLOWEST_RATE: Final = 5.0
 """Hz. No camera and no force plate is sampled more slowly."""
@@ -91,7 +92,7 @@ def numbers_of(
             )
         wrong = ""
         try:
-            table[i] = [float(wrong := field.strip() or "nan") for field in fields]
+            table[i] = [plain_float(wrong := field.strip() or "nan") for field in fields]
         except ValueError:
             fix = (
                 "It has a decimal comma: set the program, or the region of Windows, to a decimal "

@@ -21,6 +21,7 @@ from gaitval.mocap.text_table import (
     with_gaps,
 )
 from gaitval.mocap.units import METRES, unit_factor
+from gaitval.plain_numbers import plain_float, plain_int
 
 
 def read_trc(path: Path) -> Recording:
@@ -117,9 +118,9 @@ def _header(path: Path, lines: list[str]) -> tuple[float, int, tuple[str, ...], 
     metres = unit_factor(path, header["Units"], METRES, "line 3: Units")
     try:
         rate, frames, count = (
-            float(header["DataRate"]),
-            int(header["NumFrames"]),
-            int(header["NumMarkers"]),
+            plain_float(header["DataRate"]),
+            plain_int(header["NumFrames"]),
+            plain_int(header["NumMarkers"]),
         )
     except ValueError:
         rate = np.nan

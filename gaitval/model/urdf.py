@@ -33,6 +33,7 @@ from gaitval.model.body import (
     Segment,
 )
 from gaitval.model.safe_xml import parse_xml
+from gaitval.plain_numbers import plain_float
 
 TEMPLATE = "humanoid.urdf.xacro"
 LARGEST_FILE = 1_000_000
@@ -205,7 +206,7 @@ def _vector(of: Element, path: str, key: str, default: str = "0 0 0") -> Array:
     Raises ValueError.
     """
     text = default if (found := of.find(path)) is None else found.get(key, default)
-    vector = np.array([float(word) for word in text.split()])
+    vector = np.array([plain_float(word) for word in text.split()])
     if vector.shape != (3,):
         raise ValueError(f"{key} = {text!r:.80} of <{path}>: not three numbers")
     return vector
@@ -213,7 +214,7 @@ def _vector(of: Element, path: str, key: str, default: str = "0 0 0") -> Array:
 
 def _number(of: Element, path: str, key: str) -> float:
     """A number of an element inside `of`; NaN where it is missing. Raises ValueError."""
-    return float("nan" if (found := of.find(path)) is None else found.get(key, "nan"))
+    return plain_float("nan" if (found := of.find(path)) is None else found.get(key, "nan"))
 
 
 def _inertia(link: Element) -> Array:

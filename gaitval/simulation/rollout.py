@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.artefacts import array_names, check_arrays, read_arrays, write_arrays
+from gaitval.artefacts import array_names, check_arrays, check_times, read_arrays, write_arrays
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,10 @@ class Rollout(Travel):
 
     @classmethod
     def load(cls, path: Path) -> "Rollout":
-        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged."""
+        """Read what `save` wrote. Raises ArtefactError if the file is missing or damaged, or its
+        time does not rise in even steps.
+        """
         arrays = read_arrays(path, *array_names(cls))
         check_arrays(arrays, SHAPES, path, may_lack=("centre_of_pressure",))
+        check_times(arrays["time"], path)
         return cls(**{name: np.asarray(each, dtype=float) for name, each in arrays.items()})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from gaitval.artefacts import check_arrays
+from gaitval.artefacts import check_arrays, check_times
 from gaitval.display import Saved
 from gaitval.simulation.rollout import SHAPES, Rollout
 
@@ -35,6 +35,7 @@ class SimulatedWalk(Saved, Rollout):
         found = super().load(path)
         arrays = {name: np.asarray(getattr(found, name)) for name in SHAPES}
         check_arrays(arrays, SHAPES, Path(path), may_lack=("centre_of_pressure",))
+        check_times(arrays["time"], Path(path))
         return found
 
     def title(self) -> str:

@@ -298,6 +298,15 @@ def run_stage(
 def _records(folder: Path) -> dict[str, Any]:
     path = folder / RECORDS
     records: dict[str, Any] = _table(path, Mapping) if path.exists() else {}
+    for stage, record in records.items():
+        for key, default in (("inputs", None), ("outputs", None), ("code", {})):
+            # None are the outputs of a stage that has not ended; an earlier gaitval kept no code
+            unended = key == "outputs" and record.get(key, {}) is None
+            if not (unended or isinstance(record.get(key, default), dict)):
+                raise ArtefactError(
+                    f"{path}: {stage}: {key} is missing or no table; it was edited. Remove {stage} "
+                    "from the file and run the same command again, which runs that stage anew."
+                )
     return records
 
 

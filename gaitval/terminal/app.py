@@ -376,6 +376,21 @@ def _paragraphs(text: str) -> str:
 Function = Callable[..., None]
 
 
+def _description(function: Function) -> str:
+    """The docstring of a command, also where Python leaves docstrings out (-OO)."""
+    if function.__doc__ is not None or sys.flags.optimize < 2:
+        return function.__doc__ or ""
+    import ast
+    import inspect
+    import textwrap
+
+    with suppress(OSError, SyntaxError):  # no source is there
+        (found,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+        if isinstance(found, ast.FunctionDef):
+            return ast.get_docstring(found) or ""
+    return ""
+
+
 def command(
     *examples: str, name: str | None = None, complete: Callable[[Function], Function] | None = None
 ) -> Callable[[Function], Function]:
@@ -420,7 +435,7 @@ def _register(
     complete: Callable[[Function], Function] | None = None,
 ) -> None:
     shown = "\n".join(f"  {example}" for example in examples)
-    text = _paragraphs(function.__doc__ or "")
+    text = _paragraphs(_description(function))
     # a class per command, since typer takes a class and not an instance
     later = complete and {"complete": staticmethod(partial(complete, function))}
     to.command(

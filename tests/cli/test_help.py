@@ -3,6 +3,8 @@
 import io
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -166,3 +168,15 @@ def test_check_of_a_missing_baseline_says_which_there_are(messages: io.StringIO)
     assert CliRunner().invoke(cli.app, ["check", "--baseline", "nowhere"]).exit_code == 2
     assert "`gaitval baseline SUBJECT` makes one" in messages.getvalue()
     assert "S01, S02" in messages.getvalue()
+
+
+@pytest.mark.parametrize("words", [[], ["judge"], ["import"], ["reference"], ["data", "fetch"]])
+def test_help_keeps_its_descriptions_where_python_leaves_out_docstrings(words: list[str]) -> None:
+    plain, without = (
+        subprocess.run(
+            [sys.executable, *flags, "-m", "gaitval", *words, "--help"],
+            capture_output=True, text=True, check=True,
+        ).stdout
+        for flags in ([], ["-OO"])
+    )  # fmt: skip
+    assert without == plain

@@ -293,3 +293,13 @@ def test_a_level_torque_about_no_point_is_said_and_kept(tmp_path):
         _, _, (plate,) = read_ground_reaction(path)
     assert not plate.fault
     np.testing.assert_allclose(plate.free_moment[50:], values[50:, 6:9], atol=1e-6)
+
+
+def test_a_word_of_the_header_that_opensim_does_not_know_is_refused(tmp_path):
+    path = forces(tmp_path / "a.mot")
+    text = path.read_text()
+    for line, wrong in (("inDegrees=no", "inDegrees=maybe"), ("version=1", "version=99")):
+        assert line in text
+        path.write_text(text.replace(line, wrong))
+        said = refuse(read_ground_reaction, path, wrong.split("=")[0], wrong.split("=")[1])
+        assert str(path) in said

@@ -1,6 +1,6 @@
 """A recorded rollout: what it holds of a walk, and its file."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -94,4 +94,22 @@ def test_a_damaged_rollout_is_refused(rollout, tmp_path):
     rollout.save(path)
     path.write_bytes(path.read_bytes()[:-500])
     with pytest.raises(ArtefactError, match="truncated"):
+        Rollout.load(path)
+
+
+@pytest.mark.parametrize("change", ["backwards", "a jump", "the first step", "twice"])
+def test_a_rollout_whose_time_does_not_go_on_is_refused(rollout, tmp_path, change):
+    """Its step is taken from the first two samples, so rates would be wrong."""
+    time = rollout.time.copy()
+    if change == "backwards":
+        time = time[::-1].copy()
+    elif change == "a jump":
+        time[len(time) // 2 :] += 0.5
+    elif change == "the first step":
+        time[0] -= 0.01
+    else:
+        time[5] = time[4]
+    path = tmp_path / "walk.npz"
+    replace(rollout, time=time).save(path)
+    with pytest.raises(ArtefactError, match=r"walk\.npz: time goes from .* Delete it"):
         Rollout.load(path)

@@ -1093,6 +1093,27 @@ def test_a_changed_file_of_a_run_does_not_become_a_baseline(
     store_baseline(run.folder, tmp_path / "baseline")
 
 
+@pytest.mark.parametrize("key", ["inputs", "outputs", "code"])
+@pytest.mark.parametrize("value", ["renamed", None, [], "text"])
+def test_a_record_that_was_edited_is_refused_with_its_key(
+    folder: Path, key: str, value: object
+) -> None:
+    run_stage(doubling(folder), folder)
+    records = read_json(folder / "stages.json")
+    kept = records["double"].pop(key)
+    if value != "renamed":
+        records["double"][key] = value
+    write_json(folder / "stages.json", records)
+    if (key, value) in (("outputs", None), ("code", "renamed")):  # has not ended; of long ago
+        assert run_stage(doubling(folder), folder)
+    else:
+        with pytest.raises(ArtefactError, match=rf"stages.json: double: {key} .* Remove double"):
+            run_stage(doubling(folder), folder)
+        write_json(folder / "stages.json", {})  # what the message says
+        assert run_stage(doubling(folder), folder)
+    assert read_json(folder / "stages.json")["double"][key] == kept
+
+
 @pytest.mark.parametrize("name", ["stages.json", "provenance.json"])
 @pytest.mark.parametrize("content", ["[]", "1", '{"stages": 3}'])
 def test_records_of_another_shape_are_refused(

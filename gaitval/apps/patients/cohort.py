@@ -16,6 +16,7 @@ from gaitval.artefacts import write_json, write_text
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import ConfigurationError, RecordError
+from gaitval.plain_numbers import plain_float
 
 
 def found_patients(
@@ -137,7 +138,7 @@ def _speed(text: str, names: Sequence[str]) -> tuple[str, float]:
             f"WHO=M/S, with one of {some}{more}."
         )
     try:
-        speed = float(value)
+        speed = plain_float(value)
     except ValueError:
         raise ConfigurationError(
             f"--speed {text}: {value or 'nothing'} is no speed. Give WHO=M/S, such as {who}=1.1."

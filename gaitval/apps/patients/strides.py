@@ -19,6 +19,7 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
+from gaitval.plain_numbers import plain_float
 
 AXES: Final[Mapping[str, str]] = {
     "pelvis_1": "pelvis_list",
@@ -112,7 +113,7 @@ def read_strides(path: Path) -> tuple[Strides, ...]:
             )
             continue
         try:
-            values = np.array([float(cells[each]) for each in _PERCENT])
+            values = np.array([plain_float(cells[each]) for each in _PERCENT])
         except ValueError:
             values = np.full(SAMPLES, np.nan)
         if not np.isfinite(values).all():

@@ -11,6 +11,7 @@ from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
 from gaitval.model.safe_xml import parse_xml
+from gaitval.plain_numbers import plain_float
 
 Element = ElementTree.Element
 
@@ -71,7 +72,7 @@ def numbers(
         return np.array(default, dtype=float)
     words = written.replace(",", " ").split()
     try:
-        found = np.array([float(word) for word in words])
+        found = np.array([plain_float(word) for word in words])
     except ValueError:
         found = np.array([np.nan])
     if not np.isfinite(found).all():
