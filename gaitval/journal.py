@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from gaitval import file_gate
-from gaitval.artefacts import writing
+from gaitval.artefacts import growing, writing
 from gaitval.errors import ArtefactError
 
 Item = TypeVar("Item")
@@ -34,7 +34,7 @@ class Journal:
         # would be appended to half a line.
         whole = 0
         file_gate.passed(path, ArtefactError, largest=file_gate.BINARY)
-        with writing(path), path.open("rb+") as file:
+        with writing(path), growing(path, "change") as file:
             for line in file:
                 try:
                     self._stored.append(json.loads(line))
@@ -72,9 +72,6 @@ class Journal:
     def _add(self, value: Any) -> None:
         if self._path is None:
             return
-        with writing(self._path):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            # Opened and closed for each result: a kill then loses at most the line that is being
-            # written.
-            with self._path.open("a", encoding="utf-8", newline="\n") as file:
-                file.write(json.dumps(value) + "\n")
+        # Opened and closed for each result: a kill loses at most the line that is being written.
+        with writing(self._path), growing(self._path, "append") as file:
+            file.write(json.dumps(value).encode() + b"\n")

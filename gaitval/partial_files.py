@@ -38,15 +38,16 @@ def in_use(handle: int) -> Iterator[bool]:
 
 
 def remove_abandoned(folder: Path, prefix: str, suffix: str) -> None:
-    """Remove what `tempfile` has named by `prefix` and `suffix` in `folder` and nobody has locked:
-    whoever wrote it has been killed.
+    """Remove what `tempfile` has named by `prefix` and `suffix` in `folder`, is this user's, and
+    nobody has locked: whoever wrote it has been killed.
     """
     names = f"{glob.escape(prefix)}????????{glob.escape(suffix)}"
     for left in folder.glob(names) if os.name == "posix" else ():
         opened = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
         with suppress(OSError), in_use(os.open(left, opened)) as locked:
-            # what is of this second may not be locked yet
-            if locked and abs(time.time() - left.stat().st_mtime) > 1.0:
+            # what is of this second may not be locked yet; another user's is theirs to remove
+            about = left.lstat()
+            if locked and about.st_uid == os.getuid() and abs(time.time() - about.st_mtime) > 1.0:
                 _remove(left)
 
 

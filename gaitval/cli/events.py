@@ -73,7 +73,6 @@ def events(
     processing = load_configuration().processing
     ready = prepared(named(walk, known).turned(axes.rotation), known, processing, file)
     found = landings(ready, landmarks, processing)
-    picture.parent.mkdir(parents=True, exist_ok=True)
     draw(found, landmarks, picture, f"Events of {file.name}")
     apart = list(disagreements(found))
     count = ", ".join(f"{len(each)} by the {method}" for method, each in found.events.items())

@@ -51,7 +51,7 @@ def markers(
     A guess below 95 % (80 % where its name says the same place), or one that its name contradicts,
     is written as a comment for you to judge.
     """
-    from gaitval.artefacts import replacing, write_text
+    from gaitval.artefacts import write_text
     from gaitval.errors import RecordError, ScalingError
     from gaitval.mocap.reading import read_recording
     from gaitval.scaling.landmarks import landmarks_of
@@ -84,8 +84,7 @@ def markers(
         draft = draft_markers(walking, still)
     title = f"Markers of {(standing or file).name}"
     write_text(target, as_toml(draft, title, "drafted by gaitval markers"))
-    with replacing(picture) as temporary:
-        draw(draft, temporary, title)
+    draw(draft, picture, title)
 
     used = [guess for guess in draft.guesses if guess.used]
     left = [guess for guess in draft.guesses if not guess.used]

@@ -7,6 +7,7 @@ from typing import Final
 
 import requests
 
+from gaitval.artefacts import growing
 from gaitval.datasets.registry import ArchiveFile
 from gaitval.errors import ArchiveError
 
@@ -83,7 +84,7 @@ def _attempt(url: str, part: Path, file: ArchiveFile, on_progress: Progress | No
                 f"{file.size}. Nothing was downloaded."
             )
         total = file.size if file.size is not None else total
-        with part.open("r+b" if begin else "wb") as stream:
+        with growing(part, "change") as stream:
             stream.truncate(begin)
             stream.seek(begin)
             for chunk in answer.iter_content(CHUNK):

@@ -19,6 +19,8 @@ from typing import Any
 import ezc3d
 import numpy as np
 
+from gaitval.partial_files import own_folder
+
 
 def values(stored: Any) -> list[Any]:
     """Values of a parameter in the file's order; texts without trailing blanks and NUL. `stored` is
@@ -152,8 +154,8 @@ def opened(path: Path) -> Any:
         if failed is not None:
             raise failed
         return file
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "copy.c3d"
+    with own_folder(Path(tempfile.gettempdir()), "gaitval-c3d-") as folder:
+        copy = folder / "copy.c3d"
         copy.write_bytes(data)
         return ezc3d.c3d(str(copy))
 

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval.arrays import Flags, runs
+from gaitval.artefacts import replacing
 from gaitval.checks.landings import METHODS, Landings, disagreements
 from gaitval.coordinates import SIDES, Side
 from gaitval.mocap.foot_markers import foot_markers
@@ -18,7 +19,9 @@ _WORDS: Final = {"heel_strike": "▼", "toe_off": "▲"}
 
 
 def draw(found: Landings, landmarks: dict[str, str], path: Path, title: str) -> None:
-    """Write the picture; its kind follows from the ending (.svg, .png, .pdf)."""
+    """Write the picture, whole or not at all; its kind follows from the ending (.svg, .png, .pdf).
+    Raises ArtefactError.
+    """
     panels = 3 if len(found.time) else 2
     figure = Figure(figsize=(14.0, 2.9 * panels), layout="constrained")
     axes = figure.subplots(panels, 1, sharex=True)
@@ -32,7 +35,8 @@ def draw(found: Landings, landmarks: dict[str, str], path: Path, title: str) -> 
         fontsize=11,
         parse_math=False,
     )
-    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def _foot(axes: Axes, found: Landings, landmarks: dict[str, str], side: Side) -> None:

@@ -1,17 +1,19 @@
 """Events by plates, markers and file side by side; two feet on one plate are known as a sum."""
 
+import errno
 import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from gaitval.checks.landings import Landings, disagreements, landings
 from gaitval.cli.events import events
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
-from gaitval.errors import RecordError
+from gaitval.errors import ArtefactError, RecordError
 from gaitval.mocap.axes import detect_axes
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event, Plate
@@ -143,6 +145,29 @@ def test_the_command_draws_and_says_what_it_saw(sample_request, tmp_path):
     assert picture.stat().st_size > 10_000
     wrong = CliRunner().invoke(events.app, [*given, "--out", str(tmp_path / "events.jpg")])
     assert isinstance(wrong.exception, RecordError)
+
+
+@pytest.mark.parametrize("disk", ["well", "full"])
+def test_a_picture_replaces_a_link_whole_or_not_at_all(walk, found, tmp_path, monkeypatch, disk):
+    theirs, picture = tmp_path / "theirs.svg", tmp_path / "e.svg"
+    theirs.write_text("theirs")
+    picture.symlink_to(theirs)
+    if disk == "full":
+
+        def half(_, path, **__):
+            path.write_text("<svg")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+        monkeypatch.setattr(Figure, "savefig", half)
+        with pytest.raises(ArtefactError, match=r"e\.svg: cannot be written: .* no space"):
+            draw(found, walk[1], picture, "a walk")
+        assert picture.readlink() == theirs
+    else:
+        draw(found, walk[1], picture, "a walk")
+        assert picture.read_text().startswith("<?xml")
+        assert not picture.is_symlink()
+    assert theirs.read_text() == "theirs"
+    assert {each.name for each in tmp_path.iterdir()} == {"theirs.svg", "e.svg"}
 
 
 def test_the_command_says_that_it_knows_no_mass(sample_request, tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from distributed import Client, LocalCluster
 from distributed.security import Security
 
 from gaitval.apps.cohort.task import OF_CLUSTER, SAFE
+from gaitval.artefacts import growing
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.partial_files import own_folder
 
@@ -203,9 +204,8 @@ def _in_files(security: Security, folder: Path) -> Security:
     made, names = security.get_tls_config_for_role("worker"), {}
     for name in ("ca_file", "key"):
         names[name] = str(folder / name)
-        handle = os.open(names[name], os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "w") as file:
-            file.write(made[name])
+        with growing(folder / name, "new", private=True) as file:
+            file.write(made[name].encode())
     roles = {f"tls_{role}_key": names["key"] for role in ("client", "scheduler", "worker")}
     # of its own making, so the certificate is its authority as well
     certificates = {name.replace("key", "cert"): names["ca_file"] for name in roles}

@@ -26,7 +26,7 @@ from gaitval.apps.cohort.answers import Summary
 from gaitval.apps.cohort.identity import function_of
 from gaitval.apps.cohort.store import SUMMARY, Store, alone
 from gaitval.apps.cohort.table import Study
-from gaitval.artefacts import write_json
+from gaitval.artefacts import growing, write_json
 from gaitval.errors import GaitvalError
 from gaitval.memory import seldom_search, share_heap
 from gaitval.study.stage import Observer
@@ -162,10 +162,9 @@ def _do(order: Mapping[str, Any]) -> NoReturn:
 def _write_to(log: Path) -> None:
     """Append what is written from now on to a study's log."""
     sys.stdout.flush()
-    file = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
-    for stream in (1, 2):
-        os.dup2(file, stream)
-    os.close(file)
+    with growing(log, "append") as file:
+        for stream in (1, 2):
+            os.dup2(file.fileno(), stream)
 
 
 def _line() -> dict[str, Any]:

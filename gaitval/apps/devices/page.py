@@ -19,7 +19,7 @@ from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, figures_of, write_result
 from gaitval.apps.devices.search import Found
 from gaitval.apps.devices.study import CYCLES, PUSHES, Outcome, Wearer
-from gaitval.artefacts import write_text
+from gaitval.artefacts import copy_file, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.devices.device import Device, write_devices
 from gaitval.model.devices.drawn import WORN
@@ -193,7 +193,7 @@ def write_report(
     write_page(folder, "device", TEMPLATE, context, scripts=SCRIPTS)
     write_text(folder / "device.csv", _table(outcomes))
     if person.file is not None:
-        shutil.copy(person.file, folder / person.origin)
+        copy_file(person.file, folder / person.origin)
     write_result(folder, person, outcomes, CYCLES, strategies)
     shutil.rmtree(folder / "policy", ignore_errors=True)  # of an earlier run that learned
     if policy is not None:

@@ -76,8 +76,10 @@ def main() -> None:
 
     learner.learn(arguments.steps, callback=count)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    learner.save(arguments.out / "policy.zip")
-    normalised.save(str(arguments.out / "normalisation.pkl"))
+    for name, write in (("policy.zip", learner.save), ("normalisation.pkl", normalised.save)):
+        part = arguments.out / f".partial-{name}"
+        write(str(part))
+        part.replace(arguments.out / name)  # whole or not at all
     first, last = (float(np.mean(part)) for part in (returns[:EPISODES], returns[-EPISODES:]))
     found = {"steps": arguments.steps, "episodes": len(returns), "first": first, "last": last}
     print(json.dumps(found))

@@ -392,7 +392,10 @@ def main() -> int:
         f"{cycles:.1f} cycles, {seconds:.1f} s, {far:.1f} m, {'fell' if fell else 'did not fall'}"
     )
     if arguments.out:
-        np.savez(arguments.out, **walked, fell=fell)
+        part = arguments.out.with_name(f".partial-{arguments.out.name}")
+        with part.open("wb") as file:
+            np.savez(file, **walked, fell=fell)
+        part.replace(arguments.out)  # whole or not at all
     return int(fell)
 
 

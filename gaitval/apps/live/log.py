@@ -5,6 +5,7 @@ time, and at the end, a line has the hash of all states up to there, so that a w
 can be told equal, bit for bit, or where it began to differ.
 """
 
+import io
 import json
 import math
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from gaitval import __version__, file_gate
 from gaitval.apps.live.doing import Clock, Doing, doing_of, values_of
 from gaitval.apps.live.person import Person
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.artefacts import growing
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import parse_subject
 from gaitval.errors import ArtefactError, RecordError
@@ -72,9 +74,8 @@ class Writer:
     """
 
     def __init__(self, path: Path, person: Person, walk: LiveWalk) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
         self.path = path
-        self._file: TextIO = path.open("x", encoding="utf-8")
+        self._file: TextIO = io.TextIOWrapper(growing(path, "new"), encoding="utf-8", newline="\n")
         self._write(
             {
                 "format": FORMAT,

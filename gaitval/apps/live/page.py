@@ -14,7 +14,9 @@ from gaitval.apps.live.pictures import scene_of
 from gaitval.apps.live.server import LiveServer, serving
 from gaitval.apps.live.session import Session
 from gaitval.apps.live.walk import LiveWalk
+from gaitval.artefacts import write_text
 from gaitval.errors import ConfigurationError
+from gaitval.partial_files import own_folder
 
 
 @contextmanager
@@ -68,13 +70,13 @@ def show(
     for the user.
     """
     with (
-        tempfile.TemporaryDirectory(prefix="gaitval-live-") as private,
+        own_folder(Path(tempfile.gettempdir()), "gaitval-live-") as private,
         served(person, walk, log, port=port) as server,
     ):
         say(f"{person.subject.identifier} walks at {server.address} (this machine only).")
         say("For teaching and first looks, never for verdicts. Ctrl-C ends it.")
         if browser:
-            webbrowser.open(_leading(Path(private), server.address).as_uri())
+            webbrowser.open(_leading(private, server.address).as_uri())
         # Ended from outside as by Ctrl-C: no command resumes this walk, but its log shows it again.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         with suppress(KeyboardInterrupt):
@@ -89,9 +91,9 @@ def _leading(folder: Path, address: str) -> Path:
     program every user of the machine could read it.
     """
     path = folder / "open.html"
-    path.write_text(
+    write_text(
+        path,
         '<!doctype html><meta charset="utf-8"><title>gaitval live</title>'
         f'<meta http-equiv="refresh" content="0; url={address}"><a href="{address}">The walk</a>',
-        encoding="utf-8",
     )
     return path

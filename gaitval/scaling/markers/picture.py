@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval.arrays import Array
+from gaitval.artefacts import replacing
 from gaitval.scaling.markers.draft import Draft, Guess
 
 BONES: Final = (
@@ -26,7 +27,9 @@ SURE, UNSURE, CONTRADICTED = "#2f5d8a", "#c65d00", "#b00020"
 
 
 def draw(draft: Draft, path: Path, title: str) -> None:
-    """Write the picture; its kind follows from the ending (.svg, .png, .pdf)."""
+    """Write the picture, whole or not at all; its kind follows from the ending (.svg, .png, .pdf).
+    Raises ArtefactError.
+    """
     seen = [guess for guess in draft.guesses if np.isfinite(guess.at).all()]
     figure = Figure(figsize=(16.0, 12.0), layout="constrained")
     front, side = figure.subplots(1, 2)
@@ -37,7 +40,8 @@ def draw(draft: Draft, path: Path, title: str) -> None:
         fontsize=11,
         parse_math=False,
     )
-    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def _view(
