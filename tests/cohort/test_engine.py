@@ -15,7 +15,7 @@ from gaitval import partial_files
 from gaitval.apps.cohort import cluster, engine, task
 from gaitval.apps.cohort.engine import require, run_cohort
 from gaitval.apps.cohort.process import FORKS
-from gaitval.apps.cohort.store import FINISHED, LOG, SUMMARY
+from gaitval.apps.cohort.store import FINISHED, LOG, OF_STORE, SUMMARY
 from gaitval.apps.cohort.table import Study
 from gaitval.errors import ConfigurationError, GaitvalError
 
@@ -121,7 +121,7 @@ def test_what_a_killed_cohort_left_goes_though_nothing_is_to_be_done(tmp_path, m
     """It was killed after its last study, so that no cluster is started again."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with partial_files.own_folder(tmp_path, task.OF_CLUSTER) as in_use:
-        left = [tmp_path / f"{prefix}abcd1234" for prefix in (task.OF_CLUSTER, task.OF_STUDY)]
+        left = [tmp_path / f"{prefix}abcd1234" for prefix in (task.OF_CLUSTER, OF_STORE)]
         for folder in (*left, in_use):
             folder.mkdir(exist_ok=True)
             os.utime(folder, (0, 0))

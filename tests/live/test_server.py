@@ -5,6 +5,8 @@ import json
 import re
 import socket
 import struct
+import subprocess
+import sys
 import time
 from contextlib import contextmanager, suppress
 
@@ -138,11 +140,6 @@ def test_what_cannot_be_done_is_refused(server):
         assert found == 413
 
 
-def test_other_methods_are_not_there(server):
-    for method in ("PUT", "DELETE", "OPTIONS", "HEAD"):
-        assert status(server, method=method) == 501
-
-
 def test_the_page_may_load_and_send_nothing_elsewhere(server):
     with answer(server) as response:
         headers, page = response.headers, response.read().decode()
@@ -163,6 +160,63 @@ def test_a_refusal_says_nothing(server):
         assert response.read() == b""
         assert "gaitval" in response.headers["Server"]
         assert "Python" not in response.headers["Server"]
+
+
+@pytest.mark.parametrize("method", ["PUT", "OPTIONS", "HEAD", "DELETE", "TRACE", "CONNECT", "X"])
+@pytest.mark.parametrize("secret", ["x", None], ids=["a stranger", "the page"])
+def test_another_method_is_refused_as_all_else(server, method, secret):
+    with answer(server, method=method, secret=secret) as response:
+        assert response.status == 403
+        assert response.read() == b""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b"GET / HTTP/9.9", b"GET /a b HTTP/1.1", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 200,
+     b"GET /" + b"x" * 70_000 + b" HTTP/1.1"],
+)  # fmt: skip
+def test_a_request_that_is_none_gets_no_page(server, line):
+    with socket.create_connection(server.server_address[:2]) as connection:
+        connection.sendall(line + b"\r\n\r\n")
+        connection.settimeout(5.0)
+        said = b""
+        with suppress(ConnectionResetError):
+            while part := connection.recv(10_000):
+                said += part
+    assert b"html" not in said.lower()
+    assert not said or b" 403 " in said.partition(b"\r\n")[0]
+
+
+FLOOD = """
+import socket, sys
+while True:
+    kept = []
+    for _ in range(30):
+        try:
+            kept.append(socket.create_connection(("127.0.0.1", int(sys.argv[1])), timeout=5.0))
+        except OSError:
+            break
+    for each in kept:
+        each.close()
+"""
+
+
+def test_connections_that_come_and_go_do_not_keep_the_page_out(server):
+    """Four other processes connect again and again as fast as they can."""
+    port = str(server.server_address[1])
+    others = [subprocess.Popen([sys.executable, "-c", FLOOD, port]) for _ in range(4)]
+    try:
+        time.sleep(1.5)
+        answered = 0
+        for _ in range(12):
+            with suppress(OSError, http.client.HTTPException):
+                answered += status(server) == 200
+        assert all(each.poll() is None for each in others)
+    finally:
+        for each in others:
+            each.kill()
+            each.wait()
+    assert answered == 12
 
 
 def test_too_many_connections_are_closed(server):

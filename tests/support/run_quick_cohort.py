@@ -3,6 +3,7 @@
 python run_quick_cohort.py FOLDER WORKERS|ADDRESS NAME NAME …
 """
 
+import os
 import sys
 
 from gaitval.apps.cohort.engine import run_cohort
@@ -20,7 +21,7 @@ def main() -> None:
         workers=int(where) if where.isdigit() else None,
         retries=20,
         without_tls=True,
-        function="quick_study:work",
+        function=os.environ.get("QUICK_FUNCTION", "quick_study:work"),
         tell=lambda state: print(state.done, state.workers, flush=True),
     )
     print(*(each["status"] for each in outcomes))

@@ -17,6 +17,7 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
+from gaitval.apps.cohort.lifeline import swept
 from gaitval.apps.cohort.task import OF_CLUSTER, SAFE
 from gaitval.artefacts import growing
 from gaitval.errors import ConfigurationError, GaitvalError
@@ -101,6 +102,7 @@ def client_of(
         with (
             _environment_kept(),
             own_folder(Path(tempfile.gettempdir()), OF_CLUSTER) as own,
+            swept(own),
             # Dask's own folder has a name that anybody can know, and plant a link of
             dask.config.set({**ours, "temporary-directory": str(own)}),
             _started_deaf(count, security) as cluster,

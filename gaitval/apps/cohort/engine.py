@@ -111,10 +111,10 @@ def run_cohort(
     ClusterError : the scheduler does not answer, or has gone; finished studies are kept.
     """
     require()
-    from gaitval.apps.cohort.store import Store
-    from gaitval.apps.cohort.task import OF_CLUSTER, OF_STUDY
+    from gaitval.apps.cohort.store import OF_STORE, Store
+    from gaitval.apps.cohort.task import OF_CLUSTER
 
-    for prefix in (OF_CLUSTER, OF_STUDY):  # of a killed cohort, even if there is nothing left to do
+    for prefix in (OF_CLUSTER, OF_STORE):  # of a killed cohort, even if there is nothing left to do
         remove_abandoned(Path(tempfile.gettempdir()), prefix, "")
     store = Store(address)
     store.check()

@@ -1,12 +1,12 @@
-"""`python -m gaitval.apps.cohort.process`: studies, each in a process of its own, for `task`.
+"""Studies, each in a process of its own, for `task`, which starts this one by `task.BEGIN`.
 
 It reads orders from its standard input, a line each, and forks for each a process that does the
-study, says what it has to say in the study's log, and writes what became of it to the file that the
-order names. When that process has ended, its exit code goes to the standard output, as a line. All
-what studies load and compile is loaded before the first fork, which saves each a tenth of its time.
+study, says what it has to say in the study's log, and writes what became of it to the standard
+output, as a line of JSON. When that process has ended, a line `=` and its exit code follows. All
+that studies load and compile is loaded before the first fork, which saves each a tenth of its time.
 
-Where a process must not fork, it does one study itself, and ends. All end as soon as the standard
-input does: then the worker has gone.
+Where a process must not fork, it does one study itself, and ends. All end as soon as the worker has
+gone: by `lifeline`, and elsewhere than on Linux when the standard input ends.
 """
 
 import contextlib
@@ -132,11 +132,10 @@ def main() -> None:
         make_ready(order["function"])
         child = os.fork() if FORKS else 0
         if not child:
-            os.close(answers)
-            _do(order)
+            _do(order, answers)
         _, status = os.waitpid(child, 0)
         with contextlib.suppress(BrokenPipeError):  # the worker has gone
-            os.write(answers, b"%d\n" % os.waitstatus_to_exitcode(status))
+            os.write(answers, b"\n=%d\n" % os.waitstatus_to_exitcode(status))
 
 
 def make_ready(function: str) -> None:
@@ -149,11 +148,12 @@ def make_ready(function: str) -> None:
     gc.freeze()
 
 
-def _do(order: Mapping[str, Any]) -> NoReturn:
-    """Do a study, and end this process."""
+def _do(order: Mapping[str, Any], answers: int) -> NoReturn:
+    """Do a study, say what became of it in `answers`, and end this process."""
     end_with_worker()
     found = perform(order, Log())
-    write_json(Path(order["told"]), {**found, "peak_memory": peak_memory()})
+    with open(answers, "wb") as told, contextlib.suppress(BrokenPipeError):
+        told.write(json.dumps({**found, "peak_memory": peak_memory()}).encode() + b"\n")
     # Threads of libraries are not waited for: what the study wrote is written.
     sys.stdout.flush()
     os._exit(0)
@@ -177,7 +177,3 @@ def _line() -> dict[str, Any]:
             return {}
         found += part
     return dict(json.loads(found))
-
-
-if __name__ == "__main__":
-    main()

@@ -8,11 +8,10 @@ object storage a study works in a temporary folder of its worker, and is copied 
 
 import json
 import os
-import shutil
 import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,12 +22,15 @@ from gaitval import file_gate
 from gaitval.apps.cohort.answers import Outcome, Summary
 from gaitval.artefacts import read_json, write_text
 from gaitval.errors import ArtefactError, ConfigurationError
+from gaitval.partial_files import own_folder
 
 FINISHED: Final = "finished.json"
 SUMMARY: Final = "summary.json"
 LOG: Final = "study.log"
 WAIT: Final = 300.0
 """s, for a study process whose worker is lost to end; it ends at once if the machine is well."""
+OF_STORE: Final = "gaitval-cohort-"
+"""First letters of the temporary folder of a study whose results go to object storage."""
 LEFT_OUT: Final = (".lock", ".process", ".study.lock")
 """Files of a working folder that are nobody's results."""
 
@@ -41,6 +43,7 @@ class Store:
 
     def __init__(self, address: str) -> None:
         self.address = str(address).rstrip("/")
+        self._made: dict[Path, ExitStack] = {}
         try:
             self._files, self.root = fsspec.core.url_to_fs(self.address)
         except (ValueError, ImportError) as error:
@@ -101,12 +104,15 @@ class Store:
         if self._files.exists(path):
             self._files.rm_file(path)
 
-    def folder(self, name: str, fingerprint: str) -> Path:
+    def folder(self, name: str) -> Path:
         """Folder to work in: the study's own, or a new one of this machine for object storage,
         which this user alone can read. Raises ArtefactError if the study's own is a link.
         """
         if self.local is None:
-            return Path(tempfile.mkdtemp(prefix=f"gaitval-cohort-{fingerprint[:12]}-")) / name
+            own = ExitStack()
+            made = own.enter_context(own_folder(Path(tempfile.gettempdir()), OF_STORE))
+            self._made[made] = own
+            return made / name
         folder = self.local / name
         if folder.is_symlink():
             raise ArtefactError(f"{folder}: is a link, which is not followed. Remove it.")
@@ -124,7 +130,7 @@ class Store:
     def clear(self, folder: Path) -> None:
         """Remove a working folder whose contents are on object storage."""
         if self.local is None:
-            shutil.rmtree(folder.parent, ignore_errors=True)
+            self._made.pop(folder.parent).close()
 
     def check(self) -> None:
         """Raise ArtefactError unless one can write there."""

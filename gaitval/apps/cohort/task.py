@@ -11,18 +11,15 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 from gaitval.apps.cohort.store import LOG, Store
-from gaitval.artefacts import read_json
 from gaitval.errors import ArtefactError
-from gaitval.partial_files import own_folder
 
 THREADS: Final = (
     "OMP_NUM_THREADS",
@@ -40,9 +37,13 @@ be: a `pickle.py` there would run."""
 TRIM: Final = "MALLOC_TRIM_THRESHOLD_"
 """Variable by which Dask lets its workers give back memory in small pieces; it would cost a study
 two seconds of the system's time."""
+BEGIN: Final = (
+    "import sys; from gaitval.apps.cohort.lifeline import hold; hold(int(sys.argv[1])); "
+    "from gaitval.apps.cohort.process import main; main()"
+)
+"""What starts a process for studies: it can end before it has loaded anything."""
 OF_CLUSTER: Final = "gaitval-dask-"
-OF_STUDY: Final = "gaitval-study-"
-"""First letters of temporary folders."""
+"""First letters of the temporary folder of Dask."""
 SAMPLING: Final = 0.5
 """s between two looks at the memory of a study's processes."""
 COUNTING: Final = 10.0
@@ -84,7 +85,7 @@ def run_order(order: Json) -> Json:
         return dict(known)
     began = time.monotonic()
     try:
-        folder = store.folder(name, order["fingerprint"])
+        folder = store.folder(name)
     except ArtefactError as error:
         found: Json = {"status": "refused", "reason": str(error)}
         return _outcome(order, found, began, 0)
@@ -126,15 +127,18 @@ class Starter:
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         self.environment = dict(environment)
+        line, writes = os.pipe()
+        self._line: int | None = writes
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "gaitval.apps.cohort.process"],
+            [sys.executable, "-c", BEGIN, str(line)],
             env=self.environment,
+            pass_fds=(line,),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            # A signal to the worker's group does not reach the study; its closed standard input
-            # ends it.
+            # A signal to the worker's group does not reach the study; its line ends it.
             start_new_session=True,
         )
+        os.close(line)
 
     def end(self) -> None:
         """End the process, and the study that it has started."""
@@ -143,18 +147,35 @@ class Starter:
                 os.killpg(self.process.pid, signal.SIGKILL)
             self.process.kill()
         self.process.communicate()
+        if self._line is not None:
+            os.close(self._line)
+            self._line = None
 
-    def run(self, order: Json) -> tuple[int, int]:
-        """The exit code of a study's process, and the most bytes that it and its children held."""
+    def run(self, order: Json) -> tuple[Json | None, int, int]:
+        """What a study's process told, None if nothing; its exit code; the most bytes that it and
+        its children held.
+        """
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         with suppress(BrokenPipeError):  # it has ended, which is seen below
             self.process.stdin.write(json.dumps(order).encode() + b"\n")
             self.process.stdin.flush()
         with ThreadPoolExecutor(1) as pool:
-            answer = pool.submit(self.process.stdout.readline)
+            answer = pool.submit(self._answer, self.process.stdout)
             peak = _peak_until(answer, self.process.pid)
-        return int(answer.result() or self.process.wait()), peak
+        told, code = answer.result()
+        return told, self.process.wait() if code is None else code, peak
+
+    @staticmethod
+    def _answer(lines: IO[bytes]) -> tuple[Json | None, int | None]:
+        """The line that a study's process wrote, and its exit code; None without them."""
+        told: Json | None = None
+        for line in lines:
+            if line.startswith(b"="):
+                return told, int(line[1:])
+            with suppress(ValueError):  # half a line of a process that was killed
+                told = dict(json.loads(line))
+        return told, None
 
 
 _waiting: list[Starter] = []
@@ -189,16 +210,10 @@ def _end_all() -> None:
 
 def _watched(order: Json, folder: Path) -> tuple[Json, int]:
     """Run a study's process to its end; what it reported, and its largest memory, bytes."""
-    with (
-        own_folder(Path(tempfile.gettempdir()), OF_STUDY) as temporary,
-        _starter(pinned(order["threads"])) as starter,
-    ):
-        told = temporary / "told.json"
-        places = {"folder": str(folder), "log": str(folder / LOG), "told": str(told)}
-        code, peak = starter.run({**order, **places})
-        if told.is_file():
-            return dict(read_json(told)), peak
-    return {"status": "lost", "reason": _ended(code)}, peak
+    with _starter(pinned(order["threads"])) as starter:
+        places = {"folder": str(folder), "log": str(folder / LOG)}
+        told, code, peak = starter.run({**order, **places})
+    return told or {"status": "lost", "reason": _ended(code)}, peak
 
 
 def _ended(code: int) -> str:
@@ -208,7 +223,7 @@ def _ended(code: int) -> str:
     return f"its process ended with code {code} and reported nothing; its log may say why"
 
 
-def _peak_until(answer: "Future[bytes]", process: int) -> int:
+def _peak_until(answer: "Future[Any]", process: int) -> int:
     """Wait for what a process says at its end; the most bytes that it and its children held."""
     import psutil
 

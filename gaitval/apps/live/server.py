@@ -30,12 +30,12 @@ ADDRESS: Final = "127.0.0.1"
 MOST_BYTES: Final = 2_000
 """Of what is done, as JSON."""
 MOST_CONNECTIONS: Final = 24
-"""At the same time; a browser opens six."""
+"""At the same time, of those who said the secret and of the others; a browser opens six."""
 PATIENCE: Final = 20.0
 """s for which a connection may say nothing."""
 GREETING: Final = 2.0
-"""s in which the secret must be said: others' connections that are idle, or say one letter a
-second, shall not keep the page out."""
+"""s in which the secret must be said: others' connections that are idle, say one letter a second,
+or come and go, shall not keep the page out."""
 QUIET: Final = 1.0
 """s without anything new after which the page is told that the walk is still there."""
 POLICY: Final = (
@@ -66,13 +66,17 @@ class LiveServer(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = False
+    request_queue_size = 1024
+    """Connections that the system keeps until they are taken, so that many at once leave room."""
 
     def __init__(self, session: Session, scene: Mapping[str, Any], *, port: int = 0) -> None:
         super().__init__((ADDRESS, port), _Handler)
         self.session = session
         self.scene = json.dumps(scene).encode()
         self.secret = secrets.token_urlsafe(32)
-        self._free = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._free = threading.BoundedSemaphore(2 * MOST_CONNECTIONS)
+        self._strangers: dict[Any, None] = {}
+        self._taking = threading.Lock()
 
     @property
     def host(self) -> str:
@@ -85,21 +89,57 @@ class LiveServer(ThreadingHTTPServer):
         return f"http://{self.host}/{self.secret}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer in a thread, unless too many are answered already."""
-        if not self._free.acquire(blocking=False):
+        """Answer in a thread. Who has not said the secret may have to go for the next one: who
+        connects again and again only puts out others of that kind.
+        """
+        if self._has_gone(request):
+            self.shutdown_request(request)
+            return
+        with self._taking:
+            if len(self._strangers) >= MOST_CONNECTIONS:
+                hang_up(next(iter(self._strangers)))
+                self._strangers.pop(next(iter(self._strangers)))
+            self._strangers[request] = None
+        # Those that were put out end in a moment.
+        if not self._free.acquire(timeout=GREETING):
+            self.known(request)
             self.shutdown_request(request)
             return
         super().process_request(request, client_address)
+
+    def known(self, request: Any) -> None:
+        """Who is at the other end of a connection has said the secret, or has gone."""
+        with self._taking:
+            self._strangers.pop(request, None)
+
+    def _has_gone(self, request: Any) -> bool:
+        """Whether who has connected has left already, without a word."""
+        request.setblocking(False)
+        try:
+            return not request.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
+        finally:
+            request.setblocking(True)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """One connection."""
         try:
             super().process_request_thread(request, client_address)
         finally:
+            self.known(request)
             self._free.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A page that is closed is no error; nothing is printed of others' requests."""
+
+
+def hang_up(connection: Any) -> None:
+    """End a connection that a thread may wait at."""
+    with suppress(OSError):  # it has gone
+        connection.shutdown(socket.SHUT_RDWR)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -117,7 +157,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Small messages go at once."""
         self.request.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         super().setup()
-        self._stranger = threading.Timer(GREETING, self._hang_up)
+        self._stranger = threading.Timer(GREETING, hang_up, (self.connection,))
         self._stranger.daemon = True
         self._stranger.start()
 
@@ -126,9 +166,9 @@ class _Handler(BaseHTTPRequestHandler):
         self._stranger.cancel()
         super().finish()
 
-    def _hang_up(self) -> None:
-        with suppress(OSError):  # it has gone
-            self.connection.shutdown(socket.SHUT_RDWR)
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """What the library refuses is refused as all else: other methods, lines that are none."""
+        self._refuse(403)
 
     def _name(self, *, acts: bool) -> str | None:
         """What is asked for, behind the secret; None if whoever asks may not."""
@@ -145,6 +185,7 @@ class _Handler(BaseHTTPRequestHandler):
         if not (secret and here and from_here and allowed):
             return None
         self._stranger.cancel()
+        server.known(self.connection)
         return name
 
     def do_GET(self) -> None:
