@@ -13,6 +13,7 @@ from killed_cohort import environment
 
 from gaitval import partial_files
 from gaitval.apps.cohort import cluster, engine, task
+from gaitval.apps.cohort.command import _shown
 from gaitval.apps.cohort.engine import require, run_cohort
 from gaitval.apps.cohort.process import FORKS
 from gaitval.apps.cohort.store import FINISHED, LOG, OF_STORE, SUMMARY
@@ -115,6 +116,23 @@ def test_finished_studies_are_not_run_again(ran, monkeypatch):
     with pytest.raises(KeyError):
         run_cohort(studies(), str(ran.folder), workers=1, function="quick_study:work")
     assert asked == ["refuse", "crash"]
+
+
+def test_long_looking_at_inputs_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(engine, "LOOKING", 0.0)
+
+    def refused(*_):
+        raise ConfigurationError("no such file")
+
+    monkeypatch.setattr(engine, "fingerprint", refused)
+    seen = []
+    run_cohort(
+        studies(["a", "b", "c", "d"]), str(tmp_path), function="quick_study:work", tell=seen.append
+    )
+    assert [state.looked for state in seen] == [0, 1, 2, 3, 0]
+    with _shown() as tell:
+        tell(seen[2])
+    assert "2 of 4 studies looked at" in capsys.readouterr().err
 
 
 def test_what_a_killed_cohort_left_goes_though_nothing_is_to_be_done(tmp_path, monkeypatch):

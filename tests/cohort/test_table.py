@@ -1,8 +1,10 @@
 """The table of a cohort: what it may say, and what is refused."""
 
+import time
+
 import pytest
 
-from gaitval.apps.cohort.table import Study, read_table, with_settings, write_table
+from gaitval.apps.cohort.table import MOST, Study, read_table, with_settings, write_table
 from gaitval.errors import ConfigurationError
 
 
@@ -148,3 +150,21 @@ def test_devices_and_a_search_are_columns_and_tables(tmp_path):
 def test_a_search_that_cannot_be_is_refused(tmp_path, text, says):
     with pytest.raises(ConfigurationError, match=says):
         read_table(written(tmp_path, text))
+
+
+@pytest.mark.parametrize("kind", ["toml", "csv"])
+def test_more_studies_than_a_report_holds_are_refused_at_once(tmp_path, kind):
+    path = tmp_path / f"table.{kind}"
+
+    def write(count):
+        rows = "".join(f"S05,{seed}\n" for seed in range(count))
+        listed = f'[[studies]]\nsubject = "S05"\nseeds = {list(range(count))}\n'
+        path.write_text(listed if kind == "toml" else f"subject,seed\n{rows}")
+
+    write(300_000)
+    began = time.process_time()
+    with pytest.raises(ConfigurationError, match=rf"{kind}: more than {MOST} studies.*--out"):
+        read_table(path)
+    assert time.process_time() - began < 15.0
+    write(30)
+    assert len(read_table(path)) == 30

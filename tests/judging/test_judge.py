@@ -1,6 +1,7 @@
 """`gaitval judge` on a walk whose faults are known, because the tests put them in."""
 
 import json
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES
 from gaitval.errors import GaitvalError, RecordError
+from gaitval.folder_lock import held
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
@@ -479,6 +481,16 @@ def test_names_from_outside_are_escaped(everything, tmp_path):
 def run(*arguments: object) -> tuple[int, str]:
     result = CliRunner().invoke(cli.app, ["judge", *map(str, arguments)])
     return result.exit_code, result.output
+
+
+def test_two_do_not_write_into_one_folder(everything, tmp_path):
+    with held(tmp_path):
+        code, output = run(everything.model, "--out", tmp_path)
+        assert code == 2
+        assert f"process {os.getpid()}" in output
+        assert "--out" in output
+        assert not list(tmp_path.glob("judge.*"))
+    assert run(everything.model, "--out", tmp_path)[0] == 0
 
 
 def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):

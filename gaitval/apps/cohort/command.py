@@ -187,7 +187,13 @@ def _studies(
 ) -> "tuple[Study, ...]":
     """The studies that are asked for, written to `out`/table.toml."""
     from gaitval.apps.cohort.all_data import virtual_people, wbds_studies
-    from gaitval.apps.cohort.table import read_table, with_settings, without_doubles, write_table
+    from gaitval.apps.cohort.table import (
+        check_number,
+        read_table,
+        with_settings,
+        without_doubles,
+        write_table,
+    )
 
     if table is None and all_data is None and not virtual:
         raise ConfigurationError("nothing to run. Give a TABLE, --all-data FOLDER or --virtual N.")
@@ -199,6 +205,7 @@ def _studies(
         for line in found.missing:
             display.messages.print(line, soft_wrap=True)
         studies += found.studies
+    check_number(len(studies) + virtual, str(table or all_data or f"--virtual {virtual}"))
     studies += virtual_people(virtual)
     asked = with_settings(studies, settings or (), None if config is None else str(config))
     asked = without_doubles(asked, str(table or all_data or "--virtual"))
@@ -221,6 +228,8 @@ def _shown() -> "Iterator[Any]":
         if state.dashboard and state.dashboard not in dashboards:
             dashboards.add(state.dashboard)
             display.messages.print(f"Dask's dashboard: {state.dashboard}", soft_wrap=True)
+        if state.looked:
+            console.print(f"{state.looked} of {state.total} studies looked at", soft_wrap=True)
         told = progress_line(state)
         bar.update(task, total=state.total, completed=state.done, told=told)
         if state.outcome is not None or (state.found and not state.workers):

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 NEEDED: Final = ("cryptography", "dask", "distributed", "fsspec", "psutil", "statsmodels")
 POLL: Final = 0.2
 """s to wait for a study to be done, before the scheduler is looked after."""
+LOOKING: Final = 5.0
+"""s between two words while inputs are looked at, which takes 5 ms for a study."""
 ASKING: Final = 2.0
 """s between two questions to the scheduler how many workers there are, while nothing is done."""
 
@@ -40,6 +42,7 @@ class State:
     ----------
     found : studies whose outcome was known before the first one started.
     refused : of `found`, those whose input cannot be used; the others were finished already.
+    looked : studies whose inputs were looked at, while this goes on; 0 before and after.
     dashboard : address of Dask's page; empty if there is none.
     outcome : what has just become of a study; None otherwise.
     workers : there now.
@@ -54,6 +57,7 @@ class State:
     seconds: float
     outcome: Json | None = None
     refused: int = 0
+    looked: int = 0
 
     @property
     def left(self) -> float | None:
@@ -118,7 +122,12 @@ def run_cohort(
         remove_abandoned(Path(tempfile.gettempdir()), prefix, "")
     store = Store(address)
     store.check()
-    outcomes, orders = _known_and_ordered(studies, store, function, threads)
+
+    def looked(number: int) -> None:
+        if tell is not None:
+            tell(State(len(studies), 0, 0, 0, 0, "", 0.0, looked=number))
+
+    outcomes, orders = _known_and_ordered(studies, store, function, threads, looked)
     began, earlier = time.monotonic(), len(outcomes)
     refused = sum(each["status"] != "finished" for each in outcomes.values())
 
@@ -159,15 +168,25 @@ def run_cohort(
 
 
 def _known_and_ordered(
-    studies: Sequence[Study], store: "Store", function: str, threads: int
+    studies: Sequence[Study],
+    store: "Store",
+    function: str,
+    threads: int,
+    looked: Callable[[int], object],
 ) -> tuple[dict[str, Json], list[Json]]:
-    """What has become of studies already, by name, and orders for the others."""
+    """What has become of studies already, by name, and orders for the others. `looked` hears now
+    and then of how many it is known.
+    """
     from gaitval.apps.cohort.task import order_of
 
     where = str(store.local.resolve()) if store.local else store.address
     outcomes: dict[str, Json] = {}
     orders = []
-    for study in studies:
+    said = time.monotonic()
+    for number, study in enumerate(studies):
+        if time.monotonic() - said >= LOOKING:
+            said = time.monotonic()
+            looked(number)
         try:
             found = fingerprint(study, function)
         except GaitvalError as error:

@@ -36,6 +36,7 @@ Paths are relative to the table.
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -49,6 +50,9 @@ from gaitval.importing.batch_person import person_of
 from gaitval.session.request import FILES, ImportOptions
 
 Start = Literal["general", "scratch"]
+
+MOST: Final = 20_000
+"""Studies of a cohort. Each takes minutes: so many are weeks of a machine."""
 
 _VIRTUAL: Final = {"virtual": "number", "virtual_seed": "seed", "around": "around", "by": "by"}
 """Columns of a CSV table that are those of a virtual person, by the key that they have in TOML."""
@@ -98,8 +102,8 @@ class Study(BaseModel):
 
 def read_table(path: Path) -> tuple[Study, ...]:
     """The studies of a table, the CSV or TOML file `path`. Raises ConfigurationError if it is
-    missing or of another kind, has an unknown key, lacks what a study is of, or two studies have
-    one name.
+    missing or of another kind, has an unknown key or more than `MOST` studies, lacks what a study
+    is of, or two studies have one name.
     """
     path = Path(path)
     kind = path.suffix.lower()
@@ -108,10 +112,20 @@ def read_table(path: Path) -> tuple[Study, ...]:
             f"{path}: a table is a .csv or a .toml file, not {kind or 'a file without an ending'}."
         )
     rows = _csv_rows(path) if kind == ".csv" else _toml_rows(path)
-    studies = tuple(_study(path, where, values) for where, values in rows)
+    studies = tuple(_study(path, where, values) for where, values in islice(rows, MOST + 1))
+    check_number(len(studies), str(path))
     if not studies:
         raise ConfigurationError(f"{path}: no study in this table. Write a row for each.")
     return without_doubles(studies, str(path))
+
+
+def check_number(studies: int, origin: str) -> None:
+    """Refuse more than `MOST` studies, which their `origin` holds. Raises ConfigurationError."""
+    if studies > MOST:
+        raise ConfigurationError(
+            f"{origin}: more than {MOST} studies, the most that one cohort takes: its report holds "
+            "all of them at once. Divide it into several tables, each with an --out of its own."
+        )
 
 
 def without_doubles(studies: tuple[Study, ...], origin: str) -> tuple[Study, ...]:

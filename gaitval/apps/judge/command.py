@@ -71,6 +71,7 @@ def judge(
     from gaitval.apps.judge.write import NAME, write_judgement, write_result
     from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
     from gaitval.errors import ConfigurationError
+    from gaitval.folder_lock import held
 
     if mass is not None and height is not None:
         problems = mass_and_height_problems(mass, height)
@@ -89,11 +90,12 @@ def judge(
         reduced=reduced,
     )  # fmt: skip
     found = judged(request)
-    try:
-        result, page = write_judgement(found, out), f"Page: {out / NAME}.html"
-    except ConfigurationError as error:
-        result = write_result(found, out)
-        page = f"Written: {out / NAME}.json. No page: {error}"
+    with held(out):  # or the page of one and the numbers of another could lie side by side
+        try:
+            result, page = write_judgement(found, out), f"Page: {out / NAME}.html"
+        except ConfigurationError as error:
+            result = write_result(found, out)
+            page = f"Written: {out / NAME}.json. No page: {error}"
     _say(result, model.name, page)
     if not result.passed:
         raise typer.Exit(1)
