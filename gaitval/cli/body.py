@@ -63,10 +63,10 @@ def body(
     from gaitval.identification.verdicts import judged
     from gaitval.importing.stored import Session
     from gaitval.model.parameters import nominal_parameters
+    from gaitval.one_thread import one_thread
     from gaitval.reference.dynamic_fit import consistent_reference
     from gaitval.reporting.body_page import tables, write_body_page
     from gaitval.scaling.scaling import scale_subject
-    from gaitval.study.stage import one_thread
 
     configuration = load_configuration(config, settings=settings or ())
     configuration = configuration.model_copy(

@@ -28,6 +28,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
+from gaitval.one_thread import one_thread
 from gaitval.policy.processes import side_by_side
 from gaitval.reference.dynamic_fit import (
     INFERENCE,
@@ -253,6 +254,7 @@ class BodyFit:
         common[BODY:NUISANCES] = (mu - self.prior_mean) / self.prior_sd
         return solution._replace(common=common)
 
+    @one_thread()
     def posterior(self, solution: Solution | None = None) -> BodyPosterior:
         """The posterior of mu around the mode `solution`, which is computed if not given."""
         found = solution or self.solve()

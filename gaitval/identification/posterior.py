@@ -30,6 +30,7 @@ from gaitval.metrics.results import ExtendedResult, FoundParameters, Generation
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, parameter_bounds
+from gaitval.one_thread import one_thread
 from gaitval.policy.processes import kept_workers, side_by_side
 from gaitval.reference.dynamic_fit import (
     Solution,
@@ -211,6 +212,7 @@ class Profile:
         mean, sd = self._fit.prior_mean, self._fit.prior_sd
         return [each.cost for each in self.at([(mu - mean) / sd for mu in mus])]
 
+    @one_thread()
     def at(self, zs: Sequence[Array]) -> list[Solution]:
         """What is most likely with the held numbers at each of `zs`, in prior SDs from the mean;
         with the covariance of the solution.

@@ -53,6 +53,7 @@ from gaitval.identification.legs import LegDifference
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import COORDINATE_COUNT, Tree
+from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import (
     Linearised,
     Problem,
@@ -225,6 +226,7 @@ class SharedFit:
         linear, prior = linear_terms(problem, change), problem.prior * common
         return float(np.sum(residual**2) + np.sum(linear**2) + np.sum(prior**2))
 
+    @one_thread()
     def solve(self, start: Solution) -> Shared:
         """The most likely motion, body and shared errors, and their covariance, from `start`, a
         solution of `fit` with the body free or held.
@@ -348,6 +350,7 @@ def _patterns(problem: Problem, sizes: Array) -> Array:
     return found
 
 
+@one_thread()
 def identified(fit: BodyFit, held: Solution, offset: Array | None = None) -> Shared:
     """What `fit` finds from `held`, its solution with the body as scaled; `offset` of the prior's
     mean as in `SharedFit`. If the steps ended early, `STUCK`, they begin again from the mode

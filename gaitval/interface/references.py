@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.interface.arguments import expect
+from gaitval.one_thread import one_thread
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
-from gaitval.study.stage import one_thread
 
 
 def reference_motion(subject: Subject, *, settings: Sequence[str] = ()) -> ReferenceMotion:

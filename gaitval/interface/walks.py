@@ -19,10 +19,10 @@ from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.origin import curve_origin, record_origins
 from gaitval.metrics.walk_comparison import Comparison
+from gaitval.one_thread import one_thread
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
-from gaitval.study.stage import one_thread
 from gaitval.study.stored_policy import StoredPolicy, stored_baseline
 
 Body = Literal["nominal", "identified"]

@@ -41,6 +41,7 @@ from gaitval.inverse.motion_rates import cardan_coordinates, root_states
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import NOMINAL_FRICTION
 from gaitval.model.tree import ROOT_DOFS, Tree, tree_arrays
+from gaitval.one_thread import one_thread
 from gaitval.reference.harmonic_square import harmonic_square
 from gaitval.reference.motion import (
     FEED_FORWARD,
@@ -506,6 +507,7 @@ def normal_equations(
     return matrix, gradient
 
 
+@one_thread()
 def solve_problem(
     problem: Problem,
     *,

@@ -25,6 +25,7 @@ from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.folder_lock import held
 from gaitval.memory import give_back_now
+from gaitval.one_thread import one_thread
 from gaitval.study.sources import code_of
 
 if TYPE_CHECKING:
@@ -250,19 +251,6 @@ def end_stage(begun: Begun, seconds: float) -> None:
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
         with suppress(OSError):  # other stages may have theirs beside it
             (folder / stage.workspace).parent.rmdir()
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """One thread of linear algebra in the block. Several threads round sums differently: a
-    reference, and all that follows from it, would depend on the number of processors by 1e-8 rad,
-    which a walk of 20 gait cycles makes 2 cm.
-    """
-    import scipy.linalg  # noqa: F401  a library that is loaded later would not be limited
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
-
-    with threadpool_limits(1, "blas"):
-        yield
 
 
 def perform(stage: Stage) -> float:

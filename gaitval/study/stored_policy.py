@@ -19,12 +19,13 @@ from gaitval.metrics.identified_body import identified_model
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import model_hash
+from gaitval.one_thread import one_thread
 from gaitval.policy.storage import Policy, load_policy, load_start
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES, STORED_FILES, asked, body_parameters
-from gaitval.study.stage import Run, one_thread
+from gaitval.study.stage import Run
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,10 +10,10 @@ from gaitval.errors import PolicyError, RecordError
 from gaitval.metrics.cycles import GaitCycles, find_cycles
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, apply_parameters
+from gaitval.one_thread import one_thread
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.rollout import Rollout
-from gaitval.study.stage import one_thread
 from gaitval.study.stored_policy import StoredPolicy
 
 CYCLES = 12

@@ -28,6 +28,7 @@ from gaitval.metrics.comparison import curves_of, foot_progression, rms
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
 from gaitval.model.parameters import nominal_parameters
+from gaitval.one_thread import one_thread
 from gaitval.policy.rollouts import record_together
 from gaitval.policy.storage import Policy
 from gaitval.policy.walking_group import WalkingGroup
@@ -35,7 +36,6 @@ from gaitval.prediction.known import KINEMATIC_ACCURACY
 from gaitval.reference.adjustment import adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.stage import one_thread
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
