@@ -169,7 +169,9 @@ def growing(
             plain = False
         if not plain:
             raise ArtefactError(f"{path}: is a link, or no file, so nothing is written. Remove it.")
-    return os.fdopen(handle, {"append": "ab", "change": "r+b", "new": "wb"}[how])
+    file: Any = os.fdopen(handle, {"append": "ab", "change": "r+b", "new": "wb"}[how])
+    opened: BinaryIO = file
+    return opened
 
 
 def write_text(path: Path, text: str) -> None:

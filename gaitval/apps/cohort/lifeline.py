@@ -68,7 +68,7 @@ def swept(folder: Path) -> Iterator[None]:
         os.close(reads)
     # That of `multiprocessing` is of this group, and a kill of it leaves what it would remove.
     if adopted := getattr(tracker, "_fd", 0) is None:
-        tracker._fd, tracker._pid = writes, sweeper
+        tracker._fd, tracker._pid = writes, sweeper  # type: ignore[attr-defined]
     try:
         yield
     finally:
