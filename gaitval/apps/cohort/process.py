@@ -152,8 +152,8 @@ def _do(order: Mapping[str, Any], answers: int) -> NoReturn:
     """Do a study, say what became of it in `answers`, and end this process."""
     end_with_worker()
     found = perform(order, Log())
-    with open(answers, "wb") as told, contextlib.suppress(BrokenPipeError):
-        told.write(json.dumps({**found, "peak_memory": peak_memory()}).encode() + b"\n")
+    with contextlib.suppress(BrokenPipeError):
+        os.write(answers, json.dumps({**found, "peak_memory": peak_memory()}).encode() + b"\n")
     # Threads of libraries are not waited for: what the study wrote is written.
     sys.stdout.flush()
     os._exit(0)
