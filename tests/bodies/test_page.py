@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+import pytest
 from body_result import MODEL, made_up
+from seen_figures import figure_of
 
 from gaitval.identification.body_words import sentences
+from gaitval.reporting.body_bars import draw
 from gaitval.reporting.body_page import tables, write_body_page
 
 
@@ -34,3 +37,23 @@ def test_a_row_has_its_unit_and_the_decimals_of_it() -> None:
     numbers = [cell for row in (*body[1:], *errors[1:]) for cell in row[2:5]]
     assert not any(cell.startswith("-") or "e-" in cell for cell in numbers)
     assert {row[1] for row in errors[1:]} == {"mm", "% of the excursion", "% of the speed"}
+
+
+def test_each_parameter_has_its_mean_and_one_sd_beside_its_own_name() -> None:
+    given = [("a", -0.5, 0.3), ("b", 1.5, 0.7), ("c", 0.2, 1.0)]
+    (axes,) = figure_of(lambda: draw(given)).axes
+    names = [each.get_text() for each in axes.get_yticklabels()]
+    heights = dict(zip(names, axes.get_yticks(), strict=True))
+    assert heights["a"] > heights["b"] > heights["c"]  # the first at the top
+    assert axes.get_ylim()[0] < axes.get_ylim()[1]
+    assert axes.get_xlim()[0] < axes.get_xlim()[1]
+    (points,) = [each for each in axes.lines if each.get_marker() == "o"]
+    found = {y: x for x, y in points.get_xydata()}
+    (whiskers,) = [each for each in axes.collections if len(each.get_segments()) == len(given)]
+    ends = {segment[0, 1]: sorted(segment[:, 0]) for segment in whiskers.get_segments()}
+    for name, mean, sd in given:
+        assert found[heights[name]] == mean
+        assert ends[heights[name]] == pytest.approx([mean - sd, mean + sd])
+    boxes = [each for each in axes.patches if each.get_width() > 1.0]
+    assert {(each.get_x(), each.get_width()) for each in boxes} == {(-1.0, 2.0)}  # ± 1 SD before
+    assert len(boxes) == len(given)

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import quick_study
+from verdict_words import rows_of
 
 from gaitval.apps.cohort.report import context_of, strategies, write_report
 from gaitval.apps.cohort.results import COLUMNS, people_of, records_of, tables_of
@@ -75,6 +76,23 @@ def test_the_page_shows_failures_outliers_and_models(cohort):
     assert "30 of 32 studies finished, of 30 records of 7 people" in page
     assert page.count("<svg") == 3
     assert "gait profile score, deg" in page
+
+
+def test_each_study_says_how_many_limits_it_kept_and_which_failed(tmp_path):
+    store, outcomes = Store(str(tmp_path / "studies")), []
+    for name, refused in (("good", 0), ("bad", 3)):
+        found = quick_study.summary(name, f"{refused:08x}", 1.0, 1)
+        found["verdicts"] |= {"accepted": 10 - refused, "refused": refused}
+        found["verdicts"]["failed"] = ["angles"] * bool(refused)
+        (tmp_path / "studies" / name).mkdir(parents=True)
+        (tmp_path / "studies" / name / SUMMARY).write_text(json.dumps(found))
+        outcomes.append(outcome(name))
+    tables = tables_of(store, outcomes)
+    assert context_of(tmp_path, store, tables)["clean"] == 1
+    page = write_report(tmp_path, store, outcomes).read_text()
+    rows = {row.cells[0]: row for row in rows_of(page) if len(row.cells) == 10}
+    said = {name: (row.failed, row.cells[5], row.cells[-1]) for name, row in rows.items()}
+    assert said == {"good": (False, "10 of 10", ""), "bad": (True, "7 of 10", "angles")}
 
 
 @pytest.fixture

@@ -1,12 +1,17 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from html_page import whole_pdf
+from html_page import only_html, whole_pdf, without_figures
 from made_curves import made_curves
+from seen_figures import figure_of, legend, lines
 
 from gaitval.apps.devices import command, study
-from gaitval.apps.devices.page import LINES, _figure, strap_loads, write_report
-from gaitval.apps.devices.results import figures_of
+from gaitval.apps.devices.curves import JOINTS
+from gaitval.apps.devices.page import LINES, ROWS, _figure, _force_figure, strap_loads, write_report
+from gaitval.apps.devices.results import TITLES, figures_of
 from gaitval.apps.devices.study import Outcome, Wearer, outcomes, wearer
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.model.devices.device import load_devices
@@ -72,6 +77,19 @@ def test_a_device_is_drawn_at_the_joints_where_it_acts(found):
     assert _figure(curves, "right", "right").count('id="right-cycle.right.') == 3 * 3 + 2
 
 
+def test_a_walk_that_fell_is_called_so_and_no_other(who, found, tmp_path, monkeypatch):
+    """On the page and in the terminal, with the pushes that each survived."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    mixed = [replace(each, fell=number == 2, survived=number) for number, each in enumerate(found)]
+    write_report(tmp_path, who, load_devices("ankle_spring"), mixed, None)
+    page = (tmp_path / "device.html").read_text(encoding="utf-8")
+    for number, each in enumerate(mixed):
+        card = page[page.index(f"<dt>{each.assumption}</dt>") :].split("</div>")[0]
+        assert ("falls after" in card, "walks" in card) == (number == 2, number != 2)
+        assert f"survives {number} of {len(study.PUSHES)} pushes" in card
+
+
 def test_lines_are_told_apart_without_colour():
     assert len({each["linestyle"] for each in LINES.values()}) == len(LINES)
 
@@ -132,3 +150,52 @@ def test_the_command_puts_no_prosthesis_on_the_sound_leg(tmp_path):
     path.write_text(left.to_toml(), encoding="utf-8")
     with pytest.raises(ConfigurationError, match="prosthesis is on the left, but the device below"):
         command.device.app([str(path), "below_knee"], standalone_mode=False)
+
+
+def told_apart():
+    """Curves of which no two are equal: by kind, joint, side and assumption."""
+    found = {}
+    for number, assumption in enumerate(LINES):
+        curves = made_curves()
+        for kind, size in zip(ROWS, (0.1, 1.0, 2.0, 3.0, 4.0), strict=True):
+            for j, joint in enumerate(JOINTS):
+                for s, side in enumerate(SIDES):
+                    rising = size + 0.01 * np.arange(101) + 10 * j + 100 * s + 1000 * number
+                    getattr(curves, kind)[joint, side] = rising
+        for s, side in enumerate(SIDES):
+            curves.forces[side] = np.arange(101.0) + 100 * s + 1000 * number
+        found[assumption] = curves
+    return found
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_each_panel_shows_its_joint_kind_and_assumption(side):
+    given = told_apart()
+    figure = figure_of(lambda: _figure(given, side, "a"))
+    panels = np.reshape(figure.axes, (len(ROWS), len(JOINTS)))
+    colours = {name: handle.get_color() for name, handle in legend(figure).items()}
+    assert colours == {name: look["color"] for name, look in LINES.items()}
+    for row, kind in zip(panels, ROWS, strict=True):
+        assert (
+            row[0]
+            .get_ylabel()
+            .endswith({"angles": "(°)", "own": "(Nm/kg)", "device": "(Nm/kg)"}.get(kind, "(W/kg)"))
+        )
+        for axes, joint in zip(row, JOINTS, strict=True):
+            for name, curves in given.items():
+                (line,) = lines(axes, colours[name])
+                factor = 180.0 / np.pi if kind == "angles" else 1.0
+                np.testing.assert_allclose(line[:, 0], np.arange(101))
+                np.testing.assert_allclose(line[:, 1], factor * getattr(curves, kind)[joint, side])
+    assert [axes.get_title() for axes in panels[0]] == [TITLES[joint] for joint in JOINTS]
+
+
+def test_forces_stand_under_their_own_foot():
+    given = told_apart()
+    figure = figure_of(lambda: _force_figure(given))
+    assert [axes.get_title() for axes in figure.axes] == ["right foot", "left foot"]
+    for axes, side in zip(figure.axes, SIDES, strict=True):
+        for name, curves in given.items():
+            (line,) = lines(axes, LINES[name]["color"])
+            np.testing.assert_allclose(line.T, [np.arange(101), curves.forces[side]])
+    assert figure.axes[0].get_ylabel() == "Vertical force (BW)"

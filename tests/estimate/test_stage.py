@@ -6,13 +6,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seen_figures import bands, figure_of, forward, legend, lines
 
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.prediction.deviations import kinetics_of
 from gaitval.prediction.normal_form import normal_form
-from gaitval.study.estimate_stage import ESTIMATE_ACCURACY, PAGE, TABLE, asked, of_run, stage
+from gaitval.study.estimate_stage import (
+    _UNITS,
+    ESTIMATE_ACCURACY,
+    KINETICS,
+    PAGE,
+    TABLE,
+    _draw,
+    _title,
+    asked,
+    of_run,
+    stage,
+)
 from gaitval.study.stage import Observer, open_run, run_stage, why_run
 from gaitval.study.stages import reference_stage, scale_stage
 
@@ -65,3 +77,31 @@ def test_a_run_that_knew_the_forces_is_refused(tmp_path):
         pytest.raises(ConfigurationError, match="knew the person's moments"),
     ):
         of_run(run)
+
+
+def test_the_figure_is_the_table_quantity_by_quantity_and_side_by_side():
+    step = np.arange(101)
+    rows, given = [], {}
+    for n, (kind, name) in enumerate(KINETICS):
+        for s, side in enumerate(("right", "left")):
+            mean = step + 10.0 * n + 100.0 * s
+            given[n, side] = mean, 1.0 + step / 50, mean + 3.0, mean - 5.0
+            title, unit = _title(kind, name), _UNITS[kind]
+            columns = zip(*given[n, side], strict=True)
+            rows += [(title, side, unit, p, *map(str, values)) for p, values in enumerate(columns)]
+    figure = figure_of(lambda: _draw(rows))
+    shown = {n: handle.get_color() for n, handle in legend(figure.axes[-1]).items()}
+    for n, (kind, name) in enumerate(KINETICS):
+        axes = figure.axes[n]
+        assert forward(axes)
+        assert axes.get_title() == f"{_title(kind, name)}, {_UNITS[kind]}"
+        for side in ("right", "left"):
+            mean, width, _, walk = given[n, side]
+            (line,) = lines(axes, shown[f"estimate, {side}"])
+            np.testing.assert_array_equal(line.T, [step, mean])
+            (band,) = bands(axes, shown[f"estimate, {side}"])
+            np.testing.assert_allclose(band.T, [step, mean - width, mean + width])
+            walked = [line[:, 1] for line in lines(axes, shown[f"walk, {side}"])]
+            assert any(np.array_equal(each, walk) for each in walked)
+        (usual,) = lines(axes, shown["expected of anybody"])
+        np.testing.assert_array_equal(usual[:, 1], given[n, "left"][2])

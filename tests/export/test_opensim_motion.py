@@ -25,7 +25,12 @@ from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.opensim.coordinates import TO_OPENSIM
+from gaitval.opensim.coordinates import (
+    OPENSIM_COORDINATES,
+    TO_OPENSIM,
+    forces_to_opensim,
+    to_opensim,
+)
 from gaitval.opensim.motion import (
     write_external_loads,
     write_ground_reaction,
@@ -179,6 +184,50 @@ def test_opensim_finds_the_same_moments_and_residuals(walk, opensim_moments, tmp
     assert np.abs(ours["knee_angle_r_moment"]).max() > 10.0
     for name, values in opensim_moments.items():
         np.testing.assert_allclose(ours[name][INSIDE], values[INSIDE], atol=2e-3, err_msg=name)
+
+
+@pytest.mark.parametrize("number", range(31))
+def test_each_generalised_force_has_its_own_power(number) -> None:
+    """In every pose, force by force: of a pelvis that is balanced, as above, nothing is seen."""
+    random = np.random.default_rng(number)
+    positions = random.normal(0.0, 0.5, (20, 31))
+    velocity = random.normal(size=31)
+    force = np.eye(31)[number] * np.ones((20, 1))
+    half = 1e-6
+    ends = []
+    for step in (-half, half):
+        moved = positions + step * velocity
+        # the root's velocity is about world axes, and its position a rotation vector
+        turned = Rotation.from_rotvec(step * velocity[:3])
+        moved[:, :3] = (turned * Rotation.from_rotvec(positions[:, :3])).as_rotvec()
+        ends.append(to_opensim(moved))
+    rates = (ends[1] - ends[0]) / (2.0 * half)
+    power = (forces_to_opensim(positions, force) * rates).sum(axis=1)
+    np.testing.assert_allclose(power, velocity[number], atol=1e-6)
+
+
+def test_a_residual_stands_at_the_pelvis_coordinate_that_it_turns(walk, tmp_path) -> None:
+    """Upright and facing x: list is about x, tilt about OpenSim's z (to the right), rotation about
+    what is up; forces go forward, up and to the right."""
+    dynamics = inverse_dynamics(walk.model, walk.time, walk.positions, *walk.wrenches)
+    count = len(walk.time)
+    moment, force = np.tile([1.0, 2.0, 3.0], (count, 1)), np.tile([4.0, 5.0, 6.0], (count, 1))
+    write_moments(
+        tmp_path / "id.sto",
+        np.zeros((count, 31)),
+        replace(dynamics, residual_moment=moment, residual_force=force),
+    )
+    table = read_table(tmp_path / "id.sto")
+    assert list(table)[1:] == [
+        f"{name}_{'force' if name.startswith('pelvis_t') and name[-2] == 't' else 'moment'}"
+        for name in OPENSIM_COORDINATES
+    ]
+    expected = {
+        "pelvis_list_moment": 1.0, "pelvis_tilt_moment": -2.0, "pelvis_rotation_moment": 3.0,
+        "pelvis_tx_force": 4.0, "pelvis_tz_force": -5.0, "pelvis_ty_force": 6.0,
+    }  # fmt: skip
+    for name, value in expected.items():
+        np.testing.assert_allclose(table[name], value, atol=1e-9, err_msg=name)
 
 
 def test_the_walk_leaves_no_residual_in_opensim(opensim_moments, walk):

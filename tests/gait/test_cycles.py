@@ -29,6 +29,7 @@ from gaitval.gait.cycles import (
     average,
     belt_speed,
     cut_cycles,
+    mean_and_deviation,
     normalise,
     spatiotemporal,
     travel,
@@ -506,6 +507,26 @@ def test_what_is_slower_than_any_belt_is_the_ground(speed: float, found: float) 
     assert belt_speed(recording, true_events(), landmarks=LANDMARKS) == pytest.approx(
         found, abs=1e-6
     )
+
+
+def test_a_foot_that_slips_in_one_stance_changes_no_speed_of_the_belt() -> None:
+    recording = walk(belt=SPEED)
+    strike = strikes("right", 6.0)[1]
+    slips = (recording.time > strike) & (recording.time < strike + STANCE * STRIDE)
+    mine = [i for i, name in enumerate(recording.names) if name in ("R.Heel", "R.MT2", "R.MT5")]
+    recording.markers[np.ix_(slips, mine, [0])] += (
+        0.5 * (recording.time[slips] - strike)[:, None, None]
+    )
+    assert belt_speed(recording, true_events(), landmarks=LANDMARKS) == pytest.approx(
+        SPEED, rel=1e-6
+    )
+
+
+def test_a_deviation_is_that_of_a_sample_of_what_was_measured() -> None:
+    mean, deviation = mean_and_deviation(np.array([1.0, np.nan, 2.0, 6.0]))
+    assert (mean, deviation) == (3.0, pytest.approx(np.sqrt((4.0 + 1.0 + 9.0) / 2.0)))
+    np.testing.assert_equal(mean_and_deviation(np.array([1.0, np.nan])), (1.0, np.nan))
+    np.testing.assert_equal(mean_and_deviation(np.array([np.nan])), (np.nan, np.nan))
 
 
 def test_a_foot_counts_while_it_is_flat() -> None:

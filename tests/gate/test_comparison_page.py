@@ -8,7 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from html_page import Page, only_html, pdf_in_ci, without_figures
+from matplotlib.colors import to_hex
+from seen_figures import figure_of, forward, lines
+from verdict_words import rows_of
 
+from gaitval.apps.regression import comparison_page
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.compare import _flip_line
@@ -16,6 +20,7 @@ from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.number_text import number
 from gaitval.reporting.drawing import WIDTH
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
 
 REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"
@@ -73,6 +78,20 @@ def test_what_got_worse_stands_before_what_improved(page: Page) -> None:
     assert worse < better
     before = next(row.value for row in walk("S05").metrics.measures if row.measure == "epsilon")
     assert f"{before:.4g}{before + 0.5:.4g}10.0150.0worse" in text
+
+
+def test_each_row_says_worse_or_better_of_its_own_change(folder: Path) -> None:
+    rows = rows_of((folder / "comparison.html").read_text(encoding="utf-8"))
+    said = {
+        each.cells[0]: (each.failed, each.marked) for each in rows
+        if each.cells[-1:] in (["worse"], ["better"])
+    }  # fmt: skip
+    assert said == {
+        "S05": (True, [("fail", "worse")]), "S02": (False, [("pass", "better")]),
+    }  # fmt: skip
+    pairs = {each.cells[0]: each for each in rows if len(each.cells) == 6}
+    assert [pairs["S05"].cells[1:3], pairs["S02"].cells[1:3]] == [["1", "0"], ["0", "1"]]
+    assert [pairs["S05"].failed, pairs["S02"].failed] == [True, False]
 
 
 def test_the_errors_are_those_of_each_subject(page: Page) -> None:
@@ -209,6 +228,17 @@ def test_a_limit_with_another_verdict_is_listed(
     again = matched([now], [walk("S05", "old")]).flipped()
     assert [flip.kept for _, flip in again] == [True]
     assert "is no longer kept" in _flip_line("S05", flip)
+    assert "is kept now" in _flip_line("S05", again[0][1])
+    for before, after, kept in (("S05", now, False), (now, "S05", True)):
+        first, second = (walk(e) if isinstance(e, str) else e for e in (before, after))
+        write_comparison(tmp_path, "d", [second], matched([first], [second]))
+        (row,) = [
+            each for each in rows_of((tmp_path / "d.html").read_text(encoding="utf-8"))
+            if each.cells and each.cells[-1] in ("kept", "not kept")
+        ]  # fmt: skip
+        assert row.cells[3:5] == (["71.4", "100"] if kept else ["100", "71.4"])
+        said = ("pass", "kept") if kept else ("fail", "not kept")
+        assert (row.failed, row.marked, row.cells[-1]) == (not kept, [said], said[1])
     assert "phase 0.5: 100 → 71.4 % (at least 80)" in _flip_line("S05", flip)
 
 
@@ -237,3 +267,47 @@ def test_the_curves_of_one_walk_fill_the_width(
     assert widths == {round(72 * WIDTH / 3)}
     # The record's black line is not seen on a dark page, unless its colour follows the page.
     assert not re.findall(r"(?:stroke|fill): #[0-9a-f]{6}", html)
+
+
+def test_changes_are_drawn_in_margins_with_worse_to_the_right() -> None:
+    now = changed(walk("S05", "new"), epsilon=0.5, force_skill=-0.5, angle_rmse=-9.0)
+    versions = matched([walk("S05", "old")], [now])
+    (axes,) = figure_of(lambda: comparison_page._strips(versions)).axes
+    names = [each.get_text().replace(" ", "_") for each in axes.get_yticklabels()]
+    margins = {row.measure: row.margin for pair in versions.pairs for row in pair.rows}
+    dots = dict(zip(names, (each.get_offsets() for each in axes.collections), strict=True))
+    colours = dict(zip(names, (each.get_facecolors() for each in axes.collections), strict=True))
+    for measure, worse, colour in (
+        ("epsilon", 0.5, "left"), ("force_skill", 0.5, "left"), ("angle_rmse", -9.0, "right"),
+        ("moment_rmse", 0.0, ""),
+    ):  # fmt: skip
+        expected = np.clip(worse / margins[measure], -4.0, 4.0)
+        np.testing.assert_allclose(dots[measure][:, 0], expected, atol=1e-9)
+        assert abs(dots[measure][:, 1] - names.index(measure)).max() < 0.5
+        found = {to_hex(each) for each in colours[measure]}
+        assert found == {COLOURS[colour] if colour else "#606060"}
+    left, right = axes.get_xlim()
+    assert left < -4.0 < 4.0 < right
+    assert axes.get_xlabel().startswith("better")
+    assert axes.get_xlabel().endswith("worse")
+    (band,) = [each for each in axes.patches if to_hex(each.get_facecolor()) == BAND_COLOUR]
+    assert (band.get_x(), band.get_width()) == (-1.0, 2.0)
+
+
+@pytest.mark.parametrize(("kind", "name"), comparison_page.CURVES)
+def test_curves_of_each_walk_are_its_own_by_side(kind: str, name: str) -> None:
+    now, then = walk("S05"), walk("S02")
+    figure = figure_of(lambda: comparison_page._panels([now, then], kind, name, {id(now): then}, 0))
+    for axes, one, before in zip(figure.axes, (now, then), (then, None), strict=True):
+        assert forward(axes)
+        assert axes.get_title(loc="left") == one.subject
+        for side, colour in COLOURS.items():
+            key = f"{name}_{side[0]}"
+            expected = [one.metrics.walk.curves.of(kind)[key].mean]
+            if before is not None:
+                expected.insert(0, before.metrics.walk.curves.of(kind)[key].mean)
+            shown = [line[:, 1] for line in lines(axes, colour)]
+            np.testing.assert_allclose(shown, expected)
+            assert [line[0, 0] for line in lines(axes, colour)] == [0.0] * len(expected)
+        recorded = [one.metrics.record.curves.of(kind)[f"{name}_{side}"] for side in "rl"]
+        np.testing.assert_allclose([e[:, 1] for e in lines(axes, RECORD_COLOUR)], recorded)

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from html_page import Page, only_html, pdf_in_ci
+from seen_figures import figures_of
+from verdict_words import rows_of
 
 from gaitval.apps.regression.history import Check, Figure
 from gaitval.apps.regression.history_page import find_steps, write_history
@@ -106,6 +108,19 @@ def test_a_figure_that_is_no_longer_measured_is_a_loss_at_its_commit(tmp_path: P
     assert "Too few checks" not in page
 
 
+def test_each_step_says_which_way_it_went(folder: Path) -> None:
+    page = (folder / "accuracy.html").read_text(encoding="utf-8")
+    rows = {each.cells[0]: each for each in rows_of(page) if len(each.cells) == 10}
+    said = {name: (each.cells[-1], each.failed, each.marked) for name, each in rows.items()}
+    assert said == {
+        "08080808": ("worse", True, [("fail", "worse")]),
+        "05050505": ("within the margin", False, []),
+        "06060606": ("better", False, []),
+    }
+    before, after = (float(each) for each in rows["08080808"].cells[4:6])
+    assert after - before == pytest.approx(0.6, abs=0.02)
+
+
 def test_the_page_tells_the_steps_and_draws_what_changed(folder: Path) -> None:
     html = (folder / "accuracy.html").read_text(encoding="utf-8")
     page = Page(html)
@@ -166,3 +181,23 @@ def test_too_few_checks_are_said_to_be_too_few(
     text = Page((tmp_path / "few.html").read_text(encoding="utf-8")).text
     assert "here the longest series has 4" in " ".join(text.split())
     assert write_history(tmp_path, "none", []) == []
+
+
+def test_values_are_drawn_at_their_commits_and_steps_before_theirs(tmp_path: Path) -> None:
+    some = checks()
+    drawn = figures_of(lambda: write_history(tmp_path, "a", some))
+    knees = drawn[0].axes[0]
+    assert knees.get_title(loc="left") == "angle rmse, deg"
+    assert knees.get_xlim()[0] < knees.get_xlim()[1]
+    series = {tuple(line.get_ydata()): list(line.get_xdata()) for line in knees.lines
+              if len(line.get_xdata()) == COUNT}  # fmt: skip
+    of_checks = [each for each in some if each.kind == "check"]
+    for number in (0, 1):
+        values = tuple(each.figures[number].value for each in of_checks)
+        assert series[values] == list(range(COUNT))
+    upright = {line.get_xdata()[0]: line for line in knees.lines if len(line.get_xdata()) == 2}
+    assert set(upright) == {WORSE_AT - 0.5, SMALL_AT - 0.5}
+    assert upright[WORSE_AT - 0.5].get_linestyle() == "-"  # solid where it got worse
+    assert upright[SMALL_AT - 0.5].get_linestyle() != "-"
+    labels = [each.get_text() for each in knees.get_xticklabels()]
+    assert labels == ["00000000", "11111111"]

@@ -1,6 +1,8 @@
 """What the last line of a check counts."""
 
 import io
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -28,6 +30,19 @@ def test_what_improved_is_not_counted_as_within_its_margin(said: io.StringIO) ->
     assert "Figures: 2 of 3 measures within their margins of S05, 1 improved (table above)" in (
         said.getvalue()
     )
+
+
+def test_each_row_says_which_way_it_moved(said: io.StringIO) -> None:
+    with pytest.raises(ToleranceError):
+        judge_moved(
+            [row("kept"), replace(row("lost"), measure="a"), replace(row("improved"), measure="b")],
+            Path("S05"),
+        )
+    cells = [re.findall(r"[^│┃]+", line) for line in said.getvalue().splitlines()]
+    rows = {each[0].strip(): [cell.strip() for cell in each[1:]] for each in cells if len(each) > 6}
+    assert {name: rows[name][-1] for name in "ab"} == {"a": "lost", "b": "improved"}
+    head = rows["measure"]
+    assert (rows["a"][head.index("baseline")], rows["a"][head.index("now")]) == ("4", "3")
 
 
 def test_where_nothing_moved_there_is_no_table(said: io.StringIO) -> None:

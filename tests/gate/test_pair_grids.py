@@ -8,7 +8,7 @@ import pytest
 
 from gaitval.apps.regression import pair_grids
 from gaitval.apps.regression.versions import Pair, StoredWalk, matched
-from gaitval.metrics.results import read_metrics
+from gaitval.metrics.results import metrics_from, read_metrics
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 PERCENT = np.arange(101)
@@ -92,3 +92,23 @@ def test_strides_are_drawn_and_counted(pair: Pair, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(pair_grids, "strides_of", lambda folder, metrics: next(made))
     (found,) = pair_grids.pair_grids([pair])
     assert found["strides"] == [7, 8]
+
+
+def test_before_is_not_now_and_each_has_its_own_side(pair: Pair) -> None:
+    """The walk before stands where a record does; the walk now has its strides and their SD."""
+    old = pair.before.metrics.as_dict()
+    walked = old["walks"][old["final"]]
+    for key, curve in walked["curves"]["angles"].items():
+        curve["mean"] = [value + (5.0 if key.endswith("_r") else 9.0) for value in curve["mean"]]
+    before = replace(pair.before, metrics=metrics_from(old, "here"))
+    own = {f"angles/knee_angle_{side}": strides(n)["angles/knee_angle_r"] for n, side in
+           enumerate("rl")}  # fmt: skip
+    rows = pair_grids.panels(replace(pair, before=before), {}, own)
+    knee = next(panel for row in rows["kinematics"] for panel in row if "knee_angle" in panel.name)
+    for each in knee.curves:
+        key = f"knee_angle_{each.side[0]}"
+        walk = (before if each.which == "record" else pair.now).metrics.walk.curves.angles[key]
+        np.testing.assert_array_equal(each.mean, walk.mean)
+        if each.which == "walk":
+            np.testing.assert_array_equal(each.strides, own[f"angles/{key}"])
+            np.testing.assert_allclose(each.sd, own[f"angles/{key}"].std(axis=0))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from html_page import pdf_in_ci
 from typer.testing import CliRunner
+from verdict_words import headline, rows_of, says
 
 import gaitval.apps.judge
 from gaitval.apps.judge import gait
@@ -466,6 +467,44 @@ def test_the_files_follow_the_schema_and_the_page_says_the_verdict(request, soun
     assert re.search(r"<dt>File format</dt><dd>OpenSim \d\.\d+</dd>", page)  # not 40000
     assert (tmp_path / "judge.pdf").read_bytes().startswith(b"%PDF")
     assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+def test_each_limit_is_said_to_be_what_it_is(sound, tmp_path):
+    """Kept, failed, not judged and only shown: on the page, in its headline and in the file."""
+    names = {"model-mass", "model-weight", "gyration", "side-angle", "residual-force-peak"}
+    names |= {"residual-force-share"}
+    chosen = [row for row in load_registry().tolerance if row.id in names]
+    for beyond in (False, True):
+        measures = [
+            measured(
+                row.measure, f"{row.applies_to[0]}_l" if row.applies_to else "model",
+                row.value + (0.01 if row.limit == "at_most" else -0.01) * beyond,
+            )
+            for row in chosen
+        ]  # fmt: skip
+        found = replace(sound, measures=measures, residual_curves=None)
+        result = write_judgement(found, tmp_path)
+        page = (tmp_path / "judge.html").read_text(encoding="utf-8")
+        rows = [each for each in rows_of(page) if len(each.cells) == 6]
+        words = {
+            "passed": "passed", "FAILED": "FAILED", "not judged": "not judged",
+            "shown only": f"{'beyond' if beyond else 'within'}, shown only",
+        }  # fmt: skip
+        states = {}
+        for limit in result.limits:
+            mine = [row for row in rows if row.cells[0] == limit.title]
+            states.setdefault(limit.verdict, []).append(limit)
+            assert {row.cells[-1] for row in mine} <= {words[limit.verdict]}
+            for row in mine:
+                fails = limit.verdict == "FAILED"
+                marks = {"passed": ["pass"], "FAILED": ["fail"]}.get(limit.verdict, [])
+                assert (row.failed, [mark for mark, _ in row.marked]) == (fails, marks)
+        assert len(rows) == len(names)
+        assert ("FAILED" in states, "passed" in states) == (beyond, not beyond)
+        assert {"shown only", "not judged"} < set(states)
+        marked, sentence = headline(page)
+        assert (marked, says(sentence, "en")) == (beyond, "failed" if beyond else "kept")
+        assert result.passed is not beyond
 
 
 def test_names_from_outside_are_escaped(everything, tmp_path):

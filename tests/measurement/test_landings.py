@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from seen_figures import figure_of
 from typer.testing import CliRunner
 
 from gaitval.checks.landings import Landings, disagreements, landings
@@ -15,6 +16,7 @@ from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ArtefactError, RecordError
 from gaitval.mocap.axes import detect_axes
+from gaitval.mocap.foot_markers import foot_markers
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event, Plate
 from gaitval.reporting.landings_picture import draw
@@ -186,3 +188,33 @@ def test_an_event_of_the_file_alone_is_named_once(walk, found):
     said = [each for each in disagreements(other) if each.first == "file"]
     assert [(each.time, each.second) for each in said] == [(extra.time, "markers")]
     assert "the markers show nothing there" in str(said[0])
+
+
+def test_the_picture_shows_the_events_of_each_method_under_their_own_foot(walk, found, tmp_path):
+    recording, landmarks = walk
+    figure = figure_of(lambda: draw(found, landmarks, tmp_path / "a.svg", "a walk"))
+    for axes, side in zip(figure.axes, SIDES, strict=False):
+        assert axes.get_title() == f"{side} foot"
+        time = recording.start + np.arange(len(recording.markers)) / recording.marker_rate
+        foot = foot_markers(recording, landmarks)[side]
+        for name, values in (("heel", foot.heel), ("forefoot", foot.front)):
+            (line,) = [each for each in axes.lines if each.get_label() == name]
+            np.testing.assert_allclose(line.get_xdata(), time)
+            height = 1000.0 * (values[:, 2] - np.nanmin(values[:, 2]))
+            np.testing.assert_allclose(line.get_ydata(), height)
+        rows = {
+            each.get_text(): each.xy[1] for each in axes.texts if each.get_text() in found.events
+        }
+        for method, its in found.events.items():
+            for word, kind in (("▼", "heel_strike"), ("▲", "toe_off")):
+                shown = [
+                    each.get_position()[0] for each in axes.texts
+                    if each.get_text() == word and each.get_position()[1] == rows[method]
+                ]  # fmt: skip
+                expected = [each.time for each in its if (each.side, each.kind) == (side, kind)]
+                np.testing.assert_allclose(sorted(shown), sorted(expected))
+        assert axes.get_ylim()[0] < 0.0 < axes.get_ylim()[1]
+        assert axes.get_xlim()[0] < axes.get_xlim()[1]
+    total = next(each for each in figure.axes[2].lines if len(each.get_xdata()) == len(found.time))
+    np.testing.assert_array_equal(total.get_ydata(), found.total[:, 2])
+    assert figure.get_suptitle().splitlines()[1].startswith("▼ lands, ▲ leaves")

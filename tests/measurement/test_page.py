@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from seen_figures import bands, figure_of, forward, lines
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.importing.importing import work_out
 from gaitval.importing.summary import summary_of
 from gaitval.measurement.estimate import LEAST_SCALE
-from gaitval.measurement.page import GROUPS, FitRow, fits
+from gaitval.measurement.page import GROUPS, SHOWN, TITLES, UNITS, FitRow, draw_bands, fits
+from gaitval.reporting.figures import COLOURS
 from gaitval.reporting.recording_report import _drawings
 
 
@@ -53,3 +55,39 @@ def test_white_data_of_the_model_have_a_ratio_of_one(found):
         of_all.append([row.ratio for row in fits(drawn)][:4])
     scale = max(seen.model.left, LEAST_SCALE)
     np.testing.assert_allclose(np.mean(of_all, axis=0), scale, rtol=0.2)
+
+
+def test_bands_are_drawn_as_wide_as_they_are_each_side_in_its_colour():
+    step = np.arange(101.0)
+    given = {
+        f"{kind}_{joint}_{side}": (step + 10 * j + 100 * s + 1000 * k, 1.0 + step / 50 + s)
+        for k, kind in enumerate(UNITS)
+        for j, joint in enumerate(SHOWN)
+        for s, side in enumerate("rl")
+    }
+    figure = figure_of(lambda: draw_bands(given))
+    panels = np.reshape(figure.axes, (len(UNITS), len(SHOWN)))
+    for row, kind in zip(panels, UNITS, strict=True):
+        assert row[0].get_ylabel() == f"{kind}, {UNITS[kind][1]}"
+        for axes, joint in zip(row, SHOWN, strict=True):
+            assert forward(axes)
+            for side, colour in COLOURS.items():
+                mean, half = given[f"{kind}_{joint}_{side[0]}"]
+                (line,) = lines(axes, colour)
+                np.testing.assert_array_equal(line.T, [step, mean])
+                (band,) = bands(axes, colour)
+                np.testing.assert_allclose(band.T, [step, mean - half, mean + half])
+    assert [axes.get_title() for axes in panels[0]] == [TITLES[joint] for joint in SHOWN]
+
+
+def test_drawn_curves_are_in_degrees_and_newton_metres(found):
+    drawn = found.measurement.curves
+    for kind, curves, factor in (
+        ("angle", found.angles, 180.0 / np.pi), ("moment", found.moments, 1.0),
+    ):  # fmt: skip
+        for joint in SHOWN:
+            for side in "rl":
+                mean, half = drawn[f"{kind}_{joint}_{side}"]
+                np.testing.assert_allclose(mean, factor * curves[f"{joint}_{side}"].mean)
+                expected = factor * found.measurement.bands.half[f"{kind}_{joint}_{side}"]
+                np.testing.assert_allclose(half, expected)

@@ -77,3 +77,9 @@ def test_a_side_without_mean_curves_is_not_measured():
     values = list(side_values(walked, RECORDED))
     assert {value for _, side, value in values if side == "right"} == {None}
     assert {value for _, side, value in values if side == "left"} == {0.0}
+
+
+def test_the_arm_is_that_of_the_part_of_the_cycle_in_which_the_foot_is_loaded():
+    """12 to 52 % of it, both included; a larger plantarflexion moment is further ahead."""
+    percent = np.arange(101.0)
+    np.testing.assert_allclose(pressure_arm(-GRAVITY * percent, np.ones(101)), np.arange(12, 53))

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from seen_figures import bands, figure_of, forward, lines
 
 from gaitval.apps.patients import page
 from gaitval.apps.patients.cohort import found_patients
-from gaitval.reporting.figures import COLOURS, STYLES
+from gaitval.reporting.figures import BAND_COLOUR, COLOURS, STYLES
 
 
 @pytest.fixture
@@ -130,3 +131,24 @@ def test_an_interval_is_printed_no_coarser_than_its_value(patient, text):
     shown = text(patient("F,40,1.65,60,0.860,0.854", legs))
     assert re.search(r"Right leg less left +6 +−8 to 20 +– +mm", shown)
     assert re.search(r"Stride length +\d\.\d{3} +\d\.\d{3} to \d\.\d{3} +– +m ", shown)
+
+
+def test_each_angle_is_drawn_over_its_cycle_with_the_norm_of_two_sd():
+    step = np.arange(101.0)
+    names = page.PROFILE_ANGLES
+    angles = {
+        f"{name}_{side}": step + 10 * n + 100 * s
+        for n, name in enumerate(names)
+        for s, side in enumerate("rl")
+    }
+    norm = {name: (step + n, 1.0 + step / 100) for n, name in enumerate(names)}
+    figure = figure_of(lambda: page._draw(angles, norm))
+    for axes, name in zip(figure.axes, names, strict=True):
+        assert forward(axes)
+        assert axes.get_title() == f"{page.TITLES[name]}, °"
+        for side, colour in COLOURS.items():
+            (line,) = lines(axes, colour)
+            np.testing.assert_array_equal(line.T, [step, angles[f"{name}_{side[0]}"]])
+        (band,) = bands(axes, BAND_COLOUR)
+        mean, sd = norm[name]
+        np.testing.assert_allclose(band.T, [step, mean - 2 * sd, mean + 2 * sd])

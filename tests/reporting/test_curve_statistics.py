@@ -4,6 +4,7 @@ import copy
 import re
 
 import pytest
+from seen_figures import figure_of
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
 from gaitval.datasets.subject_file import load_subject
@@ -13,6 +14,7 @@ from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate
 from gaitval.reporting.curve_statistics import profile, tables
 from gaitval.reporting.drawing import drawn
+from gaitval.reporting.figures import COLOURS, RECORD_COLOUR
 from gaitval.reporting.report import _drawings
 from gaitval.reporting.run_grids import figures
 
@@ -121,3 +123,30 @@ def test_sides_of_the_profile_differ_in_shape_and_the_record_is_hollow_in_both_m
     assert all("fill-opacity: 0" in style for style in record)
     assert "#ffffff" not in drawn
     assert "#d9d9d9" in drawn  # which the style sheet has for dark pages
+
+
+def test_the_profile_draws_each_score_on_its_side_in_its_column(metrics):
+    given = copy.deepcopy(metrics["curve_statistics"]["profiles"])
+    found = GaitProfiles.model_validate(given)
+    (axes,) = figure_of(lambda: profile(found)).axes
+    controls = load_controls()
+    names = [*found.variables, "total"]
+    places = dict(zip(axes.get_xticks(), names, strict=True))
+    bars = [each for each in axes.patches if each.get_height() > 0]
+    for bar, (place, name) in zip(bars, places.items(), strict=True):
+        mean, sd = controls.side if name == "total" else controls.scores[name]
+        assert bar.get_x() + 0.5 * bar.get_width() == pytest.approx(place)
+        assert (bar.get_y(), bar.get_height()) == pytest.approx((mean - sd, 2 * sd))
+    assert axes.get_ylim()[0] == 0 < axes.get_ylim()[1]
+    assert axes.get_ylabel().endswith("°")
+    for which, scores in (("record", found.record), ("walk", found.walk)):
+        for side, symbol in (("right", ">"), ("left", "<")):
+            (line,) = [each for each in axes.lines if each.get_label() == f"{which}, {side}"]
+            own = [
+                *(scores.scores[f"{name}_{side[0]}"] for name in found.variables),
+                scores.of(side),
+            ]
+            assert list(line.get_ydata()) == own
+            assert line.get_marker() == symbol
+            assert (line.get_xdata() - list(places) > 0).all() == (side == "right")
+            assert line.get_color() == (COLOURS[side] if which == "walk" else RECORD_COLOUR)

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from report_run import build_run
+from seen_figures import bands, figure_of, forward, legend, lines
 
 from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import figures, grids, run_grids
@@ -51,13 +53,126 @@ def test_every_panel_of_a_run_has_record_walk_norm_and_events(run) -> None:
     assert {each.which for each in foot.curves} == {"record", "walk"}
 
 
-def test_the_strides_are_about_their_mean(run) -> None:
+def test_the_strides_are_about_their_mean_and_as_far_as_its_band(run) -> None:
+    """In the unit of the grid: most of each curve's strides are within a few SD of its mean."""
     _, (draws, _) = run
-    (rows,) = draws["forces"].args
-    for panel in rows[0]:
-        for each in panel.curves:
-            if each.strides is not None:
-                assert np.abs(each.strides.mean(axis=0) - each.mean).max() < 8.0  # of body weight
+    drawn_with = {"kinematics": 0, "kinetics": 0, "forces": 0}
+    for name in drawn_with:
+        (rows,) = draws[name].args
+        for each in (curve for row in rows for panel in row for curve in panel.curves):
+            if each.strides is not None and each.sd is not None:
+                drawn_with[name] += 1
+                far = np.abs(each.strides - each.mean)
+                assert np.median(far / (each.sd + 1e-3 * np.ptp(each.mean))) < 3.0
+                assert 0.2 * np.median(each.sd) <= each.strides.std(axis=0).mean() + 1e-9
+    assert min(drawn_with.values()) >= 4
+
+
+@pytest.mark.parametrize("name", ["kinematics", "kinetics", "forces"])
+def test_what_is_drawn_is_what_the_table_has(run, name) -> None:
+    """Curve by curve and side by side, with one SD, over 0 to 100 %."""
+    _, (draws, tables) = run
+    (rows,) = draws[name].args
+    head, *lines_of = (line.split(",") for line in tables[name].splitlines())
+    table = {key: np.array([float(c or "nan") for c in column]) for key, column in
+             zip(head, zip(*lines_of, strict=True), strict=True)}  # fmt: skip
+    kinds = {panel.kind for row in rows for panel in row if panel.name}
+    figure = figure_of(draws[name])
+    every = [panel for row in rows for panel in row]
+    assert len(figure.axes) == len(every)
+    for axes, panel in zip(figure.axes, every, strict=True):
+        if not panel.curves:
+            continue
+        assert forward(axes)
+        assert axes.get_title(loc="left") == grids.title(panel.name)
+        key = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
+        for curve in panel.curves:
+            recorded = curve.which == "record"
+            side = f"{key}_{curve.side[0]}"
+            column = table[f"{side}_{'record' if recorded else 'mean'}"]
+            np.testing.assert_allclose(column, curve.mean, rtol=1e-4, atol=1e-4)
+            colour = figures.RECORD_COLOUR if recorded else figures.COLOURS[curve.side]
+            width = figures.RECORD_WIDTH if recorded else figures.WALK_WIDTH
+            shown = [each[:, 1] for each in lines(axes, colour, width)]
+            assert any(np.array_equal(each, curve.mean) for each in shown)
+            if curve.sd is not None:
+                np.testing.assert_allclose(table[f"{side}_sd"], curve.sd, rtol=1e-4, atol=1e-4)
+        if panel.norm is not None:
+            np.testing.assert_allclose(
+                table[f"{key}_norm_mean"], panel.norm.mean, rtol=1e-4, atol=1e-4
+            )
+            np.testing.assert_allclose(table[f"{key}_norm_sd"], panel.norm.sd, rtol=1e-4, atol=1e-4)
+
+
+def test_a_panel_draws_each_number_in_its_place() -> None:
+    """Each side in its colour and with its own band of one SD, as the legend says."""
+    step = np.arange(101.0)
+    curves, size = [], {}
+    for number, (side, which) in enumerate(
+        (side, which) for side in figures.COLOURS for which in ("record", "walk")
+    ):
+        mean, sd = step**1.5 + 100.0 * number, 1.0 + 0.01 * step + number
+        size[side, which] = mean, sd
+        strides = mean + np.array([[-3.0], [2.0], [1.0]])
+        walked = which == "walk"
+        curves.append(
+            DrawnCurve(side, mean, sd if walked else None, strides if walked else None, which)
+        )
+    norm = Norm(500.0 - step, 20.0 + 0.1 * step, 41)
+    panel = Panel(
+        "moments/hip_flexion", tuple(curves), norm, {"right": 61.0, "left": 57.0},
+        {"right": [(10, 30)], "left": [(70, 90)]}, error="1 / 2",
+    )  # fmt: skip
+    figure = figure_of(lambda: grids.grid([[panel]], height=2.0, figure_name="a"))
+    (axes,) = figure.axes
+    assert forward(axes)
+    assert axes.get_ylabel() == "moment, Nm/kg"
+    assert axes.get_xlabel() == "% of gait cycle"
+    shown = legend(figure)
+    for (side, which), (mean, sd) in size.items():
+        handle = shown[f"{which}, {side}"]
+        colour, width = handle.get_color(), handle.get_linewidth()
+        assert colour == (figures.COLOURS[side] if which == "walk" else figures.RECORD_COLOUR)
+        assert (handle.get_linestyle() == "-") is (side == "right")
+        mine = [e for e in lines(axes, colour, width) if np.array_equal(e[:, 1], mean)]
+        assert len(mine) == 1
+        np.testing.assert_array_equal(mine[0][:, 0], step)
+        if which == "walk":
+            (band,) = bands(axes, colour)
+            np.testing.assert_allclose(band[:, 0], step[::2])
+            np.testing.assert_allclose(band[:, 1:].T, [(mean - sd)[::2], (mean + sd)[::2]])
+            (thin,) = lines(axes, colour, 0.35)
+            parts = thin[: 3 * 35].reshape(3, 35, 2)[:, :-1]
+            np.testing.assert_array_equal(parts[..., 0], np.tile(step[::3], (3, 1)))
+            np.testing.assert_allclose(
+                parts[..., 1] - mean[::3], [[-3.0] * 34, [2.0] * 34, [1.0] * 34]
+            )
+    (band,) = bands(axes, figures.BAND_COLOUR)
+    mean, sd = norm.mean[::2], norm.sd[::2]
+    np.testing.assert_allclose(band[:, 1:].T, [mean - sd, mean + sd])
+    short = {
+        (tuple(each.get_xdata()), each.get_color())
+        for each in axes.lines if len(each.get_xdata()) == 2 and each.get_color() in
+        figures.COLOURS.values()
+    }  # fmt: skip
+    assert short == {
+        ((61.0, 61.0), figures.COLOURS["right"]), ((57.0, 57.0), figures.COLOURS["left"]),
+        ((10, 30), figures.COLOURS["right"]), ((70, 90), figures.COLOURS["left"]),
+    }  # fmt: skip
+
+
+def test_a_burst_of_power_stands_where_it_is_on_its_own_side_of_zero() -> None:
+    (name, burst), (other, _) = (
+        next((n, b) for n, b in BURSTS.items() if b.sign == sign) for sign in (1, -1)
+    )
+    wave = 3.0 * np.sin(2 * np.pi * np.arange(101) / 100)
+    panel = Panel(
+        f"power/{burst.joint}", (DrawnCurve("right", wave),), bursts={name: 25, other: 75}
+    )
+    (axes,) = figure_of(lambda: grids.grid([[panel]], height=2.0, figure_name="a")).axes
+    places = {each.get_text(): each.xy for each in axes.texts}
+    assert places[name] == pytest.approx((25, 3.0))
+    assert places[other] == pytest.approx((75, -3.0))
 
 
 def test_the_tables_have_what_is_drawn(run) -> None:

@@ -13,6 +13,8 @@ import pytest
 from html_page import only_html, unpainted, without_figures
 from recording_summary import sample
 from report_run import build_run
+from verdict_words import PINNED, says
+from verdict_words import sides as sides_of
 
 from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings, load_configuration
@@ -71,6 +73,23 @@ def test_translations_repeat_values_and_elements(language: str) -> None:
         if message.id:
             for given, said in zip(forms(message.id), forms(message.string), strict=True):
                 assert sorted(PARTS.findall(given)) == sorted(PARTS.findall(said)), given
+
+
+@pytest.mark.parametrize("language", TRANSLATED)
+def test_the_words_of_verdicts_mean_what_they_say(language: str) -> None:
+    """Each by its meaning; sentences keep or fail a limit, and name sides, as the English do."""
+    stored = messages.catalogue(messages.LANGUAGES / f"{language}.po")
+    said = {text: translations(language).gettext(text) for text in PINNED[language]}
+    assert said == PINNED[language]
+    judged = 0
+    for message in stored:
+        if message.id:
+            for given, here in zip(forms(message.id), forms(message.string), strict=True):
+                assert sides_of(here, language) == sides_of(given, "en"), given
+                if len(given) < 150 and says(given, "en"):
+                    judged += 1
+                    assert says(here, language) == says(given, "en"), given
+    assert judged >= 15
 
 
 def test_a_catalogue_is_read_with_its_plurals() -> None:

@@ -10,9 +10,14 @@ import numpy as np
 import pytest
 from html_page import Page, an_hour_later, only_html, whole_pdf, without_figures
 from recording_summary import ANGLES, curves, sample
+from seen_figures import bands, figure_of, lines
+from verdict_words import LANGUAGES, headline, rows_of, says, word
 
+from gaitval.configuration import ReportSettings
+from gaitval.metrics.norms import Norm
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
+from gaitval.reporting.figures import COLOURS, WALK_WIDTH
 from gaitval.reporting.recording_report import (
     ConsistencyChange,
     Decision,
@@ -26,6 +31,7 @@ from gaitval.reporting.recording_report import (
     SpatiotemporalRow,
     write_recording_report,
 )
+from gaitval.reporting.recording_report import _drawings as recording_drawings
 from gaitval.scaling.segments import ScaledSegment
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} $x_{$ -->"
@@ -122,6 +128,36 @@ def test_every_section_says_what_the_summary_holds(page: Page) -> None:
 def test_failures_come_first(page: Page) -> None:
     verdicts = re.findall(r"passed|FAILED", page.text)
     assert verdicts == ["FAILED", "passed", "passed", "passed"]
+
+
+@pytest.mark.parametrize("failing", [False, True])
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_each_limit_is_said_to_be_what_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, failing: bool
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    gates = [
+        GateRow("Residual force, largest", 38.4, 25.0, "N", not failing, ""),
+        GateRow("Marker error, RMS", 1.21, 2.0, "cm", True, ""),
+        GateRow("Residual moment, RMS", 18.9, 50.0, "Nm", failing, "", applies=False),
+    ]
+    settings = ReportSettings(language=language)
+    write_recording_report(tmp_path, sample(gates=gates), settings=settings)
+    page = (tmp_path / "recording.html").read_text(encoding="utf-8")
+    rows = [each for each in rows_of(page) if len(each.cells) == 5 and "≤" in each.cells[2]]
+    states = ["FAILED" if failing else "passed", "passed", "not judged"]
+    assert [gate.state for gate in gates] == states
+    assert [each.cells[-1] for each in rows] == [word(each, language) for each in states]
+    assert [each.failed for each in rows] == [failing, False, False]
+    marks = [["fail" if failing else "pass"], ["pass"], []]
+    assert [[mark for mark, _ in each.marked] for each in rows] == marks
+    (sentence,) = [
+        said for said in (headline(page, which)[1] for which in range(page.count('"headline')))
+        if says(said, language)
+    ]  # fmt: skip
+    assert says(sentence, language) == ("failed" if failing else "kept")
+    assert re.findall(r"\d+", sentence) == (["1", "2"] if failing else ["2"])
 
 
 def test_markers_are_ordered_and_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -338,3 +374,89 @@ def test_of_several_trials_the_page_says_which_the_errors_are_of(
     assert "Of the first trial" not in page
     assert rest in page
     assert trial not in page
+
+
+def test_residuals_are_drawn_axis_by_axis_with_their_limits() -> None:
+    time = np.linspace(0.0, 1.0, 50)
+    force, moment = (np.outer(np.sin(time), [1.0, 2.0, 3.0]) + shift for shift in (0.0, 10.0))
+    figure = figure_of(
+        lambda: figures.residuals(
+            time, force, moment, force_limit=25.0, moment_limit=75.0, figure_name="a"
+        )
+    )
+    titles = ["Forward", "To the left", "Up", "About forward", "About left", "About up"]
+    assert [axes.get_title() for axes in figure.axes] == titles
+    for number, axes in enumerate(figure.axes):
+        values = (force, moment)[number // 3][:, number % 3]
+        (line,) = lines(axes)
+        np.testing.assert_array_equal(line.T, [time, values])
+        limit = (25.0, 75.0)[number // 3]
+        ends = {float(each.get_ydata()[0]) for each in axes.lines if len(each.get_xdata()) == 2}
+        assert ends == {0.0, limit, -limit}
+        assert axes.get_ylim()[0] < axes.get_ylim()[1]
+    labels = [figure.axes[n].get_ylabel() for n in (0, 3)]
+    assert labels == ["force, N", "moment, Nm"]
+
+
+def test_a_long_series_keeps_its_time() -> None:
+    time = np.linspace(2.0, 8.0, 6000)
+    one = np.column_stack([time, -time, time**2])
+    figure = figure_of(
+        lambda: figures.residuals(
+            time, one, one, force_limit=NAN, moment_limit=NAN, figure_name="a"
+        )
+    )
+    for number, axes in enumerate(figure.axes):
+        (band,) = bands(axes)
+        middle = 0.5 * (band[:, 1] + band[:, 2])
+        expected = np.interp(band[:, 0], time, one[:, number % 3])
+        np.testing.assert_allclose(middle, expected, atol=0.1)
+
+
+@pytest.mark.parametrize("factor", [1.0, 100.0])
+def test_every_recorded_curve_is_in_its_panel_with_its_sd_strides_and_norm(factor: float) -> None:
+    given = curves(ANGLES, 0.03)
+    strides = {
+        f"angles/{name}": mean + np.array([[0.1], [-0.1]]) for name, (mean, _) in given.items()
+    }
+    norm = {"angles/knee_angle": Norm(np.arange(101.0), np.ones(101), 3)}
+    rows = figures.curve_rows(
+        given, {"right": 0.6, "left": 0.7}, "angles", factor=factor, norms=norm, strides=strides,
+        layout=grids.KINEMATICS,
+    )  # fmt: skip
+    seen = {}
+    for panel in (panel for row in rows for panel in row if panel.curves):
+        assert panel.toe_off == pytest.approx({"right": 60.0, "left": 70.0})
+        assert (panel.norm is not None) is (panel.name == "angles/knee_angle")
+        for each in panel.curves:
+            name = f"{panel.name.partition('/')[2]}_{each.side[0]}"
+            seen[name] = each
+    assert seen.keys() == given.keys()
+    for name, each in seen.items():
+        mean, sd = given[name]
+        np.testing.assert_allclose(each.mean, factor * mean)
+        np.testing.assert_allclose(each.sd, factor * sd)
+        np.testing.assert_allclose(each.strides, factor * strides[f"angles/{name}"])
+
+
+@pytest.mark.parametrize("kind", ["angles", "moments", "forces"])
+def test_the_figures_of_an_import_have_the_unit_of_their_axis(kind: str) -> None:
+    """Angles from rad in degrees, forces from body weights in % of it."""
+    summary = sample()
+    figure = figure_of(recording_drawings(summary)["drawings"][kind])
+    factor = {"angles": 180.0 / np.pi, "moments": 1.0, "forces": 100.0}[kind]
+    given = getattr(summary, kind)
+    shown = 0
+    for axes in figure.axes:
+        title = axes.get_title(loc="left")
+        for name, (mean, sd) in given.items():
+            side = "right" if name.endswith("_r") else "left"
+            if title != grids.title(f"{kind}/{name[:-2]}"):
+                continue
+            (line,) = lines(axes, COLOURS[side], WALK_WIDTH)
+            np.testing.assert_allclose(line[:, 1], factor * mean)
+            (band,) = bands(axes, COLOURS[side])
+            np.testing.assert_allclose(band[:, 2], factor * (mean + sd)[::2])
+            shown += 1
+    assert shown == len(given)
+    assert figure.axes[0].get_ylabel() == grids.UNITS[kind]

@@ -11,7 +11,9 @@ import pytest
 import weasyprint
 from html_page import Page, an_hour_later, only_html, pdf_in_ci, whole_pdf, without_figures
 from report_run import build_run
+from seen_figures import figure_of, lines
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
+from verdict_words import LANGUAGES, headline, rows_of, says, word
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.coordinates import SIDES
@@ -25,6 +27,7 @@ from gaitval.number_text import number
 from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, stick_figures, tables
+from gaitval.reporting.catalogue import words
 from gaitval.reporting.report import within_text, write_report
 from gaitval.scaling.scaling import scale_subject
 
@@ -125,6 +128,87 @@ def test_failures_come_first_and_are_named(page, metrics):
     verdicts = verdicts[verdicts.index("FAILED") :]
     assert verdicts == sorted(verdicts)  # capitals sort first
     assert "acceptance criteria failed" in page.text
+
+
+def verdict_of(rows: list[dict]) -> str:
+    """The word of a limit by its rows in metrics.json."""
+    if not all(row["passed"] for row in rows):
+        return "FAILED"
+    return "goal reached" if all(row["reached"] for row in rows) else "passed"
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_limit_is_said_to_be_what_it_is(run_folder, tmp_path, monkeypatch, language, turned):
+    """In both tables and the headline, in words and in marks; `turned`: what failed is kept, what
+    was kept fails."""
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    stored = read_json(tmp_path / "metrics.json")
+    limits: dict[str, list[dict]] = {}
+    for row in stored["tolerances"]:
+        limits.setdefault(row["id"], []).append(row)
+    for rows in limits.values():
+        for row in rows if turned else ():
+            row["turned"] = verdict_of(rows) != "passed"
+    for row in stored["tolerances"] if turned else ():
+        row["passed"] = row.pop("turned")
+    write_json(tmp_path / "metrics.json", stored)
+    write_report(tmp_path, [f"report.language={language}"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    shown = rows_of(page)
+    known = words(language)
+    found = set()
+    for rows in limits.values():
+        title = rows[0]["title"] if known is None else known.of(rows[0]["title"])
+        expected = verdict_of(rows)
+        found.add(expected)
+        mark = "fail" if expected == "FAILED" else "pass"
+        table = [each for each in shown if len(each.cells) == 9 and each.cells[0] == title]
+        assert [each.cells[-1] for each in table] == [word(expected, language)] * (
+            rows[0]["role"] == "acceptance"
+        )
+        (sources,) = [
+            each for each in shown
+            if len(each.cells) == 4 and re.match(re.escape(title) + "[≤≥=]", each.cells[0])
+        ]  # fmt: skip
+        said = sources.marked[0][1]
+        assert says(said, language) == "failed" or said == word(expected, language), title
+        assert (says(said, language) == "failed") is (expected == "FAILED"), title
+        for each in (*table, sources):
+            assert (each.failed, each.marked[0][0]) == (mark == "fail", mark)
+    assert {"FAILED", "goal reached" if not turned else "passed"} <= found
+    counts = [
+        sum(verdict_of(rows) == "FAILED" for rows in limits.values() if rows[0]["role"] == role)
+        for role in ("acceptance", "context")
+    ]
+    marked, sentence = headline(page)
+    assert marked is (counts[0] > 0)
+    assert says(sentence, language) == "failed"
+    assert re.findall(r"\d+", sentence)[0] == str(counts[0])
+
+
+@pytest.mark.parametrize("fell", [False, True])
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_fall_is_called_a_fall(run_folder, tmp_path, monkeypatch, language, fell):
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    shutil.copytree(run_folder, tmp_path, dirs_exist_ok=True)
+    stored = read_json(tmp_path / "metrics.json")
+    starts = stored["walks"][stored["final"]]["starts"]
+    for start in starts:
+        start["fell"] = fell
+    stored["witness"]["fell"] = fell
+    write_json(tmp_path / "metrics.json", stored)
+    write_report(tmp_path, [f"report.language={language}"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    ends = {True: word("fell", language), False: word("walked to the planned end", language)}
+    rows = [each for each in rows_of(page) if each.cells and each.cells[-1] in ends.values()]
+    assert {each.cells[-1] for each in rows} == {ends[fell]}
+    assert {each.failed for each in rows} == {fell}
+    assert len(rows) >= len(starts)
+    assert (word("The walker falls there.", language) in page) is fell
 
 
 def test_a_person_among_the_controls_is_named_so_and_the_worse_side_comes_first(page, metrics):
@@ -568,3 +652,29 @@ def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, told, sub
     assert sentence in text
     assert ("Held-out trial even" in text) == ("holdout" not in told)
     assert "Nearest trial copied" in text
+
+
+def test_poses_are_drawn_from_the_right_at_their_percent_each_leg_in_its_colour():
+    positions = np.zeros((3, 31))
+    positions[:, 9] = [0.0, 0.5, 1.0]  # right knee
+    percent = np.array([0, 40, 80])
+    sticks = {
+        which: {name: points + 0.01 * number for name, points in
+                stick_figures.stick_figure(MODEL, positions).items()}
+        for number, which in enumerate(("record", "simulation"))
+    }  # fmt: skip
+    (axes,) = figure_of(lambda: stick_figures.pose_strip(sticks, percent)).axes
+    for name in ("right", "left"):
+        for place in range(3):
+            for which, colour in (
+                ("record", figures.RECORD_SHADE), ("simulation", figures.COLOURS[name]),
+            ):  # fmt: skip
+                points = sticks[which][name][place]
+                drawn = [each for each in lines(axes, colour) if len(each) == len(points)]
+                expected = np.column_stack([points[:, 0] + place, points[:, 2]])
+                assert any(np.allclose(each, expected) for each in drawn), (name, place, which)
+    assert [each.get_text() for each in axes.texts] == ["0 %", "40 %", "80 %"]
+    assert [each.get_position()[0] for each in axes.texts] == [0.0, 1.0, 2.0]
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert left < right
+    assert low < high

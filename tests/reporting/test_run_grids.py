@@ -5,6 +5,7 @@ import pytest
 from report_run import build_run
 
 from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting.figures import centre_of_mass
 from gaitval.reporting.run_grids import _recorded, figures, strides_of
@@ -20,12 +21,64 @@ def run(tmp_path_factory):
     return folder, subject, read_metrics(folder)
 
 
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory):
+    """Of a person with plates, whose sides differ."""
+    folder = tmp_path_factory.mktemp("walked")
+    build_run(folder)
+    return folder, load_subject(folder / "subject.toml"), read_metrics(folder)
+
+
 def test_without_plates_every_figure_is_there(run):
     folder, subject, metrics = run
     draws, tables = figures(metrics, subject, strides_of(folder, metrics))
     assert draws.keys() == {"curves", "kinematics", "kinetics", "forces"}
     assert "<svg" in draws["kinematics"]()
     assert all(tables.values())
+
+
+@pytest.mark.parametrize("name", ["curves", "kinematics", "kinetics", "forces"])
+def test_curves_are_those_of_the_metrics_of_their_own_side(walked, name):
+    """Of both sides, mean and SD, record and walk, in the unit of the grid."""
+    _, subject, metrics = walked
+    (rows,) = figures(metrics, subject, {})[0][name].args
+    checked = 0
+    for panel in (panel for row in rows for panel in row if panel.kind in KINDS):
+        curve = panel.name.partition("/")[2]
+        for drawn in panel.curves:
+            key = f"{curve}_{drawn.side[0]}"
+            if drawn.which == "record":
+                stored = metrics.record.curves.of(panel.kind).get(key)
+            else:
+                found = metrics.walk.curves.of(panel.kind).get(key)
+                stored = found and found.mean
+                if found:
+                    np.testing.assert_array_equal(drawn.sd, found.sd)
+            if stored:
+                checked += 1
+                np.testing.assert_array_equal(drawn.mean, stored)
+        stance = metrics.record.spatiotemporal
+        assert panel.toe_off == {
+            "right": 100 * stance.stance_fraction_right,
+            "left": 100 * stance.stance_fraction_left,
+        }
+    assert checked >= 12
+
+
+def test_strides_are_in_the_unit_of_their_mean(walked):
+    """Degrees, Nm/kg and % of body weight; those of a walk without noise are their mean."""
+    folder, _, metrics = walked
+    strides = strides_of(folder, metrics)
+    checked = dict.fromkeys(KINDS, 0)
+    for kind in KINDS:
+        for key, found in metrics.walk.curves.of(kind).items():
+            own, mean = strides[f"{kind}/{key}"], np.array(found.mean)
+            assert own.shape[1] == 101
+            size = np.abs(mean).max() + 5.0 * np.max(found.sd)
+            assert np.abs(own.mean(axis=0) - mean).max() < 0.5 * size + 1e-6, key
+            assert np.abs(own).max() > 0.5 * np.abs(mean).max(), key
+            checked[kind] += 1
+    assert min(checked.values()) >= 6
 
 
 def test_without_plates_angles_that_are_not_compared_are_shown_as_they_came(run):

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pikepdf
 import pytest
-from html_page import whole_pdf
+from html_page import only_html, whole_pdf, without_figures
 from report_run import build_run
+from verdict_words import LANGUAGES, headline, rows_of, says, word
 
-from gaitval.artefacts import write_json
+from gaitval.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms
@@ -180,6 +181,36 @@ def test_a_changed_source_is_noticed(folder: Path, page: Sheet) -> None:
     cell = next(c for c, _ in page.cells if c["data-from"] == "metrics.json#/summary/accepted")
     shown = next(t for c, t in page.cells if c is cell)
     assert str(sources.value(cell)) != shown
+
+
+@pytest.mark.parametrize("kept", [False, True])
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_sheet_says_what_failed_and_that_nothing_did(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, kept: bool
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    for name in ("subject.toml", "metrics.json"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    stored = read_json(tmp_path / "metrics.json")
+    for row in stored["tolerances"]:
+        row["passed"] |= kept
+    write_json(tmp_path / "metrics.json", stored)
+    write_report(tmp_path, [f"report.language={language}"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    marked, sentence = headline(page)
+    assert marked is not kept
+    assert says(sentence, language) == ("kept" if kept else "failed")
+    sheet_only = page[: page.index("</section>")]
+    assert 'class="verdict"' in sheet_only if kept else 'class="verdict bad"' in sheet_only
+    decide = [each.failed for each in rows_of(sheet_only) if word("decides", language) in
+              [said for _, said in each.marked]]  # fmt: skip
+    failed = {row["id"] for row in stored["tolerances"]
+              if row["role"] == "acceptance" and not row["passed"]}  # fmt: skip
+    assert decide == [True] * len(failed)
+    nothing = [e for e in rows_of(sheet_only) if len(e.cells) == 1 and says(e.cells[0], language)]
+    assert bool(nothing) is kept
+    assert all(says(each.cells[0], language) == "kept" for each in nothing)
 
 
 def test_few_words_stand_before_the_first_curve(page: Sheet) -> None:

@@ -1,0 +1,100 @@
+"""What the terminal says of limits, and the exit code beside it."""
+
+import io
+import re
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from report_run import build_run
+from typer.testing import CliRunner
+
+from gaitval.artefacts import read_json, write_json
+from gaitval.cli import study
+from gaitval.metrics.results import read_metrics
+from gaitval.reporting.recording_report import GateRow
+from gaitval.terminal import display
+from gaitval.terminal.app import app
+
+Change = Callable[[list[dict[str, Any]]], None]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    build_run(folder)
+    return folder
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+    text = io.StringIO()
+    for name in ("output", "messages"):
+        monkeypatch.setattr(display, name, display.Terminal(file=text, width=240))
+    return text
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_the_verdict_of_a_walk_and_its_exit_code(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: io.StringIO, kept: bool
+) -> None:
+    stored = read_json(run / "metrics.json")
+    rows = stored["tolerances"]
+    for row in rows:
+        row["passed"] |= kept
+        row["reached"] = row["reached"] and row["passed"]
+    refused = [row for row in rows if row["role"] == "acceptance" and not row["passed"]]
+    stored["summary"] |= {"refused": len(refused)}
+    write_json(tmp_path / "metrics.json", stored)
+    monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
+    done = CliRunner().invoke(app, ["validate", "S05", "--out", str(tmp_path), "--all"])
+    assert done.exit_code == (0 if kept else 1)
+    lines = (done.output + said.getvalue()).splitlines()
+    table = [
+        [cell.strip() for cell in line.split("│")[1:-1]] for line in lines if line.startswith("│")
+    ]
+    words = {True: "goal", False: "pass"}
+    expected = [words[bool(row["reached"])] if row["passed"] else "fail" for row in rows]
+    assert [cells[-1] for cells in table if cells[-1]] == expected
+    said.truncate(0)
+    display.print_verdict(read_metrics(tmp_path))
+    shown = [
+        line
+        for line in said.getvalue().splitlines()
+        if ", limit " in line and " narrow" not in line
+    ]
+    assert shown
+    assert all((", passed" in line) is kept and (" failed. " in line) is not kept for line in shown)
+    sentence = re.search(
+        r"(?:All )?\d.* acceptance limits (\w+);.* context limits (\w+)", said.getvalue()
+    )
+    assert sentence
+    assert set(sentence.groups()) == {"passed" if kept else "failed"}
+    assert ("All " in sentence[0]) is kept
+
+
+def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, said: io.StringIO) -> None:
+    rows = [
+        GateRow("kept one", 1.0, 2.0, "cm", True, ""),
+        GateRow("kept two", 1.0, 2.0, "cm", True, ""),
+        GateRow("broken", 3.0, 2.0, "cm", False, "", remedy="look there"),
+        *[GateRow(f"open {n}", 3.0, 2.0, "N", False, "", applies=False) for n in range(3)],
+    ]
+    monkeypatch.setattr("gaitval.importing.summary.limit_rows", lambda found: rows)
+    monkeypatch.setattr("gaitval.importing.summary.scaling_methods", lambda found: [])
+    monkeypatch.setattr("gaitval.importing.summary.spatiotemporal_rows", lambda trials: [])
+    found: Any = SimpleNamespace(
+        weight_ratio=None, request=SimpleNamespace(identifier="S"), trials=()
+    )
+    display.print_import_verdict(found)
+    assert "Limits: 2 passed, 1 FAILED, 3 not judged" in said.getvalue()
+    failed = [line for line in said.getvalue().splitlines() if line.startswith("FAILED")]
+    assert failed == ["FAILED: broken: 3 cm, limit 2 cm: look there."]
+    said.truncate(0)
+    display.print_import(found)
+    lines = said.getvalue().splitlines()
+    for row in rows:
+        (line,) = [each for each in lines if row.name in each]
+        assert row.state in line
