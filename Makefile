@@ -4,18 +4,19 @@ BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 S ?= 5
 OUT ?=
 SET ?=
+TOPIC ?=
 SLOW ?=
 PYTEST_ARGS ?=
 
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench speed general held-out identification ablation paper wheel audit clean
+.PHONY: help setup subject test lint docs baseline tables check bench claims translated general held-out paper wheel audit clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
 	@echo
-	@sed -n 's/^\([a-z]*\):.*## /  make \1|/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-16s %s\n", $$1, $$2}'
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1|/p' $(MAKEFILE_LIST) | awk -F'|' '{printf "%-16s %s\n", $$1, $$2}'
 	@echo
 	@echo 'Examples: make subject S=5'
 	@echo '          make subject S=5 SCRATCH=1 OUT=/tmp/S05'
@@ -51,10 +52,9 @@ baseline: setup ## Make the finished run of subject S its stored baseline (polic
 	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT) --to $(shell printf 'reports/S%02d' $(S))/baseline)
 	@$(BIN)/python docs/build/accuracy_tables.py
 
-tables: setup ## Write the accuracy tables of the READMEs, and the figures that reports cite
+tables: setup ## Write the accuracy tables of the READMEs
 	@$(BIN)/python docs/build/accuracy_tables.py
 	@$(BIN)/python docs/build/recording_tables.py
-	@$(BIN)/python docs/build/credibility_figures.py
 
 check: setup ## Walk the stored policy of subject S again and compare with its stored metrics
 	@$(BIN)/gaitval check --baseline $(shell printf 'reports/S%02d' $(S))/baseline
@@ -62,35 +62,23 @@ check: setup ## Walk the stored policy of subject S again and compare with its s
 bench: setup ## Speed against peers, as ratios within one run
 	@$(BIN)/pytest benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,rounds
 
-speed: setup ## Write the tables of docs/speed.md (6 min on an otherwise idle machine); JAX=PYTHON
-	@mkdir -p .benchmarks
-	@$(BIN)/pytest benchmarks/test_physics_step.py --benchmark-enable --benchmark-only --benchmark-json=.benchmarks/physics_step.json -q
-	@$(BIN)/python docs/build/speed_tables.py ratios .benchmarks/physics_step.json
-	@$(BIN)/python docs/build/speed_tables.py profile
-	@$(BIN)/python docs/build/speed_peers.py $(if $(JAX),--jax $(JAX))
-	@$(BIN)/python docs/build/speed_tables.py trainings
-	@$(BIN)/python docs/build/speed_tables.py steps
-	@$(BIN)/python docs/build/speed_tables.py steered
+claims: setup ## Measure what a release is held to (TOPIC="speed accuracy", or all), and its page
+	@$(BIN)/python -m claims $(TOPIC)
+	@$(BIN)/python -m claims --page
+
+translated: setup ## Before a release: texts that German and Portuguese pages lack
+	@$(BIN)/python scripts/messages.py --check
+	@$(BIN)/pytest -q -n 0 tests/reporting/release_languages.py
 
 general: setup ## Train the general policy of reports/general, which trainings start from (65 min)
 	@$(BIN)/python -m experiments.general_policy --out reports/general-first
 	@$(BIN)/python -m experiments.general_policy --start reports/general-first --samples 24000000
 	@$(BIN)/python -m experiments.slow_policy
 
-held-out: setup ## Run all walks that know only a part of the record (2 h), and their tables
+held-out: setup ## Run all walks that know only a part of the record (2 h), which claims are read from
 	@$(BIN)/python -m experiments.held_out_runs holdout
 	@$(BIN)/python -m experiments.held_out_runs kinematics
 	@$(BIN)/python -m experiments.held_out_runs halves ../shared/data
-	@$(BIN)/python -m evidence held_out
-
-identification: setup ## Identify virtual people and the built-in ones (20 min), and the tables
-	@$(BIN)/python -m experiments.virtual_people --people 40
-	@$(BIN)/python -m experiments.real_people
-	@$(BIN)/python -m evidence identification
-
-ablation: setup ## Train what docs/learning.md compares, where it is not trained yet (3 h), and its table
-	@$(BIN)/python -m experiments.ablation run
-	@$(BIN)/python -m experiments.ablation table
 
 paper: setup ## Every figure of the paper from our own data, and what agrees (3 min), into paper/; OUT=
 	@$(BIN)/python -m experiments.paper.figures $(if $(OUT),--out $(OUT))

@@ -10,7 +10,7 @@ import opensim
 from against_opensim import AgainstOpenSim, Trial
 from opensim_peer import inverse_dynamics_tool, read_table, run
 
-from evidence.opensim_motion import read_motion
+from claims.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage

@@ -13,7 +13,7 @@ left leg that is 20 to 30 mm longer or shorter; the others' legs differ as peopl
 identified with a range-of-motion trial. At the end the first `WALKED` of them walk with the general
 policy, as scaled, as identified and with their true body. Writes
 `reports/identification/harsh.json` after every person; interrupted, the same command resumes.
-`evidence/identification/strangers.py` makes rows of it.
+`claims/identification.py` reads it.
 """
 
 import argparse
@@ -24,8 +24,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from experiments.real_people import as_scaled, fit_of
-from experiments.virtual_people import person_of, walked
+from experiments.bodies import as_scaled, fit_of, person_of, walked
 from gaitval.apps.virtual.harsh import HarshPerson, harsh_person
 from gaitval.apps.virtual.range_of_motion import functional_legs
 from gaitval.artefacts import read_json, versions, write_json

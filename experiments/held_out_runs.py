@@ -5,7 +5,7 @@
     python -m experiments.held_out_runs halves ../shared/data # WBDS01's raw T01; then a half's
 
 Writes `reports/held_out/KIND/NAME.json`: errors of the walk and of predictions without a model.
-Interrupted, the same command resumes. `evidence/held_out.py` makes tables of them.
+Interrupted, the same command resumes. `claims/held_out.py` and `claims/prediction.py` read them.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from evidence import STARTED
+from claims.rows import STARTED
 from gaitval.artefacts import read_json, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject

@@ -6,7 +6,7 @@ Each subject is scaled by stature alone, and by markers. For each seed, a policy
 general one with the body as scaled, and another with the body that the record identifies, in the
 same way and for as many samples; both walk from eight starts without correction, and are compared
 with the record. Writes `reports/identification/ablation.json`; what is there already is not trained
-again. `evidence/identification/bodies.py` makes a table and a picture of it.
+again. `experiments/paper` draws it.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.real_people import fit_of
+from experiments.bodies import fit_of
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evidence.marked_table import with_table
+from claims.marked_table import with_table
 from gaitval.artefacts import write_text
 from gaitval.datasets.subject_file import BUILTIN, load_subject
 from gaitval.reference.plates import PlateEvidence, common_shift, plate_corrections, plate_evidence

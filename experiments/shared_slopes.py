@@ -2,7 +2,7 @@
 
 It says how walks of the general policy answer to changes of their reference (`slopes.py` there). It
 is measured on adults of ANSUR II and children of the WHO's growth reference, drawn as those of
-`python -m evidence seconds strangers` are, but with another seed: nobody of them is in a table of
+`python -m claims walking.strangers` are, but with another seed: nobody of them is in a table of
 the project. Each of them walks every change of the reference once.
 
     python -m experiments.shared_slopes measure --work FOLDER    # 50 people, 9 min; goes on
@@ -23,9 +23,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from safetensors.numpy import save_file
 
-from evidence import DATA, ROOT
-from evidence.marked_table import with_table
-from evidence.seconds import adults, drawn_stranger, task_of
+from claims.given import DATA, ROOT
+from claims.marked_table import with_table
+from claims.walking import adults, drawn_stranger, task_of
 from gaitval.arrays import Array
 from gaitval.artefacts import (
     read_json,
@@ -225,7 +225,7 @@ def main() -> None:
     parser.add_argument("what", choices=("measure", "write", "compare"))
     parser.add_argument("--work", type=Path, required=True, help="folder of the slopes")
     parser.add_argument("--people", type=int, default=50, help="default: %(default)s")
-    parser.add_argument(DATA.name, **DATA.settings)
+    parser.add_argument("--data", type=Path, default=DATA, help="folder of the raw data")
     arguments = parser.parse_args()
     arguments.work.mkdir(parents=True, exist_ok=True)
     if arguments.what == "write":

@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from evidence.seconds import falls
+from claims.walking import falls
 from experiments.general_policy import TARGET as GENERAL
 from experiments.general_policy import printed, train_general
 from gaitval.apps.virtual.person import drawn_parameters, of_another_size

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evidence.anybody.patients import HEALTHY, SPEEDS, tables, true_moments
+from claims.patients import HEALTHY, SPEEDS, tables, true_moments
 from experiments.shipped import csv_text, parser_of, ship
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.records import Patient, two_sided

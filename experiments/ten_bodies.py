@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.real_people import as_scaled, fit_of
+from experiments.bodies import as_scaled, fit_of
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.datasets.subject import Subject

@@ -3,14 +3,17 @@
 `python scripts/messages.py` brings every catalogue in `gaitval/reporting/languages` up to date: new
 texts are added without a translation, those that no page has any more are removed. Texts that come
 with the results (labels of figures, credibility) are listed in `gaitval/reporting/texts.txt`, where
-`%(name)s` stands for a part that is translated in its turn; `tests/reporting/test_languages.py`
+`%(name)s` stands for a part that is translated in its turn; `tests/reporting/release_languages.py`
 writes a report and names those that are missing. Titles, notes and remedies of limits are read
-from `tolerances.toml`. A new language begins with `python scripts/messages.py --new fr`.
+from `tolerances.toml`. A text without a translation is shown
+in English; `--check` names those before a release (`make translated`). A new language begins with
+`python scripts/messages.py --new fr`.
 """
 
 import argparse
 import io
 import os
+import sys
 import tomllib
 from pathlib import Path
 from typing import Final
@@ -117,11 +120,34 @@ def _dateless(text: bytes) -> bytes:
     return b"".join(line for line in text.splitlines(True) if not line.startswith(changing))
 
 
+def lacking(texts: Catalog) -> int:
+    """Print which of the texts each catalogue lacks or has no translation of, and those that no
+    page has; their number.
+    """
+    wanted, count = {message.id for message in texts if message.id}, 0
+    for path in sorted(LANGUAGES.glob("*.po")):
+        stored = {message.id: message for message in catalogue(path) if message.id}
+        empty = [key for key, each in stored.items() if not each.string or not all(each.string)]
+        for word, found in (
+            ("lacks", wanted - stored.keys()),
+            ("is of no page", stored.keys() - wanted),
+            ("has no translation", empty),
+        ):
+            count += len(found)
+            for text in found:
+                print(f"{path.name}: {word}: {text}")
+    return count
+
+
 def main() -> None:
     """Bring the catalogues up to date."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--new", metavar="CODE", help="begin the catalogue of a language")
-    new = parser.parse_args().new
+    parser.add_argument("--check", action="store_true", help="change nothing; exit 1 if some lack")
+    given = parser.parse_args()
+    if given.check:
+        sys.exit(1 if lacking(all_texts()) else 0)
+    new = given.new
     paths = sorted(LANGUAGES.glob("*.po")) + ([LANGUAGES / f"{new}.po"] if new else [])
     texts = all_texts()
     for path in paths:

@@ -4,14 +4,13 @@ import ast
 from pathlib import Path
 
 import pytest
-
-from evidence.attack import OWN, readers, readers_in
+from file_readers import OWN, readers, readers_in
 
 
 def test_every_reader_is_behind_the_gate():
     outside = [each for each in readers() if not each.gated]
     assert not outside, (
-        "read it by gaitval.file_gate, or say in OWN of evidence/attack.py whose it is:\n"
+        "read it by gaitval.file_gate, or say in OWN of support/file_readers.py whose it is:\n"
         + "\n".join(f"{each.place} (line {each.line}): {each.call}" for each in outside)
     )
 

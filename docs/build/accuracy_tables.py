@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from evidence.marked_table import with_table
-from evidence.skill_interval import skill_interval
+from claims.marked_table import with_table
+from claims.skill_interval import skill_interval
 from gaitval.metrics.learning_gain import NEEDED, RULE, LearningGain
 from gaitval.metrics.policy_comparison import push_limit
 from gaitval.metrics.tolerances import Verdict

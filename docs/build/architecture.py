@@ -16,7 +16,7 @@ from pathlib import Path
 
 import grimp
 
-from evidence.marked_table import with_table
+from claims.marked_table import with_table
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "gaitval"

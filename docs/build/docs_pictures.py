@@ -24,7 +24,7 @@ from typing import Any, Final
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from evidence.browser import FLAGS, LACKING, program
+from claims.browser import FLAGS, LACKING, program
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
 LARGEST: Final = 150_000

@@ -216,7 +216,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
     from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table
     from opensim_peer import run as run_tool
 
-    from evidence.opensim_motion import read_motion
+    from claims.opensim_motion import read_motion
     from gaitval.configuration import Configuration, ContactSettings
     from gaitval.importing.write import FOLDER as EXPORT
     from gaitval.importing.write import write_import

@@ -1,7 +1,6 @@
 """Every figure of the paper from our own data, and a page that says what agrees.
 
     python -m experiments.paper.figures --out paper            # 2 to 3 minutes; `make paper`
-    python -m experiments.paper.figures --out paper --evidence # also a row of evidence/report.csv
 
 The paper: V. Kumar, Modelling Human Kinetics and Kinematics during Walking using Reinforcement
 Learning. The stored policy of the subject walks as scaled and as identified, and is pushed; the
@@ -27,7 +26,6 @@ import matplotlib
 from markupsafe import Markup
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-import evidence
 from experiments.paper import claims as claims
 from experiments.paper import data as paper_data
 from experiments.paper import drawings as drawings
@@ -38,17 +36,6 @@ from gaitval.reporting.drawing import SETTINGS, svg
 HERE = Path(__file__).resolve().parent
 SUBJECT = "S05"
 PIXELS_PER_INCH = 200
-MEASURES = {
-    "*": {
-        "code": (
-            "experiments/paper/claims.py",
-            "experiments/paper/data.py",
-            "experiments/paper/drawings.py",
-            "experiments/paper/figures.py",
-        )
-    },
-}
-"""What the rows depend on; see evidence/stale.py."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +181,6 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=paper_data.ROOT / "paper")
     parser.add_argument("--data", type=Path, default=data_folder())
     parser.add_argument("--subject", default=SUBJECT, choices=("S02", "S05", "S08"))
-    parser.add_argument("--evidence", action="store_true")
     arguments = parser.parse_args()
     began = time.monotonic()
     baseline = paper_data.REPORTS / arguments.subject / "baseline"
@@ -204,12 +190,6 @@ def main() -> None:
         print(f"figure {figure.number}: {figure.title}: {figure.verdict}")
     seconds = time.monotonic() - began
     print(f"{arguments.out / 'index.html'}, {seconds:.0f} s")
-    if arguments.evidence:
-        row = evidence.Row(
-            "figures of the paper reproduced from data by one command",
-            complete(arguments.out, found), "figures", ">=", 7, 7, 7,
-        )  # fmt: skip
-        evidence.write("report", [row], "python -m experiments.paper.figures --evidence")
 
 
 if __name__ == "__main__":

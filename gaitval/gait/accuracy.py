@@ -1,6 +1,6 @@
 """How close a motion should stay to each recorded quantity.
 
-The numbers are chosen by the walks of `experiments/fit_weights.py`, not by the fits: forces that
+The numbers are chosen by walks (docs/notebook/experiments.md), not by fits: forces that
 are held more tightly give nearer references, which walkers follow less well.
 """
 

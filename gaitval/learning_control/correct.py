@@ -62,7 +62,7 @@ _SHARES = (1.0, 0.7, 0.4)
 TO_RECORD, TO_ESTIMATE = 0.3, 1.0
 """Of the way, with the person's own kinetics, which contradict one another, and with estimated
 ones, which do so less. Chosen by walks of people that no table contains
-(experiments/correction_target.py)."""
+(docs/notebook/experiments.md)."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
 

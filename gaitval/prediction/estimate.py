@@ -40,7 +40,7 @@ BAND: Final = 0.9
 """Share of people whose curve the band around an estimate is to contain, at each percent."""
 WIDER_ELSEWHERE: Final = np.array([[2.5], [1.5], [2.1], [1.6], [1.3], [1.5], [1.1]])
 """By how much the bands of `KINETICS` are wider for people of another laboratory: recordings of
-others with plates, imported without them, need it (`python -m evidence fit seen --from FOLDER`)."""
+others with plates, imported without them, need it (`python -m claims prediction.seen`)."""
 
 
 class Lever(NamedTuple):

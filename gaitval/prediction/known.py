@@ -52,7 +52,7 @@ PREDICTED_ACCURACY: Final = RecordAccuracy(
     vertical_force=0.006,
 )
 """Of a record that is predicted from other trials: a fifth to a third of the prediction's own
-errors, so that the fit adds little to them (experiments/predicted_fits.py)."""
+errors, so that the fit adds little to them (docs/notebook/experiments.md)."""
 
 
 class Told(NamedTuple):

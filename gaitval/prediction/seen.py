@@ -3,7 +3,7 @@
 What is expected of anybody has the double support of anybody. Of a person without plates the import
 knows when the feet land and leave; and the total of both forces is the acceleration of the centre
 of mass (Newton's law), for which no law of load transfer is needed. What both are worth:
-`python -m evidence fit seen --from FOLDER`.
+`python -m claims prediction.seen`.
 """
 
 from dataclasses import replace

@@ -1,27 +1,24 @@
-"""What a reviewer asks beside the checklist: figures that the project, not the run, has measured,
-and what a report was made from: the date of the run, the code, and the hash of every file.
-
-Every figure names the file and the place that it was read from (a JSON pointer, RFC 6901).
+"""What a report was made from: the date of the run, the code, and the hash of every file; and what
+the release that made it was measured for.
 """
 
-import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from gaitval.artefacts import file_hash, read_json
 from gaitval.build_info import minute_of
 from gaitval.errors import ArtefactError
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import OpenResult
 from gaitval.reporting.facts import shown
 from gaitval.simulation.rollout import Rollout
 
-EVIDENCE: Final = "evidence.toml"
-"""Figures measured by the project, not the run; docs/build/credibility_figures.py writes them. A
-copy is put beside each report, so that its links work wherever gaitval is installed."""
+CLAIMS: Final = "claims.csv"
+"""What the project, not the run, has measured of this release: a row a figure, with its number of
+cases, commit, date and machine. `python -m claims --page` writes it. A copy is put beside each
+report, so that its link works wherever gaitval is installed."""
 
 PROVENANCE: Final = "provenance.json"
 
@@ -35,50 +32,9 @@ FILES: Final = (
 and `provenance.json` hold times, so that equal runs differ in them; they are not listed."""
 
 
-class ProjectFigure(OpenResult):
-    """A row of `evidence.toml`: what the project has measured, and where the data are."""
-
-    part: str
-    what: str
-    value: float
-    unit: str
-    source: str
-    date: str
-    n: int | None = None
-    commit: str | None = None
-
-
-class ProjectRow(NamedTuple):
-    """A figure of the project as it is printed: `pointer` is its place in `EVIDENCE`."""
-
-    what: str
-    text: str
-    pointer: str
-    note: str
-
-
-def project_rows() -> dict[str, list[ProjectRow]]:
-    """The figures of the project by part: verification, validation, uncertainty and so on."""
-    found: dict[str, list[ProjectRow]] = {}
-    for key, table in tomllib.loads(evidence_text())["figure"].items():
-        figure = ProjectFigure.model_validate(table)
-        cases = "" if figure.n is None else f"{figure.n} cases, "
-        commit = "" if figure.commit is None else f", commit {figure.commit}"
-        # evidence in a folder past/ has not been measured again by later versions
-        since = ", not since" if "/past/" in figure.source else ""
-        row = ProjectRow(
-            figure.what[0].upper() + figure.what[1:],
-            f"{figure.value:.4g} {figure.unit if figure.unit != '1' else ''}".strip(),
-            f"/figure/{key}/value",
-            f"{figure.source}, {cases}{figure.date}{commit}{since}.",
-        )
-        found.setdefault(figure.part, []).append(row)
-    return found
-
-
-def evidence_text() -> str:
-    """The figures of the project, as shipped with the package."""
-    return resources.files("gaitval.reporting").joinpath(EVIDENCE).read_text("utf-8")
+def claims_text() -> str:
+    """The figures of the release, as shipped with the package."""
+    return resources.files("gaitval.reporting").joinpath(CLAIMS).read_text("utf-8")
 
 
 def beside_metrics(folder: Path, metrics: Metrics) -> dict[str, str]:

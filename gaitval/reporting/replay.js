@@ -17,8 +17,7 @@
     player.hidden = true;
     find(".replay-message").hidden = false;
   };
-  /* Whether the picture is drawn without a graphics card, where smooth edges cost more than all else
-     (measured by evidence/report/replay.py). */
+  /* Whether the picture is drawn without a graphics card, where smooth edges cost more than all else. */
   function drawnSlowly() {
     const probe = document.createElement("canvas").getContext("webgl2");
     const told = probe?.getExtension("WEBGL_debug_renderer_info");

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+import gaitval
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
@@ -417,8 +418,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "provenance": before,
         "dates": credibility.dates(before),
         "hashes": credibility.hashes(folder),
-        "project": credibility.project_rows(),
-        "evidence_file": credibility.EVIDENCE,
+        "claims_file": credibility.CLAIMS,
+        "version": gaitval.__version__,
         "checks": checklist.checklist(metrics, credibility.beside_metrics(folder, metrics)),
         "not_done": checklist.NOT_DONE,
         "pushes": metrics.push_recovery,
@@ -440,7 +441,7 @@ def _configuration(folder: Path, asked: Sequence[str] = ()) -> Configuration:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, `evidence.toml`, which they cite,
+    """Write `report.html` and `report.pdf` of a run `folder`, `claims.csv`, which they cite,
     and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
@@ -449,7 +450,7 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     `metrics.json` is missing or an input is damaged, SubjectError if `subject.toml` cannot be used.
     """
     context = _context(folder)
-    write_text(folder / credibility.EVIDENCE, credibility.evidence_text())
+    write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
     looks = _configuration(folder, settings).report
     write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS)

@@ -70,7 +70,7 @@ ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
 """Of an estimate: about a quarter of how far estimates of others are off in each quantity. They are
 nearer to the truth than the kinetics of a motion within a degree of the recorded angles, so the
 angles give way. Its moments are about the hip centres of the people that it is learned from, so
-these are looked for. Sets that were tried: experiments/estimated_fits.py."""
+these are looked for. Sets that were tried: docs/notebook/experiments.md."""
 _UNITS: Final = {"moments": "Nm/kg", "forces": "% BW"}
 _JOINTS: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 _COLOURS: Final = {"right": "#0072b2", "left": "#d55e00"}

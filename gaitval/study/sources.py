@@ -31,7 +31,7 @@ DATA: Final = {
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.checklist": ("reporting/checklist.toml",),
-    "gaitval.reporting.credibility": ("reporting/evidence.toml",),
+    "gaitval.reporting.credibility": ("reporting/claims.csv",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
     "gaitval.reporting.replay": ("reporting/vendor/*",),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),

@@ -865,7 +865,7 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the folder of `run` → report.html, report.pdf and the cited evidence.toml."""
+    """Everything in the folder of `run` → report.html, report.pdf and the cited claims.csv."""
 
     def report() -> None:
         from gaitval.reporting.report import write_report
@@ -890,5 +890,5 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             *(name for each in body_stages(run) for name in each.outputs),
         ),
-        outputs=("report.html", "report.pdf", "evidence.toml"),
+        outputs=("report.html", "report.pdf", "claims.csv"),
     )

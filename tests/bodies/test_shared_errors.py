@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from experiments.skin_width import WIDTHS, with_widths
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification import shared_errors
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.shared_errors import NAMES, NARROWER, SKIN, SharedFit, identified
+from gaitval.identification.shared_errors import NAMES, SharedFit, identified
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import weighted_laws
@@ -121,22 +120,3 @@ def test_a_belt_that_runs_fast_and_a_small_hip_move_the_leg_by_less_than_one_sd(
     lengths = slice(3, 5)
     moved = (again.posterior.mean - found.posterior.mean)[lengths]
     assert np.abs(moved / found.posterior.sd[lengths]).max() < 1.0
-
-
-def test_likelihoods_with_other_widths_are_those_of_gaussians():
-    from scipy.stats import multivariate_normal
-
-    random, size = np.random.default_rng(3), len(NAMES) + 3
-    slopes, record = random.normal(size=(30, size)), random.normal(size=30)
-    covariance = np.linalg.inv(slopes.T @ slopes + np.eye(size))
-    weights = np.eye(size)[0]
-    logs, left = with_widths(covariance @ slopes.T @ record, covariance, np.ones(size), weights)
-    expected = []
-    for width in WIDTHS:
-        prior = np.ones(size)
-        prior[3 : 3 + 2 * len(SKIN)] = (width / NARROWER) ** 2
-        spread = slopes @ np.diag(prior) @ slopes.T + np.eye(30)
-        expected.append(multivariate_normal(np.zeros(30), spread).logpdf(record))
-    np.testing.assert_allclose(np.diff(logs), np.diff(expected), atol=1e-3)
-    assert left[WIDTHS.index(NARROWER)] == pytest.approx(np.sqrt(covariance[0, 0]))
-    assert np.all(np.diff(left) < 0.0)

@@ -1,5 +1,5 @@
 """Ways in which others of the same machine, or forged results, might run a program as whoever runs
-a cohort, or be believed. Each test is one way; `python -m evidence attack cohort` counts them."""
+a cohort, or be believed. Each test is one way; `python -m claims robustness.attacks` counts."""
 
 import json
 import os

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from evidence.page import angles_in_mujoco
+from claims.agreement.exports import angles_in_mujoco
 from gaitval.apps.export import walk as plain
 from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
 from gaitval.apps.export.walked import Walked

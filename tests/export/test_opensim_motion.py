@@ -15,7 +15,7 @@ from opensim_peer import (
 )
 from scipy.spatial.transform import Rotation
 
-from evidence.opensim_motion import read_motion
+from claims.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError

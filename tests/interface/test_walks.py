@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
+from unrecorded_verdicts import expected
 
 import gaitval as gv
-from evidence.unrecorded_verdicts import expected
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, PolicyError, RecordError, SubjectError
 from gaitval.interface import walks

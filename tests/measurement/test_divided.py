@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_recording import BELTS, LANDMARKS, SPEED, walk
 
-from evidence.measurement.one_plate import as_one, errors
+from claims.measurement.one_plate import as_one, errors
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evidence.measurement.planting import faults
+from claims.measurement.planting import faults
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import ConfigurationError
 from gaitval.importing.importing import work_out

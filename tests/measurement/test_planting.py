@@ -1,6 +1,6 @@
 """Sizes that are drawn: as many as in the list, by their seed, none smaller than a fault."""
 
-from evidence.measurement.planting import Sizes, drawn_sizes, faults
+from claims.measurement.planting import Sizes, drawn_sizes, faults
 
 
 def test_drawn_faults_are_as_many_of_each_cause_and_those_of_their_seed():

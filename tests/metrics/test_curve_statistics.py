@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from evidence.report.curve_statistics import smooth_curves
+from claims.agreement.curve_statistics import smooth_curves
 from gaitval.metrics.curve_statistics import (
     one_sample_test,
     random_field_threshold,
@@ -146,7 +146,7 @@ def test_shapes_that_do_not_fit_are_named():
 def test_spm1d_finds_the_same_thresholds(width, paired):
     """Both draw 2000 permutations at random, which leaves each threshold an SD of about 1 %."""
     spm1d = pytest.importorskip("spm1d")
-    from evidence.report.curve_statistics import Case, thresholds
+    from claims.agreement.curve_statistics import Case, thresholds
 
     assert spm1d.__version__ >= "0.4.55"
     case = Case("", smooth_curves(14, width, 11), smooth_curves(14, width, 12), paired)

@@ -14,7 +14,7 @@ from PIL import Image
 from report_run import build_run
 from synthetic_walk import MODEL
 
-from evidence.browser import FLAGS
+from claims.browser import FLAGS
 from gaitval.artefacts import read_arrays, read_json
 from gaitval.metrics.results import read_metrics
 from gaitval.model.body import SEGMENTS

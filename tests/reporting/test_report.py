@@ -77,7 +77,7 @@ def test_the_page_is_whole_and_needs_nothing_else(page, html, run_folder):
     assert not {"link", "iframe", "object"} & set(page.tags)
     inside = [link for link in page.links if link.startswith(("#", "data:text/csv;"))]
     beside = {link.partition("#")[0] for link in page.links if link not in inside}
-    assert beside >= {"metrics.json", "provenance.json", "evidence.toml"}
+    assert beside >= {"metrics.json", "provenance.json", "claims.csv"}
     assert all((run_folder / name).is_file() for name in beside)  # what the figures were read from
     assert "@import" not in html
     assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", html))
@@ -403,7 +403,7 @@ def test_nothing_is_written_outside_the_run_where_a_kill_would_leave_it(tmp_path
     assert len(seen) == 5, "the faces of the fonts, in a folder of ours"
     assert not list(temporary.iterdir())
     assert {path.name for path in run.iterdir()} - before == {
-        *("report.html", "report.pdf", "evidence.toml", "figures"),
+        *("report.html", "report.pdf", "claims.csv", "figures"),
         *(f"checklist.{ending}" for ending in ("csv", "md", "tex")),
     }
 

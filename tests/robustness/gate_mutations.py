@@ -34,7 +34,7 @@ from typing import Any, Final
 
 from gate_artefacts import FAULTS, Fault
 
-import evidence
+from claims.rows import STARTED
 from gaitval.apps.regression import baseline as study
 from gaitval.apps.regression.regression import LONG_MEASURES, compare, lost
 from gaitval.apps.regression.seal import seal
@@ -53,10 +53,9 @@ BASELINE: Final = ROOT / "reports" / "S05" / "baseline"
 CODE: Final = ROOT / "tests" / "robustness" / "gate_faults.toml"
 FOLDERS: Final = (
     *("gaitval", "models", "tests", "benchmarks"),
-    *("evidence", "experiments", "docs", "scripts"),
+    *("claims", "experiments", "docs", "scripts"),
 )
 """What a copy of the project needs for its tests."""
-COMMAND: Final = "python tests/robustness/gate_mutations.py"
 NOTHING: Final = "nothing"
 """The check without a fault, with which the others are compared."""
 CERTAIN: Final = 1e6
@@ -71,24 +70,6 @@ Json = dict[str, Any]
 
 
 # ---- In the process whose package may have a fault. ----
-MEASURES = {
-    "damaged baselines refused": {
-        "code": (
-            "@checked",
-            "tests/robustness/gate_artefacts.py",
-            "tests/robustness/gate_mutations.py:damages,_refusal,_cut,_bit",
-        ),
-    },
-    "false alarms *": {
-        "code": ("@checked", "@walk", "@accepted"),
-        "data": ("benchmarks/margins.json",),
-    },
-    "planted faults *": {
-        "code": ("@checked", "@walk", "@accepted", "tests/robustness/gate_artefacts.py"),
-        "data": ("benchmarks/margins.json", "tests/robustness/gate_faults.toml"),
-    },
-}
-"""What the rows depend on; see evidence/stale.py."""
 
 
 def walk(baseline: Path, prepared: Path, out: Path) -> None:
@@ -335,38 +316,23 @@ def alarms() -> Json:
     return {"n": len(told), "false": {number: rows for number, rows in told.items() if rows}}
 
 
-def rows(stored: Json) -> dict[str, list[evidence.Row]]:
-    """The evidence by what makes it: shares of the faults that count, damages and false alarms."""
+def said(stored: Json) -> list[str]:
+    """What the store has shown of faults that count, damages and false alarms, in sentences."""
     faults = stored["faults"]
     counts = [each for name, each in faults.items() if name != NOTHING and each["ratio"] > 1.0]
     caught = [each for each in counts if each["by_check"] or each.get("by_test")]
     figures = [each for each in counts if by_figures(each)]
-    n, whole = len(counts), len(faults) - (NOTHING in faults)
-    made = {"faults": [
-        evidence.Row(
-            "planted faults run, those within the scatter too",
-            float(whole), "1", ">=", 60, 60, whole,
-        ),
-        evidence.Row(
-            "planted faults above the scatter caught by check --quick or tests",
-            100.0 * len(caught) / n, "%", ">=", 95, 85, n,
-        ),
-        evidence.Row(
-            "planted faults above the scatter that the figures of check --quick show",
-            100.0 * len(figures) / n, "%", ">=", 95, 85, n,
-        ),
-    ]}  # fmt: skip
+    found = [
+        f"{len(faults) - (NOTHING in faults)} faults planted, {len(counts)} above the scatter; "
+        f"{len(caught)} of these caught by check --quick or tests, {len(figures)} by its figures"
+    ]
     if "damages" in stored:
-        found = stored["damages"]
-        refused = 100.0 * (1.0 - len(found["not_refused"]) / found["n"])
-        what = "damaged baselines refused"
-        made["damages"] = [evidence.Row(what, refused, "%", ">=", 100, 100, found["n"])]
+        of = stored["damages"]
+        found.append(f"{len(of['not_refused'])} of {of['n']} damaged baselines were not refused")
     if "alarms" in stored:
-        found = stored["alarms"]
-        what = "false alarms of check --quick over seeds of an unchanged program"
-        wrong = len(found["false"])
-        made["alarms"] = [evidence.Row(what, wrong, "1", "<=", 0, 1, found["n"])]
-    return made
+        of = stored["alarms"]
+        found.append(f"{len(of['false'])} false alarms over {of['n']} seeds")
+    return found
 
 
 def by_figures(found: Json) -> bool:
@@ -382,7 +348,7 @@ def save(**parts: Any) -> Json:
     faults = stored_faults()
     for name, value in parts.items():
         stored[name] = {**faults, **value} if name == "faults" else value
-        stored.setdefault("commits", {})[name] = evidence.STARTED
+        stored.setdefault("commits", {})[name] = STARTED
     stored |= {
         "date": datetime.now(UTC).date().isoformat(),
         "versions": versions(),
@@ -396,7 +362,7 @@ def save(**parts: Any) -> Json:
 def stored_faults() -> Json:
     """Of the faults in the store, those that were planted in this commit."""
     stored: Json = read_json(STORE) if STORE.exists() else {}
-    here = stored.get("commits", {}).get("faults") == evidence.STARTED
+    here = stored.get("commits", {}).get("faults") == STARTED
     return dict(stored["faults"]) if here else {}
 
 
@@ -457,8 +423,7 @@ def main() -> None:
         print(json.dumps(save(damages=damages())["damages"], indent=1))
     elif arguments.what == "alarms":
         print(json.dumps(save(alarms=alarms())["alarms"], indent=1))
-    found = rows(read_json(STORE))[arguments.what]  # the others are of their own commits
-    print(evidence.write("robustness", found, f"{COMMAND} {arguments.what}"))
+    print("\n".join(said(read_json(STORE))))
 
 
 if __name__ == "__main__":

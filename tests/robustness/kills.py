@@ -38,7 +38,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-import evidence
+from claims.rows import STARTED
 from gaitval.apps.cohort.store import FINISHED
 from gaitval.artefacts import read_json, versions, write_json
 from gaitval.partial_files import PARTIAL
@@ -50,7 +50,6 @@ from made_up_session import made_up_session  # noqa: E402
 from quick_settings import QUICK  # noqa: E402
 
 STORE: Final = ROOT / "reports" / "robustness" / "kills.json"
-COMMAND: Final = "python tests/robustness/kills.py"
 NOISE: Final = 0.001
 """m, of the markers of the session that is imported."""
 SECONDS: Final = 1800.0
@@ -98,26 +97,6 @@ for command in json.loads(commands):
         if end.code not in (None, 0, int(verdict)):
             raise
 """
-MEASURES = {
-    "*": {
-        "code": (
-            "gaitval/artefacts.py",
-            "gaitval/folder_lock.py",
-            "gaitval/journal.py",
-            "gaitval/study/run.py",
-            "gaitval/study/stage.py",
-            "gaitval/policy/learner.py",
-            "gaitval/policy/processes.py",
-            "gaitval/policy/storage.py",
-            "gaitval/policy/training.py",
-            "gaitval/importing/importing.py",
-            "gaitval/importing/write.py",
-            "gaitval/reporting/page.py",
-            "gaitval/reporting/report.py",
-        ),
-    },
-}
-"""What the rows depend on; see evidence/stale.py."""
 
 
 @dataclass(frozen=True)
@@ -544,41 +523,28 @@ def unspoilt(both: Json) -> bool:
     return both["same"] and both["codes"] in ([0, 0], [0, 2])
 
 
-def rows(stored: Json) -> dict[str, list[evidence.Row]]:
-    """The evidence, by what makes it."""
-    done = stored.get("kills", [])
-    made = {}
-    if done:
-        n = len(done)
-        share = 100.0 * sum(map(survived, done)) / n
-        made["kills"] = [
-            evidence.Row(
-                "kills survived bit-equal (import, study, report, check)",
-                share, "%", ">=", 100, 100, n,
-            ),
-            evidence.none_may(
-                "shared memory, processes and temporary files left by kills",
-                sum(map(left, done)), "1", n,
-            ),
-        ]  # fmt: skip
-    if "twice" in stored:
-        each = stored["twice"].values()
+def said(stored: Json) -> list[str]:
+    """What the store has shown, in sentences."""
+    found = []
+    if done := stored.get("kills", []):
+        found.append(f"{sum(map(survived, done))} of {len(done)} kills survived bit-equal; they "
+                     f"left {sum(map(left, done))} processes, blocks and files")  # fmt: skip
+    if each := list(stored.get("twice", {}).values()):
         wrong = sum(not unspoilt(one) for one in each)
-        what = "two at once in one folder that spoil each other"
-        made["twice"] = [evidence.none_may(what, wrong, "1", len(each))]
-    return made
+        found.append(f"{wrong} of {len(each)} pairs in one folder spoil each other")
+    return found
 
 
 def _stored() -> Json:
     """What is in the store, if it is of this commit."""
     found = dict(read_json(STORE)) if STORE.exists() else {}
-    return found if found.get("commit") == evidence.STARTED else {}
+    return found if found.get("commit") == STARTED else {}
 
 
 def _save(**parts: Any) -> None:
     STORE.parent.mkdir(parents=True, exist_ok=True)
     about = {"date": datetime.now(UTC).date().isoformat(), "versions": versions(),
-             "commit": evidence.STARTED}  # fmt: skip
+             "commit": STARTED}  # fmt: skip
     write_json(STORE, {**_stored(), **parts, **about})
 
 
@@ -603,8 +569,7 @@ def main() -> None:
         kills(arguments.kills, arguments.seed, arguments.jobs, arguments.study)
     elif arguments.what == "twice":
         twice([name for name in arguments.jobs if name in ("import", "study")])
-    for what, found in rows(_stored()).items():
-        print(evidence.write("robustness", found, f"{COMMAND} {what}"))
+    print("\n".join(said(_stored())))
 
 
 if __name__ == "__main__":

@@ -8,8 +8,8 @@ of the module itself fail?
 A mutant is one change of the syntax tree: an arithmetic sign, a comparison or its limit, `and` for
 `or`, `not` and minus left out, a number plus one, True for False. They are drawn from all that
 there are. No file is changed: the tests run in a fork of this process, in which the module is
-imported with its mutant. They are those that `tests/test_mirror.py` asks for: the file of the same
-path, else those that `tests/tested_by.toml` names. Tests that reach the changed line run first, the
+imported with its mutant. They are the file of
+the same path, else those that import the module. Tests that reach the changed line run first, the
 quick ones before the others; a line that none reaches is not tried, for no test can notice. They
 may take `TIMES` the processor time that they take without a mutant; then, as when they fail, the
 mutant is killed.
@@ -232,18 +232,21 @@ def importing(module: str) -> list[str]:
     found = _texts()
     users = [path for path, text in found.items() if wanted.search(text)]
     users.sort(key=lambda path: (path.stem != f"test_{name}", len(found[path])))
-    own = tests_of(module) if module.startswith("gaitval.") else []
-    return list(dict.fromkeys([*own, *map(str, users)]))
+    if not users:  # it is reached through another module of its folder
+        users = sorted(ROOT.joinpath("tests", *module.split(".")[1:-1]).glob("test_*.py"))
+    return list(dict.fromkeys([*own_test(module), *map(str, users)]))
+
+
+def own_test(module: str) -> list[str]:
+    """The file of tests that is named after a module, if there is one."""
+    path = (ROOT / "tests").joinpath(*module.split(".")[1:])
+    own = path.with_name(f"test_{path.name}.py")
+    return [str(own)] if own.exists() else []
 
 
 def tests_of(module: str) -> list[str]:
-    """Files of the tests of a module."""
-    _, folder, name = module.split(".")
-    own = ROOT / "tests" / folder / f"test_{name}.py"
-    if own.exists():
-        return [str(own)]
-    table = tomllib.loads((ROOT / "tests" / "tested_by.toml").read_text(encoding="utf-8"))
-    return [str(ROOT / each) for each in table[module]]
+    """Files of the tests of a module: its own, else all that import it."""
+    return own_test(module) or importing(module)
 
 
 class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):

@@ -1,5 +1,5 @@
 """Kills workers of a cohort at random, and its scheduler once; for the test and for the script
-`evidence/cohort/studies.py`, which takes longer.
+`claims/robustness.py`, which takes longer.
 """
 
 import contextlib

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from synthetic_walk import perfect_walk, sharp_filter, walks_of
+from unrecorded_verdicts import CASES
 
-from evidence.unrecorded_verdicts import CASES
 from gaitval.artefacts import write_json
 from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject

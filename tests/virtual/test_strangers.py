@@ -1,11 +1,9 @@
-"""Children whom evidence.seconds draws, against the growth reference of the WHO."""
-
-from argparse import Namespace
+"""Children whom claims.walking draws, against the growth reference of the WHO."""
 
 import numpy as np
 import pytest
 
-from evidence import seconds
+from claims import Claim, Given, walking
 from gaitval.artefacts import read_json
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -29,7 +27,7 @@ class Fixed:
         self.years, self.scores = years, list(scores)
 
     def integers(self, _: int) -> int:
-        return [each[0] for each in seconds.GROWTH["M"]].index(self.years)
+        return [each[0] for each in walking.GROWTH["M"]].index(self.years)
 
     def standard_normal(self) -> float:
         return self.scores.pop(0)
@@ -37,7 +35,7 @@ class Fixed:
 
 def child(sex: str, years: int, *scores: float) -> Subject:
     person = load_subject("S05").model_copy(update={"sex": sex}).by_stature()
-    return seconds._child(person, Fixed(years, *scores))
+    return walking._child(person, Fixed(years, *scores))
 
 
 @pytest.mark.parametrize(("sex", "years"), PUBLISHED)
@@ -64,12 +62,12 @@ def test_a_child_walks_at_the_dimensionless_speed_and_stride_of_the_other():
 
 @pytest.fixture
 def population(tmp_path, monkeypatch):
-    """Arguments of the measurement on a table of two people, and who has walked."""
+    """The measurement on a table of two people, and who has walked."""
     walked = []
     folder = tmp_path / "anthropometry"
     folder.mkdir()
     sizes = {"F": "1630,650,840", "M": "1760,855,910"}
-    for sex, name in seconds.TABLES.items():
+    for sex, name in walking.TABLES.items():
         header = "SubjectId,stature,weightkg,trochanterionheight"
         (folder / name).write_text(f"{header}\n{sex},{sizes[sex]}\n", encoding="latin-1")
 
@@ -77,57 +75,60 @@ def population(tmp_path, monkeypatch):
         walked.append((person, speed))
         return 3 if len(walked) == 1 else 0
 
-    monkeypatch.setattr(seconds, "_fell", fell)
-    monkeypatch.setattr(seconds, "STRANGERS", tmp_path / "strangers.json")
-    return Namespace(data=tmp_path, people=4, seed=1), walked
+    monkeypatch.setattr(walking, "_fell", fell)
+    monkeypatch.setattr(walking, "SEED", 1)
+    given = Given(data=tmp_path, public=tmp_path, work=tmp_path)
+
+    def measured(count: int) -> Claim:
+        monkeypatch.setattr(walking, "COUNT", count)
+        return walking.strangers(given)
+
+    return measured, walked
 
 
-def test_a_stranger_who_has_walked_does_not_walk_again(population):
-    arguments, walked = population
-    first = seconds.strangers(arguments)
+def test_a_stranger_who_has_walked_does_not_walk_again(population, tmp_path):
+    strangers, walked = population
+    first = strangers(4)
     assert (first.value, first.n) == (75.0, 4)
-    arguments.people = 10
-    assert (seconds.strangers(arguments).value, len(walked)) == (90.0, 10)
-    kept = read_json(seconds.STRANGERS)["people"]
-    seconds.STRANGERS.unlink()
-    assert seconds.strangers(arguments).value == 100.0  # nobody falls any more
-    again = read_json(seconds.STRANGERS)["people"]
-    assert [{**each, "fell": 0} for each in kept] == again
+    assert (strangers(10).value, len(walked)) == (90.0, 10)
+    (store,) = tmp_path.glob("strangers-*.json")
+    kept = read_json(store)
+    store.unlink()
+    assert strangers(10).value == 100.0  # nobody falls any more
+    assert [{**each, "fell": 0} for each in kept] == read_json(store)
 
 
 def test_one_stranger_in_five_is_a_child_at_a_speed_of_its_size(population):
-    arguments, walked = population
-    arguments.people = 20
-    seconds.strangers(arguments)
+    strangers, walked = population
+    strangers(20)
     children = [number for number, (person, _) in enumerate(walked) if person.laboratory == "WHO"]
     assert children == [4, 9, 14, 19]
     for person, speed in walked:
         scale = np.sqrt(person.leg_length_m / 0.875) if person.laboratory == "WHO" else 1.0
-        assert seconds.SLOWEST * scale <= speed <= seconds.FASTEST * scale
+        assert walking.SLOWEST * scale <= speed <= walking.FASTEST * scale
 
 
 def test_a_stranger_is_a_row_of_the_table_with_the_stride_of_its_leg(population):
-    arguments, walked = population
-    seconds.strangers(arguments)
+    strangers, walked = population
+    strangers(4)
     legs = {"F": 0.84, "M": 0.91}
     for person, _ in walked:
         assert person.leg_length_m == legs[person.sex]
         froude = person.walking_speed_m_s / np.sqrt(9.81 * person.leg_length_m)
-        whose = [load_subject(each) for each in seconds.PEOPLE]
+        whose = [load_subject(each) for each in walking.PEOPLE]
         known = [each.walking_speed_m_s / np.sqrt(9.81 * each.leg_length_m) for each in whose]
         assert np.min(np.abs(np.array(known) - froude)) < 1e-9
 
 
 def test_moments_of_a_child_are_those_of_legs_as_short(population):
     """A child of half an adult's leg has half the moments, Nm/kg, and equal forces."""
-    arguments, walked = population
-    arguments.people = 20
-    seconds.strangers(arguments)
+    strangers, walked = population
+    strangers(20)
     for person, _ in walked:
         own = person.measured()
         froude = person.walking_speed_m_s / np.sqrt(9.81 * person.leg_length_m)
         like = min(
-            map(load_subject, seconds.PEOPLE),
+            map(load_subject, walking.PEOPLE),
             key=lambda one: abs(one.walking_speed_m_s / np.sqrt(9.81 * one.leg_length_m) - froude),
         )
         theirs, phase = like.measured(), np.linspace(0.0, 1.0, 11)

@@ -72,7 +72,7 @@ def test_a_history_on_a_disk_that_fails(tmp_path):
 
 
 def test_what_a_fault_spoils_is_seen():
-    """Else the row of evidence proves nothing."""
+    """Else the claim proves nothing."""
     good = {"returned": 2, "traceback": False, "again": 0, "differ": [], "processes": []}
     assert bad_disk.survived(good)
     bad = [{"returned": 70}, {"returned": 1}, {"traceback": True}, {"again": 2}]

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -11,7 +10,6 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
-from fit_table import row as fit_row
 from typer.testing import CliRunner
 
 from gaitval.terminal import app as cli
@@ -134,14 +132,7 @@ def test_a_check_that_is_ended_leaves_nothing(tmp_path):
     "command",
     [
         ["docs/build/accuracy_tables.py", "--check"],
-        *(
-            pytest.param(["-m", f"experiments.{name}", *words, "--check"], marks=pytest.mark.slow)
-            for name, words in (
-                ("ablation", ["table"]),
-                ("paper_recipe", []),
-                ("margins", ["table"]),
-            )
-        ),
+        pytest.param(["-m", "experiments.margins", "table", "--check"], marks=pytest.mark.slow),
     ],
 )
 def test_tables_say_what_the_stored_figures_say(command):
@@ -152,17 +143,3 @@ def test_tables_say_what_the_stored_figures_say(command):
         text=True,
     )
     assert done.returncode == 0, done.stderr
-
-
-def test_the_table_of_fits_says_how_far_the_fit_is():
-    """Of S10, whose recorded hip centres are furthest from the model's."""
-    found = fit_row("S10")
-    page = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
-    table = page.split("<!-- fit: begin -->")[1].split("<!-- fit: end -->")[0]
-    printed = next(line for line in table.splitlines() if line.startswith("| S10 |"))
-    now, then = (
-        [float(each) for each in re.findall(r"\d+\.\d+", line)] for line in (found, printed)
-    )
-    moments = slice(6, 12)
-    assert now[moments] == pytest.approx(then[moments], abs=0.002)
-    assert now == pytest.approx(then, abs=0.11)

@@ -20,7 +20,7 @@ from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (
-    *("gaitval", "scripts", "evidence", "experiments"),
+    *("gaitval", "scripts", "claims", "experiments"),
     *("tests", "benchmarks", "docs", "models"),
 )
 PAGES = [

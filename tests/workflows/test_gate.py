@@ -41,7 +41,7 @@ def test_a_refused_input_is_not_told_by_figures() -> None:
     assert gate.by_figures({"by_check": "does not walk", "error": "RecordError: no gait cycle"})
     assert not gate.by_figures({"by_check": "does not walk", "error": "PolicyError: another body"})
     assert not gate.by_figures({"by_check": "refused"})
-    assert not gate.by_figures({"by_check": None, "by_test": "tests/test_sizes.py::test_b"})
+    assert not gate.by_figures({"by_check": None, "by_test": "tests/test_errors.py::test_b"})
 
 
 def test_all_faults_can_be_planted() -> None:

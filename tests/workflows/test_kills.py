@@ -75,7 +75,7 @@ def test_what_is_kept_of_a_job_names_no_folder_of_this_machine(tmp_path):
 
 
 def test_what_a_kill_spoils_is_seen():
-    """Else the rows of evidence prove nothing."""
+    """Else the claims prove nothing."""
     good = {"returned": 0, "differ": [], "processes": [], "blocks": [], "files": []}
     assert kills.survived(good)
     assert kills.left(good) == 0

@@ -5,13 +5,13 @@ other sides that nobody recorded, and every output must be without verdict, goal
 """
 
 import pytest
+import unrecorded_verdicts
 from html_page import without_figures
 from report_run import build_run
 from synthetic_walk import perfect_walk
+from unrecorded_verdicts import CASES, judged_in, never_judged
 
 import gaitval as gv
-from evidence import unrecorded_verdicts
-from evidence.unrecorded_verdicts import CASES, judged_in, never_judged
 from gaitval.apps.regression.stored import believe
 from gaitval.artefacts import read_json
 from gaitval.configuration import RecordSettings

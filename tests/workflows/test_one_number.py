@@ -2,10 +2,10 @@
 
 from types import SimpleNamespace
 
+import one_number
 import pytest
 from made_up_session import SHORT
 
-from evidence import one_number
 from gaitval.apps.cohort import results
 from gaitval.metrics.recording_limits import AFTER_REDUCTION, failure, remedy, state_of
 from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry

@@ -12,7 +12,7 @@ import pytest
 from opensim_peer import inverse_dynamics_tool, inverse_kinematics_tool, read_table, run
 from recorded_walks import RecordedWalk, rajagopal_walk, wbds_walk
 
-from evidence.opensim_motion import read_motion
+from claims.opensim_motion import read_motion
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics

@@ -1,4 +1,4 @@
-"""What `tests/robustness/same_bits.py` compares, so that its row of evidence can fail."""
+"""What `tests/robustness/same_bits.py` compares, so that its claim can fail."""
 
 import json
 

@@ -143,7 +143,7 @@ def bill():
 
 
 def test_what_runs_with_gaitval_asks_nobody_for_sources(bill):
-    """spm1d, which is GPL, is only in tests and in a script of evidence."""
+    """spm1d, which is GPL, is only in tests and in a module of claims."""
     for each in bill["components"]:
         licences = [
             one.get("expression") or one["license"].get("id") or one["license"]["name"]

@@ -65,7 +65,7 @@ FOREFEET: Final = (
     FOREFOOT,
 )
 """Which of `FOREFOOT` a foot has in the built-in marker sets (`gaitval.scaling.marker_sets`) and in
-the own sets of laboratories on which this was chosen (evidence/anybody/markers.toml); Plug-in Gait
+the own sets of laboratories on which this was chosen (listed at version 0.2); Plug-in Gait
 and Helen Hayes, which half of the laboratories use, count twice. Where there is one, it is between
 the toes or on the outer side; where there are two, one is on the outer side."""
 

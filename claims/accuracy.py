@@ -1,0 +1,115 @@
+"""How near the fitted walks of the ten stored baselines come to their records, and at what price.
+
+Reads `reports/Snn/baseline/metrics.json`: means over ten people and both sides. Skill is 1 less the
+mean RMSE over that of a straight line on dimensionless speed through the nine others, both against
+the same records: with the faults of the force plates corrected, scaled to one body weight only, and
+as measured. A walker follows the corrected record in both.
+"""
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import claims
+from claims import ROOT, Claim
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.metrics.groups import GROUPS, group_rows
+from gaitval.metrics.results import metrics_from
+from gaitval.prediction.speed_line import dimensionless_speed
+
+FORCES = ("vertical", "forward", "medial")
+MOMENTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
+LARGEST = {
+    "force_ringing": ("ringing of the vertical force, 12-25 Hz, RMS", "% BW"),
+    "shoulder_moment_rms": ("shoulder moment, RMS", "Nm"),
+    "shoulder_moment_peak": ("shoulder moment, peak", "Nm"),
+    "arm_work_share": ("positive work of the arms over that of the legs", "%"),
+}
+STORED = ("reports/S??/baseline/metrics.json",)
+Stored = dict[str, Any]
+Curves = Callable[[Stored, str, str], NDArray[np.float64]]
+
+
+def corrected(stored: Stored, kind: str, curve: str) -> NDArray[np.float64]:
+    """A recorded curve without the faults of the plates."""
+    return np.array(stored["record"]["curves"][kind][curve])
+
+
+def measured(stored: Stored, kind: str, curve: str) -> NDArray[np.float64]:
+    """A recorded curve as measured."""
+    found = stored["record"]["as_measured"] or stored["record"]["curves"]
+    return np.array(found[kind][curve])
+
+
+def stored_baselines() -> list[Stored]:
+    """`metrics.json` of the ten."""
+    return [
+        json.loads((ROOT / f"reports/S{number:02d}/baseline/metrics.json").read_text())
+        for number in range(1, 11)
+    ]
+
+
+@claims.measured(stored=STORED)
+def baselines(_: claims.Given) -> list[Claim]:
+    """Errors, skills, goals and side effects of the ten stored baselines."""
+    stored = stored_baselines()
+    return [*_errors(stored), *_skills(stored), *_means(stored), *_goals(stored)]
+
+
+def _errors(stored: list[Stored]) -> Iterator[Claim]:
+    people = [metrics_from(each, f"S{person:02d}") for person, each in enumerate(stored, 1)]
+    by_person = [{row.group: row for row in group_rows(each)} for each in people]
+    for group, (_, names) in GROUPS.items():
+        rows = [found[group] for found in by_person]
+        mean = float(np.mean([row.walked for row in rows if row.walked is not None]))
+        yield Claim(f"fitted walk: {group}, RMSE", mean, rows[0].unit, 2 * len(names) * len(rows))
+
+
+def _skills(stored: list[Stored]) -> Iterator[Claim]:
+    curves = [(f"{name} force", "forces", name) for name in FORCES]
+    curves += [(f"{joint} moment", "moments", name) for name, joint in MOMENTS.items()]
+    for which, of in (("record corrected", corrected), ("record as measured", measured)):
+        for noun, kind, name in curves:
+            what = f"fitted walkers (record known to the model): skill, {noun}, {which}"
+            yield Claim(what, skill_of(stored, kind, name, of), "1", 20)
+
+
+def skill_of(stored: list[Stored], kind: str, name: str, curves: Curves) -> float:
+    """1 - mean error of the walkers / mean error of the guesses."""
+    speed = np.array([dimensionless_speed(subject) for subject in builtin_subjects()])
+    ours, guesses = [], []
+    for side in "rl":
+        curve = f"{name}_{side}"
+        recorded = np.array([curves(each, kind, curve) for each in stored])
+        for person, each in enumerate(stored):
+            others = np.arange(len(stored)) != person
+            slope, start = np.polyfit(speed[others], recorded[others], 1)
+            walked = each["walks"][each["final"]]["curves"][kind][curve]["mean"]
+            for predicted, errors in ((walked, ours), (start + slope * speed[person], guesses)):
+                errors.append(np.sqrt(np.mean((predicted - recorded[person]) ** 2)))
+    return float(1.0 - np.mean(ours) / np.mean(guesses))
+
+
+def _means(stored: list[Stored]) -> Iterator[Claim]:
+    for measure, (what, unit) in LARGEST.items():
+        values = [
+            row["value"] for each in stored for row in each["measures"] if row["measure"] == measure
+        ]
+        yield Claim(what, float(np.mean(values)), unit, len(values))
+
+
+def _goals(stored: list[Stored]) -> Iterator[Claim]:
+    reached, goals = (
+        sum(each["summary"][name] for each in stored) for name in ("goals_reached", "goals")
+    )
+    what = "acceptance goals reached (arms not actuated by the policy; force plates corrected)"
+    yield Claim(what, reached, "goals", goals)
+    second = [each["witness"] for each in stored if each["witness"] is not None]
+    there, possible = (sum(each[name] for each in second) for name in ("goals_reached", "goals"))
+    what = "the same policies in MuJoCo"
+    yield Claim(f"{what}: goals of accuracy reached", there, "goals", possible)
+    standing = sum(not each["fell"] for each in second)
+    yield Claim(f"{what}: walkers that do not fall", standing, "walkers", len(second))

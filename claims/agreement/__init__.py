@@ -1,0 +1,1 @@
+"""gaitval beside other programs, on the same input."""

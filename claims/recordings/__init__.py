@@ -1,0 +1,1 @@
+"""Recordings of other laboratories: events, marker sets, what becomes of them."""

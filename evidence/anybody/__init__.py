@@ -1,1 +1,0 @@
-"""Measurements that write `reports/evidence/anybody.csv`."""

@@ -1,1 +1,0 @@
-"""How far identification can be trusted."""
