@@ -31,6 +31,11 @@ def test_there_are_german_and_portuguese() -> None:
     assert {"de", "pt"} <= set(TRANSLATED)
 
 
+def forms(text) -> tuple[str, ...]:
+    """Singular and plural of an entry of a catalogue, or its only text."""
+    return tuple(text) if isinstance(text, tuple | list) else (text,)
+
+
 @pytest.mark.parametrize("language", TRANSLATED)
 def test_the_words_of_verdicts_mean_what_they_say(language: str) -> None:
     """Each by its meaning; sentences keep or fail a limit, and name sides, as the English do."""
