@@ -11,7 +11,7 @@ PYTEST_ARGS ?=
 settings := $(foreach setting,$(SET),--set $(setting))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup subject test lint docs baseline tables check bench claims translated general held-out paper wheel audit clean
+.PHONY: help setup subject test lint docs pictures baseline tables check bench claims translated general held-out paper wheel audit clean
 
 help: ## This list
 	@echo 'gaitval: a simulated walker that walks like a recorded person, compared with the record'
@@ -47,6 +47,9 @@ $(VENV)/.gaitval-docs: pyproject.toml constraints.txt | setup
 	@$(BIN)/python -m pip install --disable-pip-version-check --quiet \
 		-c constraints.txt -e '.[docs]'
 	@touch $@
+
+pictures: setup ## Make the pictures of README and site from today's results (10 min, Chromium); SET=names
+	@$(BIN)/python docs/build/pictures.py $(SET)
 
 baseline: setup ## Make the finished run of subject S its stored baseline (policy, mu, metrics)
 	@$(BIN)/gaitval baseline $(S) $(if $(OUT),--out $(OUT) --to $(shell printf 'reports/S%02d' $(S))/baseline)

@@ -5,7 +5,7 @@
 Fits the motion of every record with the shifts of the two plates as unknowns
 (`gaitval.reference.plates`), pools them, because all ten people walked on the same plates, and
 writes the section `[plates]` of `gaitval/datasets/builtin/*.toml`. It also writes the table of
-docs/decisions.md.
+docs/notebook/decisions.md.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -21,7 +21,7 @@ from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = ROOT / "gaitval" / "datasets" / "builtin"
-PAGE = ROOT / "docs" / "decisions.md"
+PAGE = ROOT / "docs" / "notebook" / "decisions.md"
 
 
 def evidence_of(name: str) -> PlateEvidence:

@@ -50,7 +50,7 @@ from gaitval.study.stored_policy import general_walker
 
 TARGET: Final = ROOT / "gaitval" / "learning_control" / STORED
 ABOUT: Final = ROOT / "reports" / "general" / "shared_slopes.json"
-PAGE: Final = ROOT / "docs" / "learning.md"
+PAGE: Final = ROOT / "docs" / "notebook" / "learning.md"
 SEED: Final = 20261126
 SPEEDS: Final = (0.3, 1.8)
 """m/s, of an adult of mean leg length."""

@@ -14,7 +14,7 @@ each estimated from the rest, would have been estimated best (stacking: Wolpert 
 The regression is the mean of four that look at different things, because a few people cannot say
 which is best, with as much noise as signal in each. What it knows is of one laboratory: how its
 markers sit shows in its angles and its moments. On another laboratory's people it makes some
-moments worse (docs/how-to/estimate.md), so there e + l + w · f is all, with the lever of the step
+moments worse (docs/how-to/predict.md), so there e + l + w · f is all, with the lever of the step
 width alone.
 """
 

@@ -193,8 +193,8 @@ def test_the_lookups_can_fail():
 
 
 def test_pages_tell_the_faults_of_the_plates_that_the_subjects_have():
-    """The table of docs/decisions.md, and what pages say of it, are those of the subject files."""
-    page = (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    """The table of docs/notebook/decisions.md, and what pages say, are those of the subjects."""
+    page = (ROOT / "docs" / "notebook" / "decisions.md").read_text(encoding="utf-8")
     subjects = builtin_subjects()
     for subject in subjects:
         (force,) = re.findall(rf"^\| {subject.identifier} \| ([\d.]+) \|", page, re.MULTILINE)

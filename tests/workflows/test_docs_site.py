@@ -123,13 +123,13 @@ def test_a_search_finds_guides_without_a_server(site, request):
 
 
 def test_every_tutorial_has_a_picture_and_none_is_heavy():
-    import docs_pictures  # it loads the browser's library
+    import pictures as made  # it loads the browser's library
 
     for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")):
         assert re.search(r"!\[[^\]]+\]\(\.\./[\w-]+\.png\)", page.read_text("utf-8")), page.name
     pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs").glob("*.png")}
-    assert set(pictures) == set(docs_pictures.PICTURES)  # each can be drawn again
-    assert max(pictures.values()) <= docs_pictures.LARGEST
+    assert set(pictures) == set(made.PICTURES)  # each can be drawn again
+    assert max(pictures.values()) <= made.LARGEST
 
 
 def test_the_readme_is_read_in_five_minutes():
@@ -195,7 +195,7 @@ def test_a_docstring_says_what_a_parameter_is_not_its_type():
 
 def test_links_into_the_repository_lead_to_the_page_that_shows_the_file(hooks):
     def led(link: str) -> str:
-        return hooks.with_links(f"[x]({link})", "how-to/runs.md", "docs/how-to/runs.md")
+        return hooks.with_links(f"[x]({link})", "how-to/settings.md", "docs/how-to/settings.md")
 
     assert led("../../gaitval/configuration.py") == "[x](../reference/configuration.md)"
     assert led("../learning.md#ablations") == "[x](../learning.md#ablations)"
