@@ -6,6 +6,7 @@ episodes and writes `policy.zip` and `normalisation.pkl`, which stable-baselines
 
 import argparse
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ import gaitval.apps.export.environment  # registers gaitval/Walker-v0
 
 HERE = Path(__file__).resolve().parent
 EPISODES = 100
+SECONDS = 5.0
+"""Between two lines of progress."""
 HELD = 5
 """Steps of the environment for which an action is held: 30 ms, in which a joint can follow."""
 
@@ -67,11 +70,21 @@ def main() -> None:
         device="cpu",
     )
     returns: list[float] = []
+    shown = time.monotonic()
 
     def count(scope: dict[str, object], _: object) -> bool:
+        nonlocal shown
         infos = scope["infos"]
         assert isinstance(infos, list)
         returns.extend(info["episode"]["r"] for info in infos if "episode" in info)
+        if time.monotonic() - shown > SECONDS:
+            shown = time.monotonic()
+            mean = f"{np.mean(returns[-EPISODES:]):.1f}" if returns else "none has ended"
+            print(
+                f"{learner.num_timesteps} of {arguments.steps} actions, {len(returns)} episodes, "
+                f"mean return of the last {EPISODES}: {mean}",
+                flush=True,
+            )
         return True
 
     learner.learn(arguments.steps, callback=count)
