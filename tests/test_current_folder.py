@@ -15,8 +15,7 @@ import seen_of_folder
 from typer.main import get_command
 
 import gaitval.cli
-from gaitval import current_folder
-from gaitval.terminal import app as cli
+from gaitval import cli, current_folder
 
 ROOT: Any = get_command(cli.app)
 SAMPLES = Path(gaitval.__file__).parent / "samples"
@@ -43,12 +42,11 @@ import importlib, pkgutil, sys
 from typer.testing import CliRunner
 import gaitval
 import gaitval.cli
-from gaitval.terminal import app
 for each in pkgutil.walk_packages(gaitval.__path__, "gaitval."):
     if not each.name.endswith(("__main__", "c3d_process")):
         importlib.import_module(each.name)
 for name in sys.argv[1:]:
-    done = CliRunner().invoke(app.app, [name, "--help"])
+    done = CliRunner().invoke(gaitval.cli.app, [name, "--help"])
     assert done.exit_code == 0, (name, done.output)
     print("helped", name)
 """
