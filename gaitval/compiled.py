@@ -18,11 +18,13 @@ from gaitval.cache_home import own_cache, own_folder
 from gaitval.compiled_cache import SealedCache, key_in
 
 SOURCES = (
+    "apps/devices/hinge_step.py",
     "compiled.py",
     "compiled_cache.py",
     *(f"contact/{file.name}" for file in sorted((Path(__file__).parent / "contact").glob("*.py"))),
     "constants.py",
     "coordinates.py",
+    "inverse/change_splines.py",
     "inverse/inverse_dynamics.py",
     "inverse/marked_body.py",
     "inverse/marker_derivatives.py",
@@ -30,6 +32,7 @@ SOURCES = (
     "inverse/motion_rates.py",
     "inverse/newton_euler.py",
     "inverse/pose_solver.py",
+    "inverse/residual_derivatives.py",
     "model/body.py",
     "lanes.py",
     "model/tree.py",
@@ -130,8 +133,7 @@ def njit(function: Any) -> Any:
     """Compile a module's `function` with numba on its first call, or load it from the cache.
     Division by zero gives infinity or NaN, as in NumPy.
 
-    Its file must be one of `SOURCES`. A wing's function may call what is compiled in those and in
-    its own file, which numba checks itself.
+    Its file must be one of `SOURCES`: of others, numba checks no more than the function's own.
     """
     return _compiled(function)
 

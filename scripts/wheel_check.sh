@@ -38,7 +38,7 @@ import gaitval
 package = Path(gaitval.__file__).resolve()
 assert Path(sys.argv[1]).resolve() not in package.parents, f"{package} is the checkout's"
 END
-# Without its extra a wing is there, and says what it lacks.
+# Without its extra an application is there, and says what it lacks.
 "$commands/gaitval" judge --help >/dev/null
 status=0
 "$commands/gaitval" cohort table.csv 2>said || status=$?

@@ -21,18 +21,6 @@ def test_every_file_with_compiled_functions_names_the_cache():
     assert compiled <= set(SOURCES)
 
 
-def test_what_a_wing_compiles_calls_no_other_file_of_the_wing():
-    """numba checks a function's own file, `SOURCES` those of the core."""
-    compiled = [
-        path
-        for path in (PACKAGE.parent / "extras").rglob("*.py")
-        if "\n@njit" in path.read_text(encoding="utf-8")
-    ]
-    assert compiled
-    for path in compiled:
-        assert f"from {path.parent.name}" not in path.read_text(encoding="utf-8"), path
-
-
 def test_all_sources_exist():
     assert all((PACKAGE / name).is_file() for name in SOURCES)
 

@@ -14,11 +14,11 @@ import pytest
 import seen_of_folder
 from typer.main import get_command
 
-from gaitval import current_folder
-from gaitval.cli import app as cli
+import gaitval.cli
+from gaitval import cli, current_folder
 
 ROOT: Any = get_command(cli.app)
-SAMPLES = Path(cli.__file__).parents[1] / "samples"
+SAMPLES = Path(gaitval.__file__).parent / "samples"
 RECORDED = [
     *("--static", str(SAMPLES / "standing.c3d"), "--trial", str(SAMPLES / "walking.c3d")),
     *("--mass", "64.95", "--height", "1.53", "--sex", "F", "--belt", "1.1473"),
@@ -41,15 +41,12 @@ EVERYTHING = """
 import importlib, pkgutil, sys
 from typer.testing import CliRunner
 import gaitval
-from gaitval.cli import app
-wings = sorted(m.name for m in pkgutil.iter_modules() if m.name.startswith("gaitval_"))
-for name in ("gaitval", *wings):
-    package = importlib.import_module(name)
-    for each in pkgutil.walk_packages(package.__path__, name + "."):
-        if not each.name.endswith(("__main__", "c3d_process")):
-            importlib.import_module(each.name)
+import gaitval.cli
+for each in pkgutil.walk_packages(gaitval.__path__, "gaitval."):
+    if not each.name.endswith(("__main__", "c3d_process")):
+        importlib.import_module(each.name)
 for name in sys.argv[1:]:
-    done = CliRunner().invoke(app.app, [name, "--help"])
+    done = CliRunner().invoke(gaitval.cli.app, [name, "--help"])
     assert done.exit_code == 0, (name, done.output)
     print("helped", name)
 """

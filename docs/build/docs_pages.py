@@ -80,7 +80,7 @@ def commands_page() -> str:
     """The help of every command, as `gaitval COMMAND --help` shows it."""
     from typer.main import get_command
 
-    from gaitval.terminal.app import app
+    from gaitval.cli import app
 
     root: Any = get_command(app)
     parts = ["# Commands", plain(root.help)]

@@ -2,8 +2,8 @@
 
 from gaitval.cli import recording, study
 from gaitval.cli.commands import TABLE
-from gaitval.terminal.app import LATER, main
+from gaitval.terminal.app import LATER, app, main
 
 LATER.update(TABLE)
 
-__all__ = ["main", "recording", "study"]
+__all__ = ["app", "main", "recording", "study"]

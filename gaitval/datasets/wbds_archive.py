@@ -40,7 +40,7 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.wbds_text import read_wbds_forces
 from gaitval.plain_numbers import plain_float
 
-__all__ = [  # what a cohort uses, `gaitval.apps.cohort.all_data.Archive`
+__all__ = [  # what `gaitval.apps.cohort.all_data` uses
     "CITATION",
     "FURTHER_TRIALS",
     "LICENCE",

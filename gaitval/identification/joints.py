@@ -65,8 +65,8 @@ class FunctionalLeg:
 def legs_of_session(record: Mapping[str, Any], where: str) -> dict[Side, FunctionalLeg]:
     """Both legs of an import, each with the hip of the trial with the smallest error, and the knee
     of the trial in which it bent furthest. `record` is the contents of `import.json`, see
-    `session.stored.Session`; `where` is the session's folder, for messages. Raises ArtefactError if
-    a hip was not found, or the body was scaled with functional hips already.
+    `importing.stored.Session`; `where` is the session's folder, for messages. Raises ArtefactError
+    if a hip was not found, or the body was scaled with functional hips already.
     """
     # The thigh's length may have been fitted since, which says no more of the hips.
     if any("hip functional" in each for each in record["measurements"]["sources"].values()):

@@ -18,7 +18,7 @@ import pytest
 from stage_order import STAGES
 from typer.testing import CliRunner
 
-from gaitval import __version__
+from gaitval import __version__, cli
 from gaitval.apps.regression import regression
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli import study
@@ -29,7 +29,6 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
 from gaitval.study.inputs import STORED_FILES
 from gaitval.study.stage import BESIDE
-from gaitval.terminal import app as cli
 from gaitval.terminal import display
 
 HEAVY = {

@@ -12,11 +12,10 @@ from report_run import build_run
 from typer.testing import CliRunner
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.cli import study
+from gaitval.cli import app, study
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting.recording_report import GateRow
 from gaitval.terminal import display
-from gaitval.terminal.app import app
 
 Change = Callable[[list[dict[str, Any]]], None]
 

@@ -12,13 +12,14 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.apps.regression.stored_baselines import find_baseline
 from gaitval.cli.commands import TABLE
 from gaitval.configuration import load_configuration
 from gaitval.datasets.sample import SAMPLE
 from gaitval.datasets.subject_file import load_subject
-from gaitval.terminal import app as cli
 from gaitval.terminal import display
+from gaitval.terminal.app import PANELS
 
 ROOT: Any = get_command(cli.app)
 
@@ -109,10 +110,10 @@ def test_main_jobs_come_first_and_single_stages_last() -> None:
     assert list(ROOT.commands)[:7] == [
         *("subject", "import", "predict", "report", "check", "compare", "device")
     ]
-    core = {name for names in cli.PANELS.values() for name in names}
+    core = {name for names in PANELS.values() for name in names}
     assert set(ROOT.commands) == core | set(TABLE)
     shown = CliRunner().invoke(cli.app, ["--help"]).output
-    places = [shown.index(panel) for panel in cli.PANELS]
+    places = [shown.index(panel) for panel in PANELS]
     assert places == sorted(places)
 
 

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 from gaitval.apps.cohort import command, engine
 from gaitval.apps.cohort.store import Store
 from gaitval.apps.cohort.table import read_table
+from gaitval.cli import app
 from gaitval.terminal import display
-from gaitval.terminal.app import app
 
 
 @pytest.fixture

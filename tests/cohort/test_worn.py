@@ -1,4 +1,4 @@
-"""A study's devices, as another wing knows them."""
+"""A study's devices, as another application knows them."""
 
 import pytest
 import quick_study

@@ -6,8 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval.apps.devices import study
+from gaitval.cli import app
 from gaitval.folder_lock import held
-from gaitval.terminal.app import app
 
 
 def test_a_folder_that_cannot_be_had_is_refused_before_anybody_walks(tmp_path, monkeypatch):

@@ -3,7 +3,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from gaitval.terminal.app import app
+from gaitval.cli import app
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from typer.testing import CliRunner
 
 from gaitval.apps.patients.people import own_rows, person_of, read_people
 from gaitval.artefacts import read_json
+from gaitval.cli import app
 from gaitval.errors import RecordError
-from gaitval.terminal.app import app
 
 
 def table(tmp_path, header, *rows):

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from gaitval.apps.patients.people import person_of, read_people
 from gaitval.apps.patients.strides import read_strides, turned
+from gaitval.cli import app
 from gaitval.errors import RecordError
-from gaitval.terminal.app import app
 
 
 def test_a_stride_is_read_by_the_numbers_of_axes(strides_table):

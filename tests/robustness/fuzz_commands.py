@@ -38,6 +38,7 @@ from gaitval.apps.cohort.results import tables_of
 from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
 from gaitval.apps.regression import history
 from gaitval.apps.regression.history import Check, Figure
+from gaitval.cli import app
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
@@ -65,7 +66,6 @@ from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.terminal import display
-from gaitval.terminal.app import app
 
 SLOW: Final = (
     *("session", "marker_set", "judged_model", "judged_motion", "judged_moments"),

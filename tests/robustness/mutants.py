@@ -14,7 +14,7 @@ quick ones before the others; a line that none reaches is not tried, for no test
 may take `TIMES` the processor time that they take without a mutant; then, as when they fail, the
 mutant is killed.
 
-A fault of `planted.toml` may be anywhere in the package or a wing, and is larger than a mutant.
+A fault of `planted.toml` may be anywhere in the package, and is larger than a mutant.
 The tests that import its module belong to it as well.
 
 Left out are texts, annotations, the flags `frozen` and `strict`, which only forbid what no code
@@ -200,7 +200,7 @@ def planted() -> list[Mutant]:
     """
     found = []
     for fault in tomllib.loads(PLANTED.read_text(encoding="utf-8"))["fault"]:
-        parts = Path(fault["file"].removeprefix("extras/")).with_suffix("").parts
+        parts = Path(fault["file"]).with_suffix("").parts
         text = (ROOT / fault["file"]).read_text(encoding="utf-8")
         if text.count(fault["old"]) != 1:
             raise SystemExit(f"{PLANTED.name}: {fault['name']}: not once in {fault['file']}")
@@ -211,9 +211,8 @@ def planted() -> list[Mutant]:
 
 
 def path_of(module: str) -> Path:
-    """The file of a module of the package or of a wing."""
-    inside = ROOT.joinpath(*module.split(".")).with_suffix(".py")
-    return inside if inside.exists() else ROOT / "extras" / inside.relative_to(ROOT)
+    """The file of a module of the package."""
+    return ROOT.joinpath(*module.split(".")).with_suffix(".py")
 
 
 @cache
@@ -481,7 +480,7 @@ def warmed() -> None:
     for name in LOADED:
         importlib.import_module(name)
     os.chdir(ROOT)
-    paths = (ROOT, ROOT / "extras", ROOT / "tests" / "support", ROOT / "tests")
+    paths = (ROOT, ROOT / "tests" / "support", ROOT / "tests")
     sys.path[:0] = map(str, paths)
     with contextlib.redirect_stdout(io.StringIO()):
         pytest.main([*OPTIONS, "--collect-only", *(str(ROOT / each) for each in WIDE)])
@@ -541,7 +540,7 @@ def _without(module: str, tests: Sequence[str], kept: Path) -> tuple[float, Orde
     """Processor time, s, and order of the tests of a module without a mutant, for which they must
     pass; from the folder `kept`, if they and the whole package were the same.
     """
-    files = sorted({*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py"),
+    files = sorted({*(ROOT / "gaitval").rglob("*.py"),
                     *(ROOT / "tests" / "support").rglob("*.py")})  # fmt: skip
     digest = hashlib.sha256(module.encode())
     for path in (*files, *map(Path, tests)):

@@ -51,8 +51,8 @@ Json = dict[str, Any]
 
 def started(arguments: list[str], threads: int, others: dict[str, str]) -> None:
     """Run `gaitval` to its end. Raises CalledProcessError."""
-    paths = os.pathsep.join(map(str, [kills.ROOT, kills.ROOT / "extras"]))
-    environment = {**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": str(threads), **others}
+    own = {"PYTHONPATH": str(kills.ROOT), "OMP_NUM_THREADS": str(threads)}
+    environment = {**os.environ, **own, **others}
     subprocess.run(
         [sys.executable, "-m", "gaitval", *arguments],
         env=environment, stdout=subprocess.DEVNULL, check=True,

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -30,7 +31,6 @@ GATE: Final = "file_gate"
 OWN: Final = {
     "gaitval/apps/cohort/store.py:read": "object storage, of which it reads so many bytes",
     "gaitval/apps/cohort/process.py:peak_memory": "the system's own file on this process",
-    "gaitval/datasets/download.py:_attempt": "continues what it has written itself",
     "gaitval/datasets/registry.py:registry": "registry.toml of the package",
     "gaitval/apps/export/mujoco_folder.py:write_mujoco": "a script of the package",
     "gaitval/apps/export/training_folder.py:write_training": "a script of the package",
@@ -40,7 +40,11 @@ OWN: Final = {
     "gaitval/scaling/markers/names.py:_meanings": "names.toml of the package",
     "gaitval/artefacts.py:_check_headers": "members of a file that `read_arrays` has looked at",
     "gaitval/artefacts.py:parse_toml": "the reader of TOML",
-    "gaitval/compiled.py:_cache_folder": "the package's own sources",
+    "gaitval/artefacts.py:growing": "opens what it writes on to, and reads nothing",
+    "gaitval/compiled.py:_sources": "the package's own sources",
+    "gaitval/compiled_cache.py:_opened": "numba's cache, which is sealed with this user's key",
+    "gaitval/compiled_cache.py:_read": "that key: so many bytes, through no link",
+    "gaitval/compiled_cache.py:_without_links": "opens that key",
     "gaitval/datasets/subject_file.py:_read_builtin": "the package's own subjects",
     "gaitval/learning_control/slopes.py:_stored": "shared_slopes.safetensors of the package",
     "gaitval/metrics/tolerances.py:load_registry": "tolerances.toml of the package",
@@ -49,6 +53,7 @@ OWN: Final = {
     "gaitval/mocap/c3d_writing.py:write_c3d": "makes an empty one",
     "gaitval/partial_files.py:own_folder": "locks a folder that it has made",
     "gaitval/partial_files.py:remove_abandoned": "locks a file, and reads nothing",
+    "gaitval/plugins.py:of_ending": "loads what a distribution registers, and reads no file",
     "gaitval/reporting/checklist.py:checklist": "checklist.toml of the package",
     "gaitval/reporting/page.py:_font_faces": "fonts of the package",
     "gaitval/reporting/translated.py:_catalogue": "catalogues of the package",
@@ -71,12 +76,12 @@ class Reader(NamedTuple):
     gated: bool
 
 
+@cache
 def readers() -> list[Reader]:
-    """Every call of gaitval/ and extras/ that reads a file."""
-    files = (*(ROOT / "gaitval").rglob("*.py"), *(ROOT / "extras").rglob("*.py"))
+    """Every call of gaitval/ that reads a file."""
     return [
         each
-        for path in sorted(files)
+        for path in sorted((ROOT / "gaitval").rglob("*.py"))
         for each in readers_in(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
     ]
 

@@ -8,15 +8,7 @@ import sys
 from pathlib import Path
 
 MODULES = (
-    *(
-        "sitecustomize",
-        "usercustomize",
-        "evil",
-        "conftest",
-        "gaitval.apps.regression",
-        "numpy",
-        "numba",
-    ),
+    *("sitecustomize", "usercustomize", "evil", "conftest", "numpy", "numba"),
     *("matplotlib", "yaml", "json", "pickle", "tokenize", "typing", "pkgutil", "dask", "torch"),
     *("antigravity", "tomllib", "sqlite3", "setup", "gaitval_plugin", "cuda"),
 )

@@ -23,7 +23,7 @@ ROOT = SUPPORT.parents[1]
 
 def environment():
     """In which quick studies are found."""
-    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras", SUPPORT]))
+    paths = os.pathsep.join(map(str, [ROOT, SUPPORT]))
     return {**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1"}
 
 

@@ -35,7 +35,7 @@ LONG = (
     "identification/test_body_fit.py",
     "live/test_person.py",
     "identification/test_screening.py",
-    "bodies/test_shared_errors.py",
+    "identification/test_shared_errors.py",
     "export/test_environment.py",
     "reporting/test_every_reader.py",
     # And what of the tests that are not slow takes long.

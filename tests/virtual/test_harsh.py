@@ -7,11 +7,11 @@ import pytest
 from typer.testing import CliRunner
 
 from gaitval.apps.virtual.harsh import Faults, drawn_faults, seen_through_skin
+from gaitval.cli import app
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.scaling.scaling import scale_subject
-from gaitval.terminal.app import app
 
 CONTACT = load_configuration().contact
 

@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
+from gaitval.cli import app
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject_file import builtin_subjects
-from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (
@@ -38,13 +38,16 @@ SOURCES = [
 ]
 PACKAGE = [*(ROOT / "gaitval").rglob("*.py")]
 OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
-OTHERS = ("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/")
+OTHERS = (
+    *("gaitval/baselines/", "gaitval/models/", "scripts/validate_fukuchi", "scripts/research/"),
+    *("docs/reference/biomechanical_standard.md", "src/locohub/"),
+)
 """Paths that only a built wheel has, and those in the repositories of others."""
 NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
 PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
 
 
-FILES = (".py", ".osim", ".toml", ".json", ".csv", ".npz", ".html", ".pdf", ".safetensors")
+FILES = (".py", ".osim", ".zip", ".toml", ".json", ".csv", ".npz", ".html", ".pdf", ".safetensors")
 
 
 def texts(files: list[Path]) -> Iterator[tuple[str, str]]:

@@ -19,9 +19,9 @@ from page_in_browser import chromium, opened
 from typer.main import get_command
 
 from gaitval import __version__
+from gaitval.cli import app
 from gaitval.configuration import Configuration
 from gaitval.metrics.tolerances import load_registry
-from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[2]
 ELSEWHERE = {"speed.md", "learning.md", "method.md", "cohort.md", "decisions.md"}

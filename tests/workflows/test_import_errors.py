@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import GaitvalError, RecordError, ScalingError
 from gaitval.gait.plate_offset import zero_plates
@@ -35,7 +36,6 @@ from gaitval.session.request import ImportOptions, Request
 from gaitval.session.scale import scale_body
 from gaitval.session.session import Import
 from gaitval.session.subject import subject_of
-from gaitval.terminal import app as cli
 from gaitval.terminal import display
 
 SECONDS = 8.0

@@ -16,6 +16,7 @@ from made_up_session import MadeUpSession, made_up_session
 from recorded_sessions import rajagopal_walk
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.artefacts import read_json
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
@@ -26,7 +27,6 @@ from gaitval.mocap.trc import read_trc
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import Request
 from gaitval.session.session import Import
-from gaitval.terminal import app as cli
 
 PROCESSING = ProcessingSettings()
 

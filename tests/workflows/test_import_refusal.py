@@ -8,6 +8,7 @@ from html_page import pdf_in_ci
 from made_up_session import MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.apps.judge.judge import Request as JudgeRequest
 from gaitval.apps.judge.judge import judge
 from gaitval.apps.judge.write import write_judgement
@@ -22,7 +23,6 @@ from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import ImportOptions
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import valid_cycles
-from gaitval.terminal import app as cli
 from gaitval.terminal import display
 
 

@@ -310,7 +310,7 @@ with pytest.MonkeyPatch.context() as patch:
 @pytest.fixture(scope="module")
 def from_the_command_line(sessions, tmp_path_factory) -> Path:
     """Its page is not drawn, which takes longer than the import; other programs that tests start
-    draw theirs (`test_wings.py`)."""
+    draw theirs (`test_optional_libraries.py`)."""
     out: Path = tmp_path_factory.mktemp("import") / "made-up"
     support = Path(__file__).parents[1] / "support"
     done = subprocess.run(

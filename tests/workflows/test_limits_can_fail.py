@@ -55,7 +55,7 @@ CONFIGURATION = sharp_filter(cycles=6, start_phases=PHASES)
 WEIGHT = MASS * GRAVITY
 
 REGISTRY = [row for row in load_registry().tolerance if row.measure not in JUDGED_UNITS]
-"""Those of OpenSim's models and results are in tests/judging."""
+"""Those of OpenSim's models and results are in tests/judge."""
 OF_WALKS = {row.id: row for row in REGISTRY if row.measure in WALK_UNITS}
 OF_RECORDINGS = {row.id: row for row in REGISTRY if row.measure not in WALK_UNITS}
 

@@ -8,10 +8,10 @@ from html_page import without_figures
 from quick_settings import QUICK
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.artefacts import read_json
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import metrics_from
-from gaitval.terminal import app as cli
 from gaitval.terminal import display
 
 SETTINGS = list(QUICK)

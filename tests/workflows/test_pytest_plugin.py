@@ -31,7 +31,7 @@ def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         env={
             **os.environ,
             "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
-            "PYTHONPATH": os.pathsep.join(map(str, (ROOT, ROOT / "extras"))),
+            "PYTHONPATH": str(ROOT),
         },
         capture_output=True,
         text=True,

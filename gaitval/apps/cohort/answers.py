@@ -92,7 +92,7 @@ class _Device(_Read):
 
 
 class Summary(_Read):
-    """What the tables hold of a study; see `study.summary_of`."""
+    """What the tables hold of a study; see `apps.cohort.study.summary_of`."""
 
     subject: _Subject
     verdicts: _Verdicts

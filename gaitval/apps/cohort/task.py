@@ -33,7 +33,7 @@ THREADS: Final = (
 """Variables that say how many threads BLAS, torch (OMP, MKL) and numba may use."""
 SAFE: Final = "PYTHONSAFEPATH"
 """Variable that keeps a Python from modules in the folder that it is started in, whose others may
-be: a `pickle.py` there would run."""
+be: a module `pickle` there would run."""
 TRIM: Final = "MALLOC_TRIM_THRESHOLD_"
 """Variable by which Dask lets its workers give back memory in small pieces; it would cost a study
 two seconds of the system's time."""

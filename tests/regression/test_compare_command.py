@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from gaitval.apps.devices.results import VERSION
 from gaitval.artefacts import read_json, write_json
+from gaitval.cli import app
 from gaitval.terminal import display
-from gaitval.terminal.app import app
 
 REPORTS = Path(__file__).parents[2] / "reports"
 WALK = REPORTS / "S05" / "baseline"

@@ -9,10 +9,10 @@ import pytest
 from body_result import made_up
 from typer.testing import CliRunner
 
+from gaitval.cli import app
 from gaitval.identification.legs import LegDifference
 from gaitval.identification.pooled import SAME, pooled, together
 from gaitval.model.parameters import PARAMETERS
-from gaitval.terminal.app import app
 
 STORE = Path(__file__).parents[2] / "reports" / "identification" / "ten_shared.json"
 THIGH = PARAMETERS.index("thigh_length")

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from verdict_words import headline, rows_of, says
 
 import gaitval.apps.judge
+from gaitval import cli
 from gaitval.apps.judge import gait
 from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, Request, judge
 from gaitval.apps.judge.loads import read_loads
@@ -28,7 +29,6 @@ from gaitval.folder_lock import held
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
-from gaitval.terminal import app as cli
 
 NOISE_M = 0.005
 """Of the markers, see conftest.py."""

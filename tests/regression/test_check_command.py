@@ -9,10 +9,10 @@ from typer.testing import CliRunner
 
 from gaitval.apps.devices import results
 from gaitval.apps.regression import baseline, history
+from gaitval.cli import app
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
 from gaitval.terminal import display
-from gaitval.terminal.app import app
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 

@@ -8,8 +8,8 @@ from gaitval.apps.devices import results
 from gaitval.apps.devices.results import Figure
 from gaitval.apps.regression import device_results
 from gaitval.artefacts import write_json
+from gaitval.cli import app
 from gaitval.errors import ArtefactError
-from gaitval.terminal.app import app
 
 HIP = Figure("hip: lowest moment of the muscles", "right, learned", "Nm/kg", -0.8)
 SPEED = Figure("speed", "left, without", "m/s", 1.2)

@@ -178,7 +178,7 @@ def test_a_sign_that_no_gait_has_is_refused(tmp_path) -> None:
 
 
 def test_the_command(tmp_path) -> None:
-    from gaitval.terminal.app import app
+    from gaitval.cli import app
 
     path = data_set(tmp_path / "a_phase.parquet", "right", "left")
     done = CliRunner().invoke(app, ["locohub", str(path), "--out", str(tmp_path / "out")])

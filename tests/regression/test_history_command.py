@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from gaitval.apps.regression import history
 from gaitval.apps.regression.history import Check, Figure
+from gaitval.cli import app
 from gaitval.terminal import display
-from gaitval.terminal.app import app
 
 COMMITS = ("1234e67a", "1235e671")
 """Of the first and of the last checks; the last looks like a number."""
