@@ -1,4 +1,6 @@
-"""Array types for annotations, arrays in whole lines of the cache, and runs of True in an array."""
+"""Array types for annotations, arrays in whole lines of the cache, standard deviations of samples,
+and runs of True in an array.
+"""
 
 import math
 
@@ -16,6 +18,13 @@ def aligned(shape: tuple[int, ...]) -> Array:
     """
     room = np.zeros(math.prod(shape) + 7)
     return room[-room.ctypes.data % 64 // 8 :][: math.prod(shape)].reshape(shape)
+
+
+def sample_deviation(values: Array) -> Array | None:
+    """Standard deviation (n - 1) over the rows of `values` (n, ...), such as the curves of n
+    strides; None of fewer than two, which have none.
+    """
+    return np.asarray(values.std(axis=0, ddof=1)) if len(values) > 1 else None
 
 
 def runs(on: Flags) -> tuple[Index, Index]:

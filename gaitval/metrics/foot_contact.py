@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, sample_deviation
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.sampling import SAMPLES
@@ -71,7 +71,7 @@ class Stances:
     def contact(self) -> FootContact:
         """Means and standard deviations over the stances."""
         mean = self.path.mean(axis=0) if len(self.path) else None
-        deviation = self.path.std(axis=0, ddof=1) if len(self.path) > 1 else None
+        deviation = sample_deviation(self.path)
         along, across = (
             MeanCurve(
                 mean=None if mean is None else numbers(100.0 * mean[:, axis]),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, sample_deviation
 from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
@@ -249,9 +249,10 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
     each_error: dict[Kind, dict[str, CurveError | None]] = {kind: {} for kind in KINDS}
     for kind, simulated in by_kind(compared.curves).items():
         for name, curve in simulated.items():
+            deviation = sample_deviation(curve)
             means[kind][name] = MeanCurve(
                 mean=numbers(curve.mean(axis=0)) if len(curve) else None,
-                sd=numbers(curve.std(axis=0, ddof=1)) if len(curve) > 1 else None,
+                sd=None if deviation is None else numbers(deviation),
             )
             each_error[kind][name] = compare_curve(curve, recorded[kind][name])
     curves, errors = WalkedCurves(**means), CurveErrors(**each_error)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, sample_deviation
 from gaitval.configuration import load_configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -173,7 +173,7 @@ def _walked(
                 return None
             return array(found.mean), None if found.sd is None else array(found.sd)
     drawn = strides.get(f"{kind}/{key}")
-    return None if drawn is None else (drawn.mean(axis=0), drawn.std(axis=0))
+    return None if drawn is None else (drawn.mean(axis=0), sample_deviation(drawn))
 
 
 def _bursts(metrics: Metrics, joint: str) -> dict[str, float]:

@@ -20,6 +20,18 @@ def test_the_limits_are_those_of_bland_and_altman():
     assert np.allclose(found.differences, differences)
 
 
+def test_three_people_by_hand():
+    """Differences 1, 2 and 3: bias 2 and SD 1 (n - 1); Student's t of two degrees of freedom at
+    97.5 % is 4.303 (any table), and the limits are 1.96 SD away, at every number of people."""
+    found = bland_altman([10.0, 20.0, 40.0], [11.0, 22.0, 43.0])
+    assert (found.bias, found.deviation) == pytest.approx((2.0, 1.0))
+    assert (found.lower, found.upper) == pytest.approx((0.04, 3.96), abs=1e-9)
+    half = 4.303 / np.sqrt(3.0)
+    assert found.bias_interval == pytest.approx((2.0 - half, 2.0 + half), abs=1e-3)
+    assert found.limit_error == pytest.approx(4.303 * np.sqrt(3.0 / 3.0), abs=1e-3)
+    assert found.means.tolist() == [10.5, 21.0, 41.5]
+
+
 def test_an_error_that_grows_is_seen():
     first = np.linspace(1.0, 2.0, 12)
     rough = first + 0.01 * np.resize([1.0, -1.0], 12)

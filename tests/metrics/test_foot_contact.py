@@ -9,7 +9,7 @@ from synthetic_walk import MASS, MODEL, STANCE, perfect_walk, sharp_filter, synt
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.foot_contact import EARLY, foot_contacts, outline
+from gaitval.metrics.foot_contact import EARLY, Stances, foot_contacts, outline
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.tree import segment_frames
@@ -68,6 +68,27 @@ def test_the_outline_is_the_foot_from_heel_to_toes():
     np.testing.assert_allclose(right.centres, left.centres, atol=1e-12)
     assert (right.centres[:, 0] - right.radii).min() == pytest.approx(0.0, abs=1e-12)
     assert (right.centres[:, 0] + right.radii).max() == pytest.approx(1.0)
+
+
+def test_means_and_deviations_over_the_stances_by_hand():
+    """Of 0.1, 0.2 and 0.6 foot lengths along: mean 30 %, SD (n - 1) the root of 0.07; across a
+    tenth of them, to the other side."""
+    sizes = np.array([0.1, 0.2, 0.6])[:, None] * np.ones(101)
+    stances = Stances(
+        places=np.zeros((3, 2)),
+        path=np.stack([sizes, -0.1 * sizes], axis=2),
+        bounces=np.array([0.0, 1.0, 0.0]),
+        transient=np.array([0.9, 1.1, 1.3]),
+        outline=outline(MODEL, "right"),
+    )
+    found = stances.contact()
+    for curve, factor in ((found.path.along, 1.0), (found.path.across, -0.1)):
+        np.testing.assert_allclose(curve.mean, factor * 30.0)
+        np.testing.assert_allclose(curve.sd, abs(factor) * 100.0 * np.sqrt(0.07))
+    assert (found.stances, found.bounces_per_stance) == (3, pytest.approx(1.0 / 3.0))
+    assert found.transient_peak == pytest.approx(110.0)
+    one = replace(stances, path=stances.path[:1]).contact()
+    assert one.path.along.sd is None
 
 
 def test_a_longer_foot_is_measured_in_its_own_length():

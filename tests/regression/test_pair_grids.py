@@ -111,4 +111,4 @@ def test_before_is_not_now_and_each_has_its_own_side(pair: Pair) -> None:
         np.testing.assert_array_equal(each.mean, walk.mean)
         if each.which == "walk":
             np.testing.assert_array_equal(each.strides, own[f"angles/{key}"])
-            np.testing.assert_allclose(each.sd, own[f"angles/{key}"].std(axis=0))
+            np.testing.assert_allclose(each.sd, own[f"angles/{key}"].std(axis=0, ddof=1))

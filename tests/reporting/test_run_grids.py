@@ -1,5 +1,7 @@
 """The figures of curves of a run."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from report_run import build_run
@@ -8,7 +10,9 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting.figures import centre_of_mass
-from gaitval.reporting.run_grids import _recorded, figures, strides_of
+from gaitval.reporting.run_grids import _recorded, _walked, figures, strides_of
+
+BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 
 
 @pytest.fixture(scope="module")
@@ -104,3 +108,14 @@ def test_where_nothing_was_recorded_the_curve_beside_is_the_prediction(run, monk
     assert "<!-- record" not in drawn
     assert "<!-- prediction -->" in drawn
     assert "<!-- prediction, right -->" in drawn
+
+
+def test_of_what_is_not_compared_the_strides_that_are_drawn_give_mean_and_deviation():
+    """Of 1, 2 and 6 degrees: mean 3, SD (n - 1) the root of 7; a single stride has none."""
+    metrics = read_metrics(BASELINE)
+    strides = {"angles/knee_adduction_r": np.array([1.0, 2.0, 6.0])[:, None] * np.ones(101)}
+    mean, deviation = _walked(metrics, strides, "angles", "knee_adduction_r")
+    np.testing.assert_allclose(mean, 3.0)
+    np.testing.assert_allclose(deviation, np.sqrt(7.0))
+    one = {name: each[:1] for name, each in strides.items()}
+    assert _walked(metrics, one, "angles", "knee_adduction_r")[1] is None

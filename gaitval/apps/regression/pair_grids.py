@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.apps.regression.versions import Pair, StoredWalk
-from gaitval.arrays import Array
+from gaitval.arrays import Array, sample_deviation
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
@@ -85,7 +85,8 @@ def _panel(
             continue
         own = now.get(key)
         curves.append(DrawnCurve(side, first, which="record"))
-        curves.append(DrawnCurve(side, second, None if own is None else own.std(axis=0), own))
+        deviation = None if own is None else sample_deviation(own)
+        curves.append(DrawnCurve(side, second, deviation, own))
         if key in before and own is not None:
             regions[side] = differing(before, now, key)
     return Panel(

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, sample_deviation
 from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
@@ -70,8 +70,9 @@ class Screened:
 
     @property
     def spread(self) -> Array:
-        """(3,) standard deviation of the effects; NaN of fewer than two."""
-        return np.asarray(self.effects.std(axis=0)) if len(self.effects) > 1 else np.full(3, np.nan)
+        """(3,) standard deviation of the effects (n - 1); NaN of fewer than two."""
+        found = sample_deviation(self.effects)
+        return np.full(3, np.nan) if found is None else found
 
     @property
     def unit(self) -> str:
