@@ -9,7 +9,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -444,7 +443,7 @@ def row(change: regression.Outcome, current: float | None) -> regression.Row:
 @pytest.fixture
 def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(
-        "gaitval.apps.regression.baseline.stored_metrics", lambda file, *, fewer: read_json(file)
+        "gaitval.apps.regression.baseline.stored_metrics", lambda file: read_json(file)
     )
     monkeypatch.setattr("gaitval.apps.regression.baseline.changed_inputs", lambda *_: [])
     for name in STORED_FILES:
@@ -494,17 +493,6 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
     assert "Inputs: changed: numpy 2.1.0, now 2.2.0; the code in gaitval/policy" in output
     assert "Figures: 1 of 1 measures within their margins" in output
     assert "numpy 2.1.0, now 2.2.0" in junit.read_text()
-
-
-def test_a_baseline_with_fewer_measures_needs_a_reason(
-    stored: Path, monkeypatch: pytest.MonkeyPatch, plain_messages: io.StringIO
-) -> None:
-    monkeypatch.setattr("gaitval.apps.regression.baseline.walk_again", lambda *_, **__: {})
-    new = replace(row("improved", 4.1), baseline=None)
-    monkeypatch.setattr(regression, "compare", lambda *_, **__: [new])
-    assert gaitval("check", "--baseline", str(stored)).exit_code == 2
-    assert "lacks 1 of the 1 measures of this gaitval" in plain_messages.getvalue()
-    assert gaitval("check", "--baseline", str(stored), "--fewer", "old").exit_code == 0
 
 
 def test_check_fails_with_a_table_and_junit_where_accuracy_was_lost(

@@ -8,9 +8,9 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 
 from gaitval.apps.regression.regression import (
     LONG_MEASURES,
-    check_same_measures,
     compare,
     lost,
+    new,
     write_junit,
 )
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
@@ -171,13 +171,16 @@ def test_falls_of_a_quick_check_are_those_of_the_same_start_and_cycles(
     assert row.change == change
 
 
-def test_a_baseline_with_fewer_measures_is_refused_unless_asked_for(metrics):
+def test_a_measure_that_the_baseline_lacks_is_new_and_no_gain(metrics):
     fewer = copy.deepcopy(metrics)
-    del fewer["measures"][0]
-    with pytest.raises(ArtefactError, match="lacks 1 of the") as refused:
-        check_same_measures(compared(fewer, metrics))
-    assert refused.value.goes_on == ("--fewer 'WHY'",)
-    check_same_measures(compared(metrics, metrics))
+    gone = fewer["measures"].pop(0)
+    rows = compared(fewer, metrics)
+    (added,) = new(rows)
+    assert (added.measure, added.target) == (gone["measure"], gone["target"])
+    assert not lost(rows)
+    assert not new(compared(metrics, metrics))
+    # one that can no longer be measured is lost, not new
+    assert [row.change for row in compared(metrics, fewer) if row.change != "kept"] == ["lost"]
 
 
 def test_another_subject_is_refused(metrics):

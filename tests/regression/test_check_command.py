@@ -1,6 +1,7 @@
 """What `gaitval check` refuses before it walks, and what it keeps where something goes wrong."""
 
 import io
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,9 @@ from typer.testing import CliRunner
 
 from gaitval.apps.devices import results
 from gaitval.apps.regression import baseline, history
+from gaitval.apps.regression.regression import LONG_MEASURES
+from gaitval.apps.regression.seal import parts_of
+from gaitval.artefacts import read_json, value_hash, write_json
 from gaitval.cli import app
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import read_metrics
@@ -38,16 +42,41 @@ def walks(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def check(*options: str) -> Any:
-    return CliRunner().invoke(app, ["check", "--baseline", str(STORED), "--quick", *options])
+def check(*options: str, folder: Path = STORED) -> Any:
+    return CliRunner().invoke(app, ["check", "--baseline", str(folder), "--quick", *options])
 
 
-@pytest.mark.parametrize("reason", ["", "  "])
-def test_an_empty_reason_is_none(walks: list[str], said: io.StringIO, reason: str) -> None:
-    assert check("--fewer", reason).exit_code == 2
-    assert "is no reason" in said.getvalue()
-    assert walks == []
-    assert check("--fewer", "an old one").exit_code == 0
+def test_a_measure_that_is_newer_than_the_baseline_is_named_and_fails_nothing(
+    walks: list[str], tmp_path: Path
+) -> None:
+    folder = tmp_path / "baseline"
+    shutil.copytree(STORED, folder)
+    values, sealed = read_json(folder / "metrics.json"), read_json(folder / "seal.json")
+    for name in ("measures", "tolerances"):
+        values[name] = [row for row in values[name] if row["measure"] != "pressure_arm_rmse"]
+    write_json(folder / "metrics.json", values)
+    # as it was sealed before gaitval knew the measure
+    sealed["margins"].pop("pressure_arm_rmse")
+    sealed["parts"] = parts_of(folder)
+    rest = {name: each for name, each in sealed.items() if name != "seal"}
+    write_json(folder / "seal.json", {**rest, "seal": value_hash(rest)})
+    junit = tmp_path / "accuracy.xml"
+    result = check("--junit", str(junit), folder=folder)
+    assert result.exit_code == 0, result.output
+    told = " ".join(result.output.split())
+    assert "New: 2 measures" in told
+    assert "(pressure_arm_rmse)" in told
+    assert "gaitval baseline" in told
+    rows = len(read_metrics(STORED).measures) - sum(
+        row.measure in LONG_MEASURES for row in read_metrics(STORED).measures
+    )
+    assert f"{rows - 2} of {rows - 2} measures within their margins" in told
+    assert junit.read_text(encoding="utf-8").count("new: not measured") == 2
+    # one that the gaitval that stored it knew is not new: it was taken out
+    sealed["margins"] = read_json(STORED / "seal.json")["margins"]
+    rest = {name: each for name, each in sealed.items() if name != "seal"}
+    write_json(folder / "seal.json", {**rest, "seal": value_hash(rest)})
+    assert check(folder=folder).exit_code == 2
 
 
 @pytest.mark.parametrize("place", ["below a file", "a folder"])

@@ -5,7 +5,7 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitval import file_gate
 from gaitval.apps.regression.finished import Record, check_finished, read_records
-from gaitval.apps.regression.seal import changes, check_seal, read_seal, seal
+from gaitval.apps.regression.seal import changes, check_seal, measures_known, read_seal, seal
 from gaitval.apps.regression.whole_folder import disk_says, writing_whole
 from gaitval.artefacts import (
     copy_files,
@@ -154,10 +154,11 @@ def seal_again(baseline: Path, *, walked: bool = False) -> None:
     `walked` if its metrics are those of a walk of the installed code.
     Raises ArtefactError if it is still incomplete or contradicts itself.
     """
-    believed(baseline / METRICS)
     if walked:
+        believed(baseline / METRICS)
         seal(baseline, code=installed_code())
         return
+    believed(baseline / METRICS, known=measures_known(baseline))
     try:
         # a new seal does not change by which code the stored walk was made
         code = read_seal(baseline).code
@@ -278,21 +279,21 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-def stored_metrics(file: Path, *, fewer: bool = False) -> "Metrics":
-    """The metrics in the `file` of a stored baseline, if they can be trusted and are as stored;
-    with `fewer`, they may lack measures of the installed gaitval. Raises ArtefactError (see
-    `believed`, `seal.check_seal`).
+def stored_metrics(file: Path) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted and are as stored.
+    They lack measures that gaitval has learned since. Raises ArtefactError (see `believed`,
+    `seal.check_seal`).
     """
-    metrics = believed(file, fewer=fewer)
+    metrics = believed(file, known=measures_known(file.parent))
     check_seal(file.parent)
     return metrics
 
 
-def believed(file: Path, *, fewer: bool = False) -> "Metrics":
-    """The metrics in the `file` of a stored baseline, if they can be trusted; `fewer` as in
-    `stored_metrics`. Raises ArtefactError if they are not readable, incomplete, in contradiction to
-    themselves, or of another configuration, subject or record than those stored beside them;
-    PolicyError if the policy cannot be used.
+def believed(file: Path, *, known: Collection[str] | None = None) -> "Metrics":
+    """The metrics in the `file` of a stored baseline, if they can be trusted; `known` are the
+    measures that must be there, by default all. Raises ArtefactError if they are not readable,
+    incomplete, in contradiction to themselves, or of another configuration, subject or record than
+    those stored beside them; PolicyError if the policy cannot be used.
     """
     from gaitval.apps.regression.stored import FIX, believe
     from gaitval.datasets.subject_file import load_subject
@@ -302,7 +303,7 @@ def believed(file: Path, *, fewer: bool = False) -> "Metrics":
     from gaitval.reference.adjustment import Adjustment
 
     metrics = read_metrics(file)
-    believe(metrics, str(file), fewer=fewer)
+    believe(metrics, str(file), known=known)
     folder = file.parent
     check_complete(folder)
     configuration = load_configuration(folder / "configuration.toml")

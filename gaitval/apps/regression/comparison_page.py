@@ -211,7 +211,7 @@ def _versions(versions: Versions) -> dict[str, Any]:
                 "same_record": pair.same_record,
                 **{
                     change: sum(row.change == change for row in pair.rows)
-                    for change in ("lost", "improved", "kept")
+                    for change in ("lost", "improved", "kept", "new")
                 },
             }
             for pair in versions.pairs

@@ -6,14 +6,14 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from gaitval.apps.regression.regression import Row, lost
+from gaitval.apps.regression.regression import Row, lost, new
 from gaitval.errors import ToleranceError
 from gaitval.terminal import display
 
 
 def print_moved(rows: Sequence[Row]) -> None:
     """Print the `rows` of measures that moved by more than their margin, if there are any."""
-    moved = [row for row in rows if row.change != "kept"]
+    moved = [row for row in rows if row.change in ("lost", "improved")]
     if not moved:
         return
     table = Table(title="Measures that moved by more than their margin")
@@ -41,6 +41,13 @@ def judge_moved(
     says how to make it `anew`.
     """
     print_moved(rows)
+    if added := new(rows):
+        names = ", ".join(dict.fromkeys(row.measure for row in added))
+        display.plain(
+            f"New: {len(added)} measures that {baseline} lacks, so a loss there would not be seen "
+            f"({names}). To compare them from now on, {anew}."
+        )
+        rows = [row for row in rows if row.change != "new"]
     failures = lost(rows)
     if failures:
         raise ToleranceError(

@@ -13,7 +13,7 @@ from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
 
-Outcome = Literal["lost", "kept", "improved"]
+Outcome = Literal["lost", "kept", "improved", "new"]
 
 LONG_MEASURES = ("consecutive_cycles", "push_survival")
 """Measures that need longer rollouts than the compared one."""
@@ -44,7 +44,8 @@ class Row:
     baseline, current : None where it could not be measured.
     margin : how much may be lost.
     change : "lost" if it got worse by more than the margin or can no longer be measured, "improved"
-        if it got better by more than the margin, else "kept".
+        if it got better by more than the margin, "new" if the baseline lacks the measure, else
+        "kept".
     origin : where what the walk is compared with comes from; a change of the distance from what was
         not recorded is a change of the walk, not of its accuracy.
     """
@@ -115,11 +116,13 @@ def compare(
             current=now.get((measure, target)),
             margin=allowed[measure].value,
             change=_change(
-                before.get((measure, target)),
+                before[measure, target],
                 now.get((measure, target)),
                 allowed[measure].value,
                 allowed[measure].better,
-            ),
+            )
+            if (measure, target) in before
+            else "new",
             origin=measure_origin(measure, target, origins),
         )
         # a dictionary for its order: the baseline's, then what only the new run has
@@ -128,15 +131,9 @@ def compare(
     ]
 
 
-def check_same_measures(rows: Sequence[Row]) -> None:
-    """Raise ArtefactError if the baseline of `rows` lacks a measure that the current run has."""
-    missing = [f"{row.measure} of {row.target}" for row in rows if row.baseline is None]
-    if missing:
-        raise ArtefactError(
-            f"the baseline lacks {len(missing)} of the {len(rows)} measures of this gaitval, the "
-            f"first is {missing[0]}: a loss there would pass. Store it again with `gaitval "
-            "baseline SUBJECT`."
-        ).with_way_on("--fewer 'WHY'")
+def new(rows: Sequence[Row]) -> list[Row]:
+    """The `rows` that the baseline lacks: what it was stored with did not have the measure."""
+    return [row for row in rows if row.change == "new"]
 
 
 def lost(rows: Sequence[Row]) -> list[Row]:

@@ -41,7 +41,7 @@ class Seal(Result):
     Attributes
     ----------
     parts : hash by part: of the contents, not of the layout of a file.
-    margins : those of `tolerances.toml`, by measure.
+    margins : those of `tolerances.toml`, by measure, of the measures that are stored.
     code : hash by folder of the package of the code that walks and measures; None if not recorded.
     seal : hash of everything else.
     """
@@ -82,12 +82,24 @@ def installed_margins() -> dict[str, SealedMargin]:
     }
 
 
+def measures_known(baseline: Path) -> set[str] | None:
+    """The measures of the gaitval that stored a `baseline`, by its seal; None if that is missing or
+    was edited. One that gaitval has learned since may be missing there, one of these may not.
+    """
+    try:
+        return {*read_seal(baseline).margins}
+    except ArtefactError:
+        return None
+
+
 def seal(baseline: Path, *, code: Mapping[str, str] | None) -> None:
     """Seal a stored `baseline` as it is, with the hashes of its `code` (see `Seal`)."""
+    stored = {row["measure"] for row in read_json(baseline / "metrics.json")["measures"]}
+    margins = installed_margins().items()
     values = {
         "version": VERSION,
         "parts": parts_of(baseline),
-        "margins": {name: margin.as_dict() for name, margin in installed_margins().items()},
+        "margins": {name: margin.as_dict() for name, margin in margins if name in stored},
         "code": None if code is None else dict(code),
     }
     write_json(baseline / SEAL, {**values, "seal": value_hash(values)})
@@ -141,10 +153,10 @@ def check_seal(baseline: Path) -> Seal:
 
 def _moved_margins(found: Seal) -> list[str]:
     then, installed = found.margins, installed_margins()
-    return [
-        f"{name} {_margin(then.get(name))}, now {_margin(installed.get(name))}"
-        for name in sorted({*then, *installed})
-        if then.get(name) != installed.get(name)
+    return [  # a measure that is new since has no margin there
+        f"{name} {_margin(then[name])}, now {_margin(installed.get(name))}"
+        for name in sorted(then)
+        if then[name] != installed.get(name)
     ]
 
 

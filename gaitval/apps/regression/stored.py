@@ -5,6 +5,7 @@ walk more than once: errors follow from the curves, measures from errors, cycles
 it is computed again and compared.
 """
 
+from collections.abc import Collection
 from typing import Final
 
 import numpy as np
@@ -39,9 +40,10 @@ FIX: Final = (
 )
 
 
-def believe(metrics: Metrics, origin: str, *, fewer: bool = False) -> None:
+def believe(metrics: Metrics, origin: str, *, known: Collection[str] | None = None) -> None:
     """Raise ArtefactError where the stored `metrics` are incomplete or contradict themselves.
-    `origin` is the file, for the message; with `fewer`, measures may be missing.
+    `origin` is the file, for the message; `known` are the measures of the gaitval that stored it,
+    of which none may be missing; by default all of the installed one.
     """
     _check_curves(metrics, origin)
     judged = {(row.measure, row.target): row.value for row in metrics.tolerances}
@@ -78,7 +80,8 @@ def believe(metrics: Metrics, origin: str, *, fewer: bool = False) -> None:
         name = f"{measure.measure} of {measure.target}"
         # popped, so that what is left in the end follows from nothing in the file
         stored = found.pop((measure.measure, measure.target), None)
-        if stored is None and (fewer or not needed):
+        is_new = known is not None and measure.measure not in known
+        if stored is None and (is_new or not needed):
             continue
         if stored is None:
             raise ArtefactError(f"{origin}: {name} is missing from the measures. {FIX}")
