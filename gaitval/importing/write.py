@@ -145,12 +145,14 @@ def _curve_table(found: Import) -> pd.DataFrame:
         for axis, direction in enumerate(("forward", "left", "up")):
             columns[f"force_{direction}_{side[0]}_mean"] = force.mean[:, axis]
             columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
-    return pd.DataFrame(columns | getattr(found.measurement, "columns", dict)())
+    if found.measurement is not None:
+        columns |= found.measurement.columns()
+    return pd.DataFrame(columns)
 
 
 def _record(found: Import) -> dict[str, Any]:
     """The contents of `import.json`."""
-    request, body = found.request, found.body
+    request, body, seen = found.request, found.body, found.measurement
     return {
         "schema_version": IMPORT_VERSION,
         "versions": versions(),
@@ -190,8 +192,8 @@ def _record(found: Import) -> dict[str, Any]:
             {"trial": trial} | {name: getattr(doubt, name) for name in _OF_A_DOUBT}
             for trial, doubt in found.doubts
         ],
-        "measurement": [asdict(row) for row in getattr(found.measurement, "faults", ())],
-        "bands": getattr(found.measurement, "band_records", dict)(),
+        "measurement": [] if seen is None else [asdict(row) for row in seen.faults],
+        "bands": {} if seen is None else seen.band_records(),
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": [joint.record() for joint in found.functional],
     }

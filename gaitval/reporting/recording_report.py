@@ -25,6 +25,7 @@ from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
+from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 from gaitval.scaling.segments import ScaledSegment
@@ -221,7 +222,7 @@ class RecordingSummary:
     residuals : None without inverse dynamics.
     marker_rms_limit, marker_largest_limit : m, drawn and applied to `marker_errors`.
     changes : of `--consistent`; empty without it.
-    measurement : of the wing `gaitval.measurement`, with its template and drawings; or None.
+    measurement : what `gaitval.measurement` says, with its template and drawings; or None.
     missing : data of one side that were not recorded, why, and what can be done; sentences.
     doubts : warnings where data contradict physics or normal gait, a sentence each.
     findings : what cleaning found and did, one sentence each.
@@ -261,7 +262,7 @@ class RecordingSummary:
     residuals: ResidualCurves | None = None
     spatiotemporal: Sequence[SpatiotemporalRow] = ()
     changes: Sequence[ConsistencyChange] = ()
-    measurement: Any = None
+    measurement: MeasurementPart | None = None
     missing: Sequence[str] = ()
     doubts: Sequence[str] = ()
     findings: Sequence[str] = ()

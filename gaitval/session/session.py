@@ -7,7 +7,7 @@ dynamics; gait cycles. `gaitval.importing.write` writes the results.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from gaitval.errors import RecordError
 from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
+from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
 from gaitval.session.one_side import missing_sides
 from gaitval.session.read import SessionRecordings, read_session
@@ -26,12 +27,31 @@ from gaitval.session.scale import FittedBody, scale_body
 from gaitval.session.trial import WalkingTrial, require_cycles, work_out_trial
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
     from gaitval.arrays import Array
     from gaitval.session.functional import FunctionalJoint
 
 UNLIKE: Final = 1.2
 """Times the slowest trial's speed from which a mean of both is said to be of neither; within a
 trial a stride that is so unlike the others does not count (`cycles.UNUSUAL_STRIDE`)."""
+
+
+class Measured(MeasurementPart, Protocol):
+    """What `gaitval.measurement` says of a session."""
+
+    @property
+    def faults(self) -> Sequence["DataclassInstance"]:
+        """A row for each fault that was looked for."""
+
+    def uncertainty(self) -> dict[str, float]:
+        """Half of the median width of each band, and those of lengths: the subject's file."""
+
+    def columns(self) -> "dict[str, Array]":
+        """Half widths of bands, and curves before a correction, (101,) by their columns."""
+
+    def band_records(self) -> dict[str, dict[str, object]]:
+        """The bands by curve and length (m), with the sources of their variance."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +83,7 @@ class Import:
     decisions: tuple[tuple[str, str], ...]
     functional: "tuple[FunctionalJoint, ...]" = ()
     of_means: tuple[QualityFlag, ...] = ()
-    measurement: Any = None
+    measurement: "Measured | None" = None
 
     @property
     def doubts(self) -> tuple[tuple[str, QualityFlag], ...]:

@@ -96,7 +96,7 @@ def subject_of(found: Import) -> Subject:
         if means
         else None,
         "measurements": body.chosen.to_dict(),
-        "uncertainty": getattr(found.measurement, "uncertainty", dict)(),
+        "uncertainty": {} if found.measurement is None else found.measurement.uncertainty(),
     }
     return make_subject(values, request.identifier)
 
