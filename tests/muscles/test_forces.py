@@ -1,0 +1,226 @@
+"""Muscle forces of a known walk balance its moments, and the joints carry what is left."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_walk import known_walk
+from scipy.spatial.transform import Rotation
+
+from gaitval.coordinates import ACTUATED, mirrored
+from gaitval.errors import ModelError, RecordError
+from gaitval.inverse.inverse_dynamics import inverse_dynamics
+from gaitval.model.body import SEGMENTS
+from gaitval.model.tree import segment_frames
+from gaitval.muscles import CRITERIA, share
+from gaitval.muscles.bands import Spreads, draw
+from gaitval.muscles.curves import tendon_strain
+from gaitval.muscles.mapping import leg_loads
+from gaitval.muscles.paths import COORDINATES, JOINTS, geometry
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return known_walk()
+
+
+@pytest.fixture(scope="module")
+def dynamics(walk):
+    return inverse_dynamics(
+        walk.model, walk.time, walk.positions, walk.force, walk.point, walk.free_moment,
+        kinematics=walk.kinematics,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found(walk, dynamics):
+    return share(walk.model, walk.positions, dynamics, height=1.75)
+
+
+def test_the_hip_moments_are_those_of_inverse_dynamics(walk, dynamics):
+    """The same axes about the same centre, by another way: of the vector, in the mirror."""
+    for side in "rl":
+        loads = leg_loads(walk.model, walk.positions, dynamics, side)
+        for i, name in enumerate(("hip_flexion", "hip_adduction", "hip_rotation")):
+            theirs = dynamics.moments[:, ACTUATED.index(f"{name}_{side}")]
+            np.testing.assert_allclose(loads.moments[:, i], theirs, atol=1e-8)
+
+
+def test_knee_and_ankle_moments_are_near_those_of_simple_joints(walk, dynamics):
+    """The model's knee slides and its ankle is oblique: near, but not the same."""
+    for side in "rl":
+        loads = leg_loads(walk.model, walk.positions, dynamics, side)
+        for name, most in (("knee_angle", 0.15), ("ankle_angle", 0.25)):
+            theirs = dynamics.moments[:, ACTUATED.index(f"{name}_{side}")]
+            off = loads.moments[:, COORDINATES.index(name)] - theirs
+            assert np.abs(off).max() < most * np.abs(theirs).max()
+            assert np.abs(off).max() > 1e-3
+
+
+def test_the_foot_is_where_it_was(walk, dynamics):
+    """Two turns about the model's axes nearly give the foot's orientation in the shank."""
+    loads = leg_loads(walk.model, walk.positions, dynamics, "r")
+    assert np.degrees(loads.unturned.max()) < 12.0
+    dorsiflexion = walk.positions[:, 6 + ACTUATED.index("ankle_angle_r")]
+    assert np.corrcoef(loads.angles[:, 4], dorsiflexion)[0, 1] > 0.97
+
+
+def test_muscles_and_reserves_make_the_moments(found):
+    for leg in found.legs.values():
+        assert leg.solved.all()
+        made = np.einsum("tmj,tm->tj", leg.arms, leg.force)
+        np.testing.assert_allclose(made + leg.reserves, leg.moments, atol=1e-8)
+        # Not the subtalar one: the forces of this walk act under the ankle, with free moments that
+        # no floor exerts.
+        assert (leg.reserve_share()[:5] < 0.01).all()
+        assert leg.activation.min() >= 0.0
+        assert leg.activation.max() <= 1.0
+        assert (leg.force >= leg.passive - 1e-9).all()
+        assert (leg.passive >= 0.0).all()
+
+
+def test_the_shank_is_in_equilibrium(walk, dynamics, found):
+    """All forces on what is beyond the knee, in world axes: the joint's contact, the muscles' pull
+    and what inverse dynamics says they must be together."""
+    leg = found.legs["right"]
+    paths = geometry(leg.loads.angles)
+    knee = JOINTS.index("knee")
+    pull = np.einsum("tm,tmk->tk", leg.force, paths.pull[:, :, knee])
+    thigh = segment_frames(walk.model, walk.positions)[:, SEGMENTS.index("thigh_r"), :3, :3]
+    to_leg = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    turn = Rotation.from_rotvec(
+        leg.loads.angles[:, [COORDINATES.index("knee_angle")]] * [[0.0, 0.0, -1.0]]
+    )
+    contact = turn.apply(leg.contact.knee)
+    together = np.einsum("tij,tj->ti", thigh, (contact + pull) @ to_leg)
+    np.testing.assert_allclose(together, dynamics.joint_force[:, 0, 1], atol=1e-6)
+
+
+def test_the_plateaus_carry_the_compression(found):
+    contact = found.legs["right"].contact
+    np.testing.assert_allclose(contact.medial + contact.lateral, contact.compression, atol=1e-9)
+    pressed = contact.compression > 0
+    assert (contact.medial[pressed] >= -1e-9).all()
+    assert (contact.lateral[pressed] >= -1e-9).all()
+    # In stance a person's foot is medial of the knee: the medial side carries more.
+    assert contact.medial.max() > contact.lateral.max()
+
+
+def test_joints_carry_more_than_the_body_weighs(found):
+    for joint in ("hip", "knee", "ankle"):
+        assert 1.5 < found.legs["right"].contact.size(joint).max() / found.body_weight < 9.0
+
+
+def test_the_mirrored_walk_has_the_mirrored_muscles(walk, dynamics, found):
+    mirror = np.array([1.0, -1.0, 1.0])
+    order = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
+    signs = np.array(
+        [-1.0 if n in ("lumbar_bending", "lumbar_rotation") else 1.0 for n in ACTUATED]
+    )
+    positions = walk.positions.copy()
+    positions[:, :3] *= [-1.0, 1.0, -1.0]
+    positions[:, 3:6] *= mirror
+    positions[:, 6:] = signs * walk.positions[:, 6:][:, order]
+    other = replace(
+        dynamics,
+        joint_force=dynamics.joint_force[:, ::-1] * mirror,
+        joint_moment=dynamics.joint_moment[:, ::-1] * [-1.0, 1.0, -1.0],
+    )
+    turned = share(walk.model, positions, other, height=1.75)
+    theirs, ours = turned.legs["left"], found.legs["right"]
+    np.testing.assert_allclose(theirs.moments, ours.moments, atol=1e-6)
+    np.testing.assert_allclose(theirs.activation, ours.activation, atol=1e-4)
+    np.testing.assert_allclose(theirs.contact.lateral, ours.contact.lateral, atol=1.0)
+
+
+def test_criteria_differ_where_they_should(walk, dynamics, found):
+    """Weights on gastrocnemius and hamstrings, or on the knee's force itself, unload the knee."""
+    plain = found.legs["right"].contact.compression.mean()
+    for name in ("spared knee", "contact"):
+        spared = share(walk.model, walk.positions, dynamics, height=1.75, criterion=name)
+        assert spared.legs["right"].contact.compression.mean() < 0.9 * plain
+    assert {"squares", "cubes", "volume"} <= CRITERIA.keys()
+
+
+def test_a_weak_muscle_works_less_and_the_others_more(walk, dynamics, found):
+    weak = share(walk.model, walk.positions, dynamics, height=1.75, strength={"soleus": 0.3})
+    names = found.legs["right"].muscles.names
+    soleus, gasmed = names.index("soleus"), names.index("gasmed")
+    before, after = found.legs["right"].force, weak.legs["right"].force
+    assert after[:, soleus].max() < 0.9 * before[:, soleus].max()
+    assert after[:, gasmed].max() > before[:, gasmed].max()
+
+
+def test_a_tendon_that_stretches_is_in_equilibrium(found):
+    """The fibre is as long as its tendon leaves it."""
+    leg = found.legs["right"]
+    m = leg.muscles
+    stretched = m.tendon_slack * (
+        1 + np.where(m.elastic, tendon_strain(leg.force / m.max_force), 0)
+    )
+    along = np.sqrt(
+        (leg.fibre * m.optimal_fibre) ** 2 - (m.optimal_fibre * np.sin(m.pennation)) ** 2
+    )
+    off = (stretched + along - leg.length)[:, m.elastic]
+    assert np.abs(off).max() < 1e-3
+
+
+def test_bands_hold_the_result_and_grow_with_what_is_not_known(found):
+    small = Spreads(
+        0.02, 0.02, 0.005, 0.01, 0.001, 0.006, tone=0.0, model_share=0.01, model_force=0.01
+    )
+    narrow = draw(found, "right", draws=20, spreads=small, criteria=("squares",))
+    wide = draw(found, "right", draws=20, criteria=("squares",))
+    low, high = narrow.band("compression")
+    width = np.subtract(*wide.band("compression")[::-1]).mean()
+    assert width > 3 * (high - low).mean()
+    centre = found.legs["right"].contact.compression
+    assert ((centre > low - 0.1 * width) & (centre < high + 0.1 * width)).mean() > 0.8
+    again = draw(found, "right", draws=20, criteria=("squares",))
+    np.testing.assert_array_equal(wide.compression, again.compression)
+
+
+def test_moments_per_kilogram_are_refused(walk, dynamics):
+    per_kg = replace(
+        dynamics,
+        joint_force=dynamics.joint_force / dynamics.mass_kg,
+        joint_moment=dynamics.joint_moment / dynamics.mass_kg,
+    )
+    with pytest.raises(RecordError, match="per kilogram"):
+        share(walk.model, walk.positions, per_kg, height=1.75)
+
+
+def test_missing_moments_are_refused(walk, dynamics):
+    moments = dynamics.moments.copy()
+    moments[3] = np.nan
+    with pytest.raises(RecordError, match="not known at"):
+        share(walk.model, walk.positions, replace(dynamics, moments=moments), height=1.75)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"criterion": "effort"}, "squares"),
+        ({"strength": {"calf": 0.5}}, "calf"),
+        ({"height": 175.0}, "175"),
+    ],
+)
+def test_what_is_not_known_is_refused(walk, dynamics, options, said):
+    with pytest.raises(ModelError, match=said):
+        share(walk.model, walk.positions, dynamics, **{"height": 1.75, **options})
+
+
+def test_what_a_reader_must_know_is_remarked(walk, dynamics, found):
+    assert not [said for said in found.remarks() if "no muscle" in said and "hip" in said]
+    weak = share(walk.model, walk.positions, dynamics, height=1.75, strength=0.15)
+    said = " ".join(weak.remarks())
+    assert "right ankle_angle" in said
+    assert "Nm" in said
+    assert "soleus" in said
+
+
+def test_a_pose_that_no_path_reaches_is_refused(walk, dynamics):
+    bent = walk.positions.copy()
+    bent[10:20, 6 + ACTUATED.index("knee_angle_l")] = np.radians(130.0)
+    with pytest.raises(RecordError, match=r"knee_angle of the left leg is 13\d deg"):
+        share(walk.model, bent, dynamics, height=1.75)
