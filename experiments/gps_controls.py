@@ -1,4 +1,4 @@
-"""Shipped: writes gaitval/metrics/gps_controls.csv, the healthy people of the Gait Profile Score.
+"""Shipped: writes gaitval/gait/gps_controls.csv, the healthy people of the Gait Profile Score.
 
     python -m experiments.gps_controls ../shared/data          # the file
     python -m experiments.gps_controls ../shared/data --check  # fails if the file is another
@@ -17,11 +17,12 @@ import pandas as pd
 
 from experiments.shipped import csv_text, parser_of, ship
 from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.record import HARMONICS_CAP, periodic_through
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.statistics_results import GaitProfile
 
-FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "gps_controls.csv"
+FILE = Path(__file__).resolve().parent.parent / "gaitval" / "gait" / "gps_controls.csv"
 
 VARIABLES = {
     "pelvis_1": "pelvis_list",

@@ -35,6 +35,18 @@ class RecordError(GaitvalError):
     """Which of a session's walking trials it is about, from 0; None if none alone."""
 
 
+class NoCycleError(RecordError):
+    """No trial shows a whole gait cycle of either side, though its motion was worked out."""
+
+
+class TrialOnlyError(RecordError):
+    """No subject could be made, but poses, and moments where forces show them, of the trials were
+    worked out and written: the result is a trial with moments, or with poses.
+    """
+
+    exit_code = 0
+
+
 class ConfigurationError(GaitvalError):
     """A configuration value is unknown, of the wrong type or out of range."""
 

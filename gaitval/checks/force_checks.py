@@ -66,6 +66,14 @@ CLIPPED_SHARE: Final = 1e-4
 """Samples this near, relatively, to the largest are equal to it."""
 
 
+NOTHING_SHARE: Final = 0.1
+"""Share of the samples in which a plate must be exactly 0 for a program to have set it so."""
+LARGEST_CUT_N: Final = 35.0
+"""N. Programs set forces below 10 to 20 N to zero; at 500 Hz a force rises by 10 N from sample to
+sample."""
+FEWEST_EDGES: Final = 4
+"""Beginnings and ends of contacts that show it."""
+
 SATURATED: Final = "saturated channel"
 """The check of this warning; `said.warnings` names it beside what it looks like."""
 
@@ -246,6 +254,7 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
     walking can look like that.
     """
     where = f"plate {plate.name}"
+    yield from _cut_below(plate, where)
     loaded = plate.force[:, 2] > CERTAIN_LOAD_N / 2
     if np.count_nonzero(loaded) < CLIPPED_SAMPLES * 4:
         yield from _dead_vertical(plate, where)
@@ -275,6 +284,26 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
     # A saturated channel repeats itself too; one warning is enough.
     if not saturated:
         yield from _stuck(plate, loaded, weight, rate)
+
+
+def _cut_below(plate: Plate, where: str) -> Iterator[QualityFlag]:
+    """A plate whose small forces a program set to zero."""
+    size = np.abs(plate.force).max(axis=1)
+    nothing = size == 0.0
+    if nothing.mean() < NOTHING_SHARE or not (~nothing).any():
+        return
+    begins, ends = runs(~nothing)
+    edges = np.concatenate([size[begins[begins > 0]], size[ends[ends < len(size)] - 1]])
+    least = float(np.median(edges)) if len(edges) >= FEWEST_EDGES else 0.0
+    if least > LARGEST_CUT_N and edges.min(initial=np.inf) > LARGEST_CUT_N / 2:
+        yield QualityFlag(
+            "forces cut off", where, least, LARGEST_CUT_N, "N",
+            f"its forces begin and end at about {least:.0f} N, and are exactly 0 beside: a program "
+            "set smaller ones to zero. Strikes come late and toe-offs early, and the rise of the "
+            "force is missing: export the forces as they were recorded, or with a threshold of at "
+            f"most {LARGEST_CUT_N:.0f} N",
+            plate=plate.name,
+        )  # fmt: skip
 
 
 def _stuck(plate: Plate, loaded: Flags, weight: float, rate: float) -> Iterator[QualityFlag]:

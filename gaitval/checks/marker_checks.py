@@ -35,6 +35,13 @@ COARSE: Final = 1e-4
 """m. Files rounded more coarsely are not checked: at a turning point, a coordinate that swings by
 2 cm once a second is within half a millimetre for 0.07 s, and within 0.05 mm for 0.02 s."""
 
+STRAIGHT_SECONDS: Final = 0.08
+"""A path that is exactly straight, at constant speed, for longer was filled in; noise of 0.1 mm
+bends that of every marker that was seen from frame to frame."""
+STRAIGHT_FRAMES: Final = 8
+STRAIGHT_BEND: Final = 0.05
+"""m/s². Half of a hundredth of gravity, and at 100 Hz five times the rounding of files in mm."""
+
 LARGEST_HEIGHT_CHANGE: Final = 0.02
 """m. When a foot is flat, each of its markers is as high as in standing, but for what the floor of
 the two trials differs by: within 8 mm."""
@@ -58,6 +65,7 @@ def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
     which coordinates are cut off or repeated.
     """
     yield from _lost(recording)
+    yield from _straight(recording)
     noise = _noise(recording)
     noisy = [name for name in noise if noise[name] > LARGEST_NOISE]
     if noisy:
@@ -79,6 +87,32 @@ def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
                 "marker moves on: the trajectory was cut off at the edge of the volume, or filled. "
                 "Look at the trajectory in the recording program",
             )  # fmt: skip
+
+
+def _straight(recording: Recording) -> Iterator[QualityFlag]:
+    """Markers whose path is an exact straight line for a while, as no marker's of a person is."""
+    rate = recording.marker_rate
+    least = max(STRAIGHT_FRAMES, round(STRAIGHT_SECONDS * rate))
+    found: dict[str, float] = {}
+    bent = np.full(recording.markers.shape[:2], np.nan)
+    bent[1:-1] = np.linalg.norm(np.diff(recording.markers, n=2, axis=0), axis=2)
+    exact = bent < STRAIGHT_BEND * (1.0 / rate) ** 2
+    # Something that moves as one, without a person's accelerations, is no person.
+    if np.nanmean(exact[np.isfinite(bent)]) > 0.5:
+        return
+    for number, name in enumerate(recording.names):
+        path = recording.markers[:, number]
+        for begin, end in zip(*runs(exact[:, number]), strict=True):
+            moved = np.linalg.norm(path[end - 1] - path[begin])
+            if end - begin >= least and moved > STUCK_TRAVEL:
+                found[name] = found.get(name, 0.0) + (end - begin) / rate
+    for name, seconds in found.items():
+        yield QualityFlag(
+            "straight line", name, seconds, STRAIGHT_SECONDS, "s",
+            f"its path is an exact straight line for {seconds:.2f} s in all, as no marker's on a "
+            "person is: a gap was filled so before the file was written, and the angles of its "
+            "segment are wrong there. Export the trial with the gaps left open",
+        )  # fmt: skip
 
 
 def _lost(recording: Recording) -> Iterator[QualityFlag]:

@@ -49,7 +49,9 @@ SWING_TIMES: Final = (1.0, 2.2)
 swings nearly as a pendulum, so this hardly depends on speed and size; a frame rate written double
 halves it."""
 LARGEST_BELT_ERROR: Final = 0.05
-"""Of the belt's speed, at least of 1 m/s: flat feet roll at 0.01 to 0.03 m/s."""
+"""Of the belt's speed."""
+ROLLING: Final = 0.03
+"""m/s at which flat feet roll on, so that a slow belt's speed is known no better."""
 LEG_SHARE: Final = 0.53
 """Height of the hip over stature (Winter 2009, figure 4.1)."""
 
@@ -170,7 +172,7 @@ def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Qu
 
 def belt_doubts(belt: float, feet: float) -> Iterator[QualityFlag]:
     """Warning about a belt that runs at another speed m/s than flat feet move: one at most."""
-    if abs(feet - belt) > LARGEST_BELT_ERROR * max(belt, 1.0):
+    if abs(feet - belt) > max(LARGEST_BELT_ERROR * belt, ROLLING):
         yield QualityFlag(
             "belt",
             "feet",

@@ -93,19 +93,24 @@ def import_command(
     the model, motion, moments and forces as OpenSim files.
     """
     from gaitval.configuration import load_configuration
+    from gaitval.errors import TrialOnlyError
     from gaitval.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
     from gaitval.terminal.model_options import flag_of
 
     # errors name the flag that the user typed, not the field
     given = checked(ImportOptions, options, shown=lambda name: flag_of(ImportOptions, name))
-    with display.live_view() as live:
-        imported = import_files(
-            given,
-            out,
-            configuration=load_configuration(config, settings=settings or ()),
-            tell=lambda step, text: live.say(f"{step}: {text}"),
-        )
+    try:
+        with display.live_view() as live:
+            imported = import_files(
+                given,
+                out,
+                configuration=load_configuration(config, settings=settings or ()),
+                tell=lambda step, text: live.say(f"{step}: {text}"),
+            )
+    except TrialOnlyError as only:
+        display.plain(f"Made: {only}")
+        return
     say_what_was_made(imported, out)
 
 

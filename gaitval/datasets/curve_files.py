@@ -20,6 +20,7 @@ import pandas as pd
 from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
+from gaitval.datasets.curve_signs import POSITIVE, signs
 from gaitval.datasets.wbds_files import MOMENT_SEAM, read_angles, read_kinetics, refuse
 from gaitval.errors import RecordError
 from gaitval.gait.mean_curves import MeanCurves
@@ -98,6 +99,8 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
     ]
     refuse(where, problems)
     refuse(where, _jumps({"angle": degrees, "moment": moments, "force": forces}))
+    known = signs(degrees, moments, forces)
+    refuse(where, known.wrong)
     return MeanCurves(
         {name: np.radians(values) for name, values in degrees.items()},
         moments,
@@ -107,7 +110,16 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
             if forces
         },
         left_out=tuple(dict.fromkeys(left_out)),
+        doubts=(*known.doubts, *_untold(known.untold)),
     )
+
+
+def _untold(names: Sequence[str]) -> list[str]:
+    """A sentence on angles whose sign the curves do not show."""
+    if not names:
+        return []
+    listed = "; ".join(f"angle_{name}: {POSITIVE[name]}" for name in names)
+    return [f"these curves do not show whether the sign is right of {listed}. Look it up."]
 
 
 def curve_problems(
@@ -116,10 +128,11 @@ def curve_problems(
     """What cannot be a gait's in curves (101,) by their names without the kind: a sentence for each
     sign, unit or side that is wrong. Angles in degrees, moments in Nm/kg, forces in body weights.
     """
-    return [
-        *_angle_problems(degrees, "deg"),
-        *_kinetic_problems(moments, forces),
-    ] or _jumps({"angle": degrees, "moment": moments, "force": forces})
+    return (
+        [*_angle_problems(degrees, "deg"), *_kinetic_problems(moments, forces)]
+        or _jumps({"angle": degrees, "moment": moments, "force": forces})
+        or list(signs(degrees, moments, forces).wrong)
+    )
 
 
 def _is_wbds(path: Path) -> bool:
@@ -375,8 +388,19 @@ def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array])
                 "(40-58 %). The force on the foot is positive forward. Change its sign."
             )
         else:
-            inward = forces[f"left_{side}"] * (1.0 if side == "r" else -1.0)
-            if inward[15:45].mean() < 0.0:
+            inward = {
+                each: sign * forces[f"left_{each}"][15:45].mean()
+                for each, sign in (("r", 1.0), ("l", -1.0))
+            }
+            if max(inward.values()) < 0.0 and side == "r":
+                problems.append(
+                    "columns force_left_r and force_left_l: both point away from the midline in "
+                    "mid-stance. Either right and left are exchanged, in all columns: exchange "
+                    "them; or this force is positive to the right: then change its sign on both "
+                    "feet. It is positive to the person's left on both. Look which it is: a sign "
+                    "that is changed would hide exchanged sides."
+                )
+            elif inward[side] < 0.0 <= max(inward.values()):
                 problems.append(
                     f"column force_left_{side}: it points away from the midline in mid-stance. It "
                     "is positive to the person's left on both feet. Change its sign."

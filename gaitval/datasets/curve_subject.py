@@ -12,6 +12,7 @@ from gaitval.datasets.identity import identity
 from gaitval.datasets.subject import TAPE, Subject, make_subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
+from gaitval.mocap.findings import passed_over
 from gaitval.plain_numbers import plain_float
 from gaitval.scaling.tape import measure_by_tape
 
@@ -127,6 +128,11 @@ def _of_trial(
     where = ", ".join(str(path) for path in files)
     curves = read_mean_curves([Path(path) for path in files], angle_unit=unit)
     values = gait_values(curves, where, stance)
+    for doubt in curves.doubts:
+        if tell is None:
+            passed_over(f"{where}: {doubt}")
+        else:
+            tell(f"Warning: {doubt}")
     if tell is not None:
         read = {"deg": "degrees", "rad": "radians"}[unit]
         stances = values["stance_fraction"]

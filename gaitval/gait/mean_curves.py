@@ -40,6 +40,7 @@ class MeanCurves:
     forces : body weights, (101, 3) of each side; empty likewise.
     seam : rows whose moments are not to be trusted.
     left_out : names of the columns that are no curves.
+    doubts : a sentence on each sign that may be wrong.
     """
 
     angles: Mapping[str, Array]
@@ -47,6 +48,7 @@ class MeanCurves:
     forces: Mapping[Side, Array]
     seam: tuple[int, ...] = ()
     left_out: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def in_words(self) -> str:
         """What was read, and what was left out."""

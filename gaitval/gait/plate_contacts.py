@@ -3,7 +3,7 @@
 Axes: the project's (REP-103, z up). Forces act on the person.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -24,7 +24,8 @@ from gaitval.gait.feet_on_plates import (
     over_plate,
 )
 from gaitval.mocap.findings import Finding, finding
-from gaitval.mocap.recording import Plate, Recording
+from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.recording import Event, Plate, Recording
 
 OUTSIDE_FOOT: Final = 0.06
 """m. How far outside the outline of the foot a centre of pressure may be: the shoe extends 1 to 2
@@ -201,6 +202,35 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
     `LARGEST_LAG_SECONDS` later, or both earlier, than the markers show them; or as `marker_events`.
     """
     events = marker_events(recording, landmarks=landmarks)
+    lags = _lags(recording, touched, events)
+    # A shifted clock moves strikes and toe-offs the same way. If only one is late the contacts are
+    # longer or shorter, for which there are other reasons.
+    early, late = sorted(lags.values())
+    lag = late if early > LARGEST_LAG_SECONDS else early if late < -LARGEST_LAG_SECONDS else 0.0
+    if not lag:
+        return
+    when = "after" if lag > 0 else "before"
+    seen = (
+        f"{recording.source}: by the forces the feet strike the ground "
+        f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} the "
+        "markers show it (medians)"
+    )
+    exchanged = _lags(recording, touched[:, ::-1], events)
+    if max(map(abs, exchanged.values())) < LARGEST_LAG_SECONDS:
+        raise RecordError(
+            f"{seen}, but with right and left of the plates exchanged they do so at the same time: "
+            f"the plates show each foot's forces under the other one. {_why_exchanged(recording)}"
+            " (Forces that are half a stride late would look the same.)"
+        )
+    raise RecordError(
+        f"{seen}: the forces are of another trial, or not synchronised with the cameras, or the "
+        "rate of both is not that of the recording. Give the forces of this trial, exported on "
+        "the markers' clock."
+    )
+
+
+def _lags(recording: Recording, touched: Flags, events: Sequence[Event]) -> dict[str, float]:
+    """Median time, s, by which the plates show each kind of the markers' `events` later."""
     lags = {}
     for kind, edge in (("heel_strike", 0), ("toe_off", 1)):
         found: list[float] = []
@@ -213,19 +243,30 @@ def check_synchrony(recording: Recording, touched: Flags, landmarks: Mapping[str
                 nearest = np.argmin(np.abs(away), axis=1)
                 found += away[np.arange(len(samples)), nearest].tolist()
         lags[kind] = float(np.median(found)) if found else 0.0
-    # A shifted clock moves strikes and toe-offs the same way. If only one is late the contacts are
-    # longer or shorter, for which there are other reasons.
-    early, late = sorted(lags.values())
-    lag = late if early > LARGEST_LAG_SECONDS else early if late < -LARGEST_LAG_SECONDS else 0.0
-    if lag:
-        when = "after" if lag > 0 else "before"
-        raise RecordError(
-            f"{recording.source}: by the forces the feet strike the ground "
-            f"{abs(lags['heel_strike']):.2f} s and leave it {abs(lags['toe_off']):.2f} s {when} "
-            "the markers show it (medians): the forces are of another trial, or not synchronised "
-            "with the cameras, or the rate of both is not that of the recording. Give the forces "
-            "of this trial, exported on the markers' clock."
+    return lags
+
+
+def _why_exchanged(recording: Recording) -> str:
+    """Why plates may show the other foot's forces, the likeliest first, and what to look at."""
+    known = [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
+    round_ = [plate.name for plate in known if plate_axes(plate.corners)[2, 2] > 0.0]
+    if round_:
+        return (
+            f"The corners of plate {', '.join(round_)} are numbered the other way round than the "
+            "format has them (1 to 4 clockwise, seen from above, from the corner at +x, +y of "
+            "the plate, whose z points down), which mirrors the plate: number them in that order "
+            "(C3D: FORCE_PLATFORM:CORNERS) and export again."
         )
+    if known:
+        return (
+            "The channels of two plates (C3D: FORCE_PLATFORM:CHANNEL), or their corners, are "
+            "exchanged, or the corners are mirrored: compare both with the laboratory and export "
+            "again."
+        )
+    return (
+        "The columns of right and left are exchanged in the file of the forces, or their axes are "
+        "mirrored against those of the markers: export both together again."
+    )
 
 
 def judge_unshown(recording: Recording, feet: Feet, touched: Flags, valid: Flags) -> list[Finding]:

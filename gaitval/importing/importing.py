@@ -1,13 +1,21 @@
 """An import from what a user gives to the files of a folder, for the command and for Python."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
+from gaitval.arrays import runs
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
-from gaitval.errors import ConfigurationError, GaitvalError
+from gaitval.errors import (
+    ConfigurationError,
+    GaitvalError,
+    NoCycleError,
+    TrialOnlyError,
+)
 from gaitval.folder_lock import held
 from gaitval.importing.person import check_there, person_of_session
 from gaitval.importing.write import SUBJECT, check_folder, write_import, write_subject
@@ -17,6 +25,7 @@ from gaitval.measurement.measured import measured
 from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
 from gaitval.session.session import Import, Progress, work_out_trials
 from gaitval.session.subject import subject_of
+from gaitval.session.trial import WalkingTrial
 
 
 @dataclass(frozen=True)
@@ -65,6 +74,7 @@ def import_files(
     ArtefactError : the folder cannot be written to, or holds a subject that no import wrote.
     SubjectError : a body that cannot be.
     RecordError, ScalingError : see `gaitval.session.session.work_out_trials`.
+    TrialOnlyError : a trial without a whole gait cycle, whose poses and moments are written.
     """
     out = Path(out)
     check_folder(out)
@@ -97,6 +107,11 @@ def _import(
 
         had = (out / SUBJECT).exists()
         page = write_refusal(out, request, progress, error, configuration.report)
+        if isinstance(error, NoCycleError) and (parts := trial_parts(progress.trials)):
+            raise TrialOnlyError(
+                f"{_kind(progress.trials)}: {parts}. No subject is made of it, for a "
+                f"walk needs a whole gait cycle: {error}\nThe trial: {page}"
+            ) from None
         said = f"{error}\nWhat was found before this: {page}"
         said += f"\nThe subject of the import before is kept: {out / EARLIER}" if had else ""
         raise type(error)(said).with_way_on(*error.goes_on) from None
@@ -107,10 +122,58 @@ def _import(
         else:
             subject = subject_of_halves(found, request.halves)
     except GaitvalError as error:
+        page = files[0].parent / "recording.html"
         raise type(error)(
-            f"{error}\nEverything else was worked out: {files[0].parent / 'recording.html'}"
+            f"{error}{_likely(found)}\nEverything else was worked out: {page}"
         ).with_way_on(*error.goes_on) from None
     return Imported(found, subject, files, write_subject(out, subject))
+
+
+def _kind(trials: Sequence[WalkingTrial]) -> str:
+    return f"trial with {'poses' if all(walk.moments is None for walk in trials) else 'moments'}"
+
+
+LEAST_PART_S: Final = 0.25
+"""s. Moments that are known for a shorter time at once are of no use to anybody."""
+
+
+def trial_parts(trials: Sequence[WalkingTrial]) -> str:
+    """When each leg's moments are known in the trials, or their poses without forces; empty where
+    nothing is known.
+    """
+    said = []
+    for walk in trials:
+        time, parts = walk.recording.time, []
+        for column, side in enumerate(SIDES):
+            if walk.loads is None:
+                continue
+            times = [
+                f"{time[begin]:.2f} to {time[end - 1]:.2f} s"
+                for begin, end in zip(*runs(walk.loads.valid[:, column]), strict=True)
+                if time[end - 1] - time[begin] >= LEAST_PART_S
+            ]
+            if times:
+                parts.append(f"moments of the {side} leg from {' and '.join(times)}")
+        if walk.loads is None and walk.kinematics.determined.any():
+            parts.append(f"poses from {time[0]:.2f} to {time[-1]:.2f} s")
+        if parts:
+            said.append(f"{walk.name}: {', '.join(parts)}")
+    return "; ".join(said)
+
+
+LIKELY: Final = (
+    "lost frames", "lost marker", "straight line", "stuck coordinate", "displaced marker",
+    "noise", "poses", "vertical force and motion", "dead channel", "stuck channel",
+)  # fmt: skip
+"""Checks of warnings about what may be why a mean gait cannot be that of a walk."""
+
+
+def _likely(found: Import) -> str:
+    """What of the warnings may be why no subject can be made, for the end of a message."""
+    doubts = [f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check in LIKELY]
+    if not doubts:
+        return ""
+    return "\nWhat was seen before may be the reason:" + "".join(f"\n  {each}" for each in doubts)
 
 
 def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:

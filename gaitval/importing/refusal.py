@@ -9,7 +9,7 @@ from gaitval.artefacts import versions
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
-from gaitval.errors import GaitvalError
+from gaitval.errors import GaitvalError, NoCycleError
 from gaitval.importing.write import (
     FOLDER,
     RECORD,
@@ -68,6 +68,7 @@ def write_refusal(
                 (name, index < reached, index == reached) for index, name in enumerate(_STEPS)
             ],
             "error": str(error),
+            "trial_only": isinstance(error, NoCycleError) and bool(progress.trials),
             "ways_on": error.goes_on,
             "decisions": progress.decisions,
             "trials": [_about(walk) for walk in progress.trials],

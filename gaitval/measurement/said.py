@@ -44,6 +44,16 @@ OF_WEIGHT: Final = ("gain", "offset", "mass")
 """Faults that the vertical force shows."""
 OF_A_PLATE: Final = ("place", "rotation", "gain", "fore-aft gain", "cross-talk", "offset")
 """Faults of one plate, or of all."""
+LIKE_A_GAIN: Final = (
+    "what the person carried counts in the mass that is given, and what a handrail, a hand or a "
+    "crutch carried is not on the plates (--aid): make sure of both before a plate is corrected"
+)
+"""What changes the vertical force as a plate's fault does, and must not be taken for one."""
+LIKE_A_PLACE: Final = (
+    "forces that are late, a plate that is turned, and a wrong scale of the cameras or length of "
+    "the wand look alike: measure the corners with markers before anything is corrected"
+)
+"""What moves the centre of pressure under the foot as a plate's place does."""
 WORDS: Final[Mapping[str, Words]] = {
     "delay": Words(
         1000.0,
@@ -248,6 +258,9 @@ def _warning(
         text += ONE_FOOT
     else:
         text += f": {'corrected, as --correct asks' if kind in corrected else words.remedy}"
+        if kind not in corrected:
+            text += f"; {LIKE_A_GAIN}" if kind in OF_WEIGHT else ""
+            text += f"; {LIKE_A_PLACE}" if kind == "place" else ""
     factor = words.factor if words.unit else 1.0
     return QualityFlag(
         f"{CHECK}: {kind}",

@@ -9,12 +9,8 @@ adults at their own speed over ground (Fukuchi et al. 2018), in `gps_controls.cs
 `experiments/gps_controls.py` makes it.
 """
 
-import csv
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -23,66 +19,11 @@ from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.identity import WBDS
 from gaitval.datasets.subject import Subject
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.statistics_results import GaitProfile
-
-PROFILE_ANGLES: Final[tuple[str, ...]] = (
-    "pelvis_tilt",
-    "hip_flexion",
-    "knee_angle",
-    "ankle_angle",
-    "pelvis_list",
-    "hip_adduction",
-    "pelvis_rotation",
-    "hip_rotation",
-    "foot_progression",
-)
-"""The nine variables by the names and signs of `gait.record.GaitRecord`: sagittal, frontal,
-transverse."""
 
 SMALLEST_DIFFERENCE: Final = 1.6
 """Degrees: minimal clinically important difference of the score (Baker et al. 2012)."""
-
-
-@dataclass(frozen=True)
-class Controls:
-    """Healthy people, to whom gait is compared.
-
-    Attributes
-    ----------
-    curves : (101,) deg, their mean, both sides together, by name of `PROFILE_ANGLES`.
-    scores : mean and standard deviation of their own `GaitProfile.scores` of one side, deg.
-    side, total : the same of a side's score, and of `GaitProfile.total`.
-    people : how many.
-    """
-
-    curves: Mapping[str, Array]
-    scores: Mapping[str, tuple[float, float]]
-    side: tuple[float, float]
-    total: tuple[float, float]
-    people: int
-
-
-@cache
-def load_controls() -> Controls:
-    """The 42 adults of `gps_controls.csv`."""
-    text = resources.files("gaitval.metrics").joinpath("gps_controls.csv").read_text("utf-8")
-    # columns of the variables, side and total; 101 rows of means, then rows score, sd and people
-    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-    names = rows[0][1:]
-    by_label = {row[0]: np.array(row[1:], dtype=float) for row in rows[1:]}
-    curves = np.array([by_label[str(percent)] for percent in range(101)])
-    means, spreads = by_label["score"], by_label["sd"]
-    scores = {
-        name: (float(mean), float(spread))
-        for name, mean, spread in zip(names, means, spreads, strict=True)
-    }
-    return Controls(
-        curves={name: curves[:, names.index(name)] for name in PROFILE_ANGLES},
-        scores={name: scores[name] for name in PROFILE_ANGLES},
-        side=scores["side"],
-        total=scores["total"],
-        people=round(by_label["people"][0]),
-    )
 
 
 def is_control(subject: Subject) -> bool:

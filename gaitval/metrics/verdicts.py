@@ -167,7 +167,9 @@ def sentence(metrics: Metrics) -> str:
         some = [each for each in every if each.first.role == role]
         failed = sum(not each.passed for each in some)
         counts.append(
-            f"all {len(some)} {role} limits passed"
+            f"no {role} limit was judged"
+            if not some
+            else f"all {len(some)} {role} limits passed"
             if not failed
             else f"{failed} of {len(some)} {role} limits failed"
         )

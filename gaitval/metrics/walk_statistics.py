@@ -14,11 +14,12 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.gait.cycle_curves import Curves
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.healthy_bands import BAND, Bands, bands_beside
 from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.record_results import Kind

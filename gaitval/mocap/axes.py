@@ -11,16 +11,16 @@ It is long because the same few measures of the body (up, facing, sides) find th
 that the user gives, and turn a walk.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.errors import RecordError
+from gaitval.mocap.activities import check_level, what_instead
 from gaitval.mocap.recording import Recording
 
 LARGEST_LEAN: Final = float(np.radians(20.0))
@@ -45,8 +45,18 @@ rotate by 15° at most."""
 DIRECTIONS: Final = 100
 """As many frames are tried for the direction that most others face."""
 
-PART: Final = 1.0
-"""s. A shorter part of a trial has no gait cycle."""
+ACROSS: Final = ("ASIS", "PSIS", "Knee", "Ankle", "Heel")
+"""Landmarks of which the line from right to left shows where the person faces, the best first."""
+LEAST_PART: Final = 1.6
+"""s. A shorter part of a trial has no gait cycle of both feet."""
+STRIDE_S: Final = 1.0
+"""s, about a stride, over which the pelvis' own rotation is averaged."""
+STRAIGHT: Final = float(np.radians(20.0))
+"""rad/s. Who turns does so by 45 to 180 degrees a second."""
+LARGEST_BEND: Final = float(np.radians(20.0))
+"""rad. In a straight part the pelvis, averaged over strides, faces one way to within this angle."""
+SLOWEST_PART: Final = 0.3
+"""m/s, of one foot against the other, mean of a stride. Who is slower stands, or steps about."""
 
 RUNS: Final = (0.3, 0.25)
 """Least correlation of the pelvis' height with the distance between the heels, and least speed
@@ -277,6 +287,7 @@ def turn_to_walking_direction(
     _check_straight(recording, landmarks)
     velocity, how = _walking_velocity(recording, landmarks, pelvis)
     speed = float(np.linalg.norm(velocity))
+    check_level(recording, landmarks, pelvis)
     _check_walks(recording, landmarks, pelvis, velocity)
     angle = float(np.arctan2(velocity[1], velocity[0]))
     quarter = round(angle / (np.pi / 2)) * np.pi / 2
@@ -302,15 +313,22 @@ def turn_to_walking_direction(
 def _check_same_axes(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> None:
     """Refuse a trial whose axes or unit differ from the standing trial's, by the pelvis' path."""
     where = recording.source
-    upward = pelvis - _path(recording, landmarks, ("R.Ankle", "L.Ankle"))
-    upward = upward[np.isfinite(upward).all(axis=1)]
+    # Of protocols without ankles in the walk, the feet and knees show it as well.
+    for names in (("Ankle",), _HEEL, _TOES, ("Knee",)):
+        below = tuple(f"{side}.{name}" for side in "RL" for name in names)
+        upward = pelvis - _path(recording, landmarks, below)
+        upward = upward[np.isfinite(upward).all(axis=1)]
+        if len(upward):
+            break
     if len(upward):
         middle = np.median(upward, axis=0)
-        _check_height(where, float(np.linalg.norm(middle)))
+        what = {"Ankle": "the ankles", "Knee": "the knees"}.get(names[0], "the feet")
+        if names != ("Knee",):
+            _check_height(where, float(np.linalg.norm(middle)))
         off = float(np.degrees(np.arccos(np.clip(unit_vector(middle)[2], -1, 1))))
         if off > FARTHEST_LEAN:
             raise RecordError(
-                f"{where}: in the axes of the standing trial the direction from the ankles to the "
+                f"{where}: in the axes of the standing trial the direction from {what} to the "
                 f"pelvis is {off:.0f}° off the vertical: this trial has other axes than the "
                 "standing trial. Export both in the same axes."
             )
@@ -335,6 +353,11 @@ def _walking_velocity(
         velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
     if speed < SLOWEST_WALK:
+        if said := what_instead(recording, landmarks, pelvis):
+            raise RecordError(
+                f"{where}: {said}. Only walking can be analysed; give a walking trial, or the part "
+                "of this one in which the person walks with --trial-time."
+            )
         raise RecordError(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "
             "m/s): this is not a walking trial. Give it as --static if the person stands."
@@ -343,9 +366,13 @@ def _walking_velocity(
 
 
 def _check_straight(recording: Recording, landmarks: Mapping[str, str]) -> None:
-    """Refuse a person who turns, by the line between the ASIS."""
-    across = _path(recording, landmarks, ("L.ASIS",)) - _path(recording, landmarks, ("R.ASIS",))
-    seen = np.isfinite(across).all(axis=1)
+    """Refuse a person who turns, by the line between the ASIS, or between others at both sides."""
+    for name in ACROSS:
+        left, right = (_path(recording, landmarks, (f"{side}.{name}",)) for side in "LR")
+        across = left - right
+        if np.isfinite(across).all(axis=1).any():
+            break
+    seen = np.asarray(np.isfinite(across).all(axis=1))
     across = across[seen] / np.linalg.norm(across[seen], axis=1)[:, None]
     usual = unit_vector(np.median(across, axis=0)) if len(across) else np.zeros(3)
     if np.sum(across @ usual < TURNED[0]) / max(len(across), 1) > TURNED[1]:
@@ -355,26 +382,83 @@ def _check_straight(recording: Recording, landmarks: Mapping[str, str]) -> None:
         raise RecordError(
             f"{recording.source}: the person turns: there is no direction that the pelvis faces "
             f"within 45° in more than {100 * most:.0f} % of the frames. "
-            + _parts(recording.time[seen], across)
+            + _parts(recording, landmarks, across, seen)
         )
 
 
-def _parts(time: Array, across: Array) -> str:
-    """Which parts of a trial of somebody who turns may be given: those in which the line (T, 3)
-    from right to left at `time` (T,) s has the direction of its beginning, or the opposite one.
+def _parts(recording: Recording, landmarks: Mapping[str, str], across: Array, seen: Flags) -> str:
+    """Which parts of a trial of somebody who turns may be given: those in which the person walks
+    straight, by the line (n, 3) from right to left in the n frames `seen` (T,), and by the feet.
     """
-    along = across @ unit_vector(np.median(across[time < time[0] + PART], axis=0))
-    way = np.where(np.abs(along) > TURNED[0], np.sign(along), 0.0)
-    ends = [0, *(np.flatnonzero(np.diff(way)) + 1), len(way)]
-    parts = [
-        f"{np.floor(1e3 * time[first]) / 1e3:.3f}:{np.ceil(1e3 * time[end - 1]) / 1e3:.3f}"
-        for first, end in pairwise(ends)
-        if way[first] and time[end - 1] - time[first] >= PART
-    ]
+    line = np.full((len(seen), 3), np.nan)
+    line[seen] = across
+    feet = [_path(recording, landmarks, (f"{side}.Heel", f"{side}.Toe")) for side in "RL"]
+    parts = []
+    for begin, end in zip(*runs(seen), strict=True):
+        for first, last in _straight(line[begin:end], feet[0][begin:end] - feet[1][begin:end],
+                                     recording.marker_rate):  # fmt: skip
+            times = recording.time[begin + first], recording.time[begin + last - 1]
+            if times[1] - times[0] >= LEAST_PART:
+                parts.append(
+                    f"{np.floor(1e3 * times[0]) / 1e3:.3f}:{np.ceil(1e3 * times[1]) / 1e3:.3f}"
+                )
+    if not parts:
+        return (
+            f"There is no part of {LEAST_PART:g} s or more in which the person walks straight. "
+            "Give a trial of straight walking."
+        )
     if len(parts) < 2:
-        return "Give a part in one direction with --trial-time BEGIN:END, in seconds."
-    files, times = "--trial FILE " * len(parts), " ".join(f"--trial-time {part}" for part in parts)
-    return f"Give its parts in one direction as trials: {files}{times} (s, of the recording)."
+        return (
+            "Give a part in one direction with --trial-time BEGIN:END, in seconds; "
+            f"--trial-time {parts[0]} is straight."
+        )
+    files, times_said = "--trial FILE " * len(parts), " ".join(f"--trial-time {p}" for p in parts)
+    return f"Give its parts in one direction as trials: {files}{times_said} (s, of the recording)."
+
+
+def _straight(across: Array, apart: Array, rate: float) -> Iterator[tuple[int, int]]:
+    """First frame and the one after the last of each part in which somebody walks straight: by the
+    line (T, 3) from right to left, and the places of the feet `apart` (T, 3) m.
+    """
+    if len(across) < LEAST_PART * rate:
+        return
+    up = unit_vector(np.cross(*_spanning(across)))
+    east = unit_vector(across[0] - (across[0] @ up) * up)
+    yaw = np.unwrap(np.arctan2(across @ np.cross(up, east), across @ east))
+    # Over a stride the pelvis' own rotation is nothing.
+    yaw, turning = _over_a_stride(yaw, rate)
+    walks = np.ones(len(yaw), dtype=bool)
+    known = np.isfinite(apart).all(axis=1)
+    if known.sum() > 1:
+        # Who stands between two turns has feet that rest; on a belt, too, those of a walker swing.
+        frames = np.arange(len(apart))
+        path = np.stack([np.interp(frames, frames[known], apart[known, i]) for i in range(3)], 1)
+        swinging = np.linalg.norm(np.gradient(path, 1.0 / rate, axis=0), axis=1)
+        walks = _over_a_stride(swinging, rate)[0] > SLOWEST_PART
+    for begin, end in zip(*runs(walks & (np.abs(turning) < STRAIGHT)), strict=True):
+        # What is left must be straight as a whole, too.
+        bent = np.abs(yaw[begin:end] - np.median(yaw[begin:end])) > LARGEST_BEND
+        first, last = max(zip(*runs(~bent), strict=True), key=lambda part: part[1] - part[0])
+        yield int(begin + first), int(begin + last)
+
+
+def _spanning(lines: Array) -> tuple[Array, Array]:
+    """Two of the unit vectors `lines` (T, 3), far from parallel, of the plane that they are in."""
+    first = lines[0]
+    return first, lines[int(np.argmin(np.abs(lines @ first)))]
+
+
+def _over_a_stride(values: Array, rate: float) -> tuple[Array, Array]:
+    """Means of `values` (T,) over a stride, and their rate of change, per s."""
+    half = max(1, round(0.5 * STRIDE_S * rate))
+    padded = (
+        np.pad(values, half, mode="reflect", reflect_type="odd") if len(values) > half else values
+    )
+    width = 2 * half + 1
+    if len(padded) < width:
+        return values, np.zeros(len(values))
+    means = np.convolve(padded, np.ones(width) / width, mode="valid")
+    return means, np.gradient(means, 1.0 / rate)
 
 
 def _check_walks(

@@ -24,6 +24,10 @@ from gaitval.mocap.force_plates import (
 from gaitval.mocap.recording import Plate
 from gaitval.mocap.units import METRES, NEWTON_METRES, NEWTONS, unit_factor, unit_name
 
+CHANGING: Final = (
+    "TRANSLATION", "ROTATION", "OFFSET", "OFFSETS", "GAIN", "GAINS", "NEGATE", "POLARITY",
+)  # fmt: skip
+"""Parameters of some programs that would change forces, and that the format does not have."""
 LONGEST_MISSING: Final = 0.02
 """s. A force changes little in that time: a plate is low-passed at 20 Hz."""
 LARGEST_ZERO_N: Final = 50.0
@@ -51,6 +55,13 @@ def read_plates(
             f"but there are {len(contents.analogs)} force samples for {len(markers)} frames. The "
             "rate of the forces must be a whole multiple of the markers'; export the trial again."
         )
+    for name in CHANGING:
+        values = [each for each in contents.get("FORCE_PLATFORM", name) if isinstance(each, float)]
+        if any(each not in (0.0, 1.0) for each in values):
+            passed_over(
+                f"{path}: FORCE_PLATFORM:{name} is {values[:6]}, which is not in the format and is "
+                "not used: if a program changes forces by it, export them as they are after that"
+            )
     plates = []
     for index in range(used):
         make = partial(_plate, path, contents, index, markers, per_frame)

@@ -12,6 +12,7 @@ from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError
 from gaitval.mocap.exchanges import exchange_back, mirrored_arms
 from gaitval.mocap.findings import Finding, finding, seen_frames
+from gaitval.mocap.lost_markers import leave_out_lost
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jumps
 
@@ -22,18 +23,19 @@ def clean(
     processing: ProcessingSettings,
     *,
     landmarks: Mapping[str, str],
+    standing: Recording | None = None,
 ) -> tuple[Recording, tuple[Finding, ...]]:
     """Correct what can be corrected in the marker trajectories of a trial; also returns what was
     found, in order of time.
 
     In this order: samples at exactly the origin, which some systems write for a marker that was not
-    seen, become gaps; markers that change places are changed back; spikes become gaps; gaps are
-    filled. Gaps up to half of `largest_gap_s` are filled with a cubic through position and velocity
-    at the edges, which is the more accurate way for them. Longer gaps, up to five times
-    `largest_gap_s`, are rebuilt from three or more other markers of the segment (their rigid motion
-    by Kabsch's method, joined to the frames around the gap). Without these, the cubic fills gaps up
-    to `largest_gap_s`. Longer gaps, and gaps at an end of the trial without such neighbours, stay
-    NaN.
+    seen, become gaps; markers that change places are changed back; markers that are not on their
+    segment, and spikes, become gaps; gaps are filled. Gaps up to half of `largest_gap_s` are filled
+    with a cubic through position and velocity at the edges, which is the more accurate way for
+    them. Longer gaps, up to five times `largest_gap_s`, are rebuilt from three or more other
+    markers of the segment (their rigid motion by Kabsch's method, joined to the frames around the
+    gap). Without these, the cubic fills gaps up to `largest_gap_s`. Longer gaps, and gaps at an end
+    of the trial without such neighbours, stay NaN.
 
     Parameters
     ----------
@@ -43,6 +45,7 @@ def clean(
     processing : `largest_gap_s`.
     landmarks : anatomical landmark -> marker, see `foot_markers`. They show where the person faces,
         and so which side is left.
+    standing : a trial of the same markers in their places, for those that are lost, in any axes.
 
     Raises
     ------
@@ -76,6 +79,7 @@ def clean(
         findings.append(
             finding(recording, "swap", pair, 0, len(markers), "left and right exchanged back")
         )
+    findings += leave_out_lost(recording, markers, segments, standing)
     spiked = np.zeros(markers.shape[:2], dtype=bool)
     if jumps(markers, recording.marker_rate):
         from gaitval.mocap.cut_spikes import cut_spikes

@@ -7,7 +7,7 @@ from typing import Final
 from gaitval import plugins
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Plate, Recording
-from gaitval.mocap.separate_forces import with_plates
+from gaitval.mocap.separate_forces import during, with_plates
 
 
 def _trc(path: Path) -> Recording:
@@ -104,10 +104,12 @@ FORCE_READERS: Final[dict[str, Callable[[Path, Recording], Forces]]] = {
 """Each loads what it needs when a file of its kind is read."""
 
 
-def with_forces(recording: Recording, path: Path) -> Recording:
-    """The `recording` with the plates of the force file `path`, cut to the time that both cover.
-    Raises RecordError as its reader and `with_plates` do, for another kind of file, and if the
-    recording has plates itself.
+def with_forces(
+    recording: Recording, path: Path, part: tuple[float, float] | None = None
+) -> Recording:
+    """The `recording` with the plates of the force file `path`, cut to the time that both cover, or
+    to a `part` (s) that both cover. Raises RecordError as its reader and `with_plates` do, for
+    another kind of file, and if the recording has plates itself.
     """
     kind = path.suffix.lower()
     reader = FORCE_READERS.get(kind) or plugins.of_ending(plugins.FORCES, path)
@@ -124,4 +126,7 @@ def with_forces(recording: Recording, path: Path) -> Recording:
             "too, so it is unclear which to use. Leave one out."
         )
     rate, start, plates = reader(path, recording)
+    if part is not None:
+        recording = recording.between(part, "--trial-time")
+        plates, start = during(plates, rate, start, recording)
     return with_plates(recording, path, plates, rate=rate, start=start)

@@ -5,15 +5,17 @@ axes.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from gaitval.arrays import Array
 from gaitval.errors import RecordError
-from gaitval.mocap.force_plates import plate_or_fault
+from gaitval.mocap.findings import passed_over
+from gaitval.mocap.force_plates import UNLOADED_N, plate_or_fault
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
 from gaitval.mocap.recording import Plate
@@ -36,7 +38,12 @@ def read_storage(path: Path) -> StorageTable:
     """Read a MOT or STO file of numbers, of any version of its header.
 
     It understands `nRows=`, `nColumns=`, `inDegrees=` (version 1), `DataRate=`, `DataType=`
-    (version 3) and `datarows`, `datacolumns` (SIMM), with or without a name in the first line.
+    (version 3) and `name`, `datarows`, `datacolumns`, `range` (SIMM), with or without a name in the
+    first line. As in OpenSim a key ends at a blank or `=`, the time may be in any column, and the
+    `range` of SIMM is that of the times of a file without them. The unit of angles is that of
+    `inDegrees`, else of the words "Angles are in degrees." or radians; a header of neither is in
+    degrees if it has no version, or 0 (OpenSim 1 and SIMM): OpenSim 4 says "assuming rotations in
+    Degrees".
 
     Parameters
     ----------
@@ -58,13 +65,16 @@ def read_storage(path: Path) -> StorageTable:
             "format; if this is one, it is truncated: export it again."
         )
     header: dict[str, str] = {}
+    words: list[str] = []
     for line in lines[: ends[0]]:
         # `key = value` of OpenSim, or `datarows 12` of SIMM.
         found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
-            r"\s*(datacolumns|datarows)\s+(\d+)\s*$", line
+            rf"\s*({KEYS})\s+(\S.*)$", line, flags=re.IGNORECASE
         )
         if found:
             header[found[1].lower()] = found[2].strip()
+        elif said := re.search(r"angles\s+are\s+in\s+(degrees|radians)", line, re.IGNORECASE):
+            words.append(said[1].lower())
     version = header.get("version", "1")
     if version not in VERSIONS:
         raise RecordError(
@@ -81,10 +91,11 @@ def read_storage(path: Path) -> StorageTable:
     if not numbered:
         raise RecordError(f"{path}: nothing follows the header: truncated. Export it again.")
     labels = numbered[0][1].split()
-    if not labels or labels[0].lower() != "time":
+    at = next((i for i, name in enumerate(labels) if name.lower() == "time"), None)
+    if at is None and "range" not in header:
         raise RecordError(
-            f"{path}: line {numbered[0][0]}: the first column must be named time, but is "
-            f"{labels[0]!r}. Export the file again."
+            f"{path}: line {numbered[0][0]}: a column must be named time, but the first "
+            f"is {labels[0]!r}. Export the file again."
         )
     twice = sorted({name for name in labels if labels.count(name) > 1})
     if twice:
@@ -107,20 +118,61 @@ def read_storage(path: Path) -> StorageTable:
     if not rows:
         raise RecordError(f"{path}: no rows. Export the file again.")
     table = numbers_of(path, [row for _, row in rows], rows[0][0], len(labels), separator=None)
-    table = table[: sound_rows(path, table[:, 0])]
+    if at is None:
+        times = _range(path, header["range"], len(table))
+    else:
+        times, table = table[:, at], np.delete(table, at, axis=1)
+        labels = labels[:at] + labels[at + 1 :]
+    kept = sound_rows(path, times)
     # The name is optional: a first line with `=` is part of the header already.
-    name = lines[0].strip() if ends[0] and "=" not in lines[0] else ""
+    name = header.get("name", "")
+    if not name and ends[0] and "=" not in lines[0]:
+        name = lines[0].strip()
     return StorageTable(
-        columns=tuple(labels[1:]),
-        time=table[:, 0],
-        values=table[:, 1:],
-        in_degrees=_in_degrees(path, header.get("indegrees", "no")),
+        columns=tuple(labels),
+        time=times[:kept],
+        values=table[:kept],
+        in_degrees=_in_degrees(path, header, words),
         name=name or path.stem,
     )
 
 
-def _in_degrees(path: Path, said: str) -> bool:
-    """Whether angles are in degrees, by what the header at `path` says, as OpenSim reads it."""
+KEYS: Final = "name|datacolumns|datarows|ncolumns|nrows|indegrees|version|range|datarate|datatype"
+"""Keys of headers that a blank may part from their value."""
+
+
+def _range(path: Path, said: str, rows: int) -> Array:
+    """Times (`rows`,) s of a SIMM motion without them: evenly over its range."""
+    try:
+        begin, end = map(float, said.split()[:2])
+    except ValueError:
+        begin = end = np.nan
+    if not begin < end < np.inf:
+        raise RecordError(
+            f"{path}: no column is named time, and the range {said!r} is not that of its times "
+            "(two times in s). Export the file again."
+        )
+    return np.linspace(begin, end, rows)
+
+
+def _in_degrees(path: Path, header: Mapping[str, str], words: Sequence[str]) -> bool:
+    """Whether angles are in degrees, by the `header` at `path` and what it says in `words`."""
+    said = header.get("indegrees")
+    if said is None and words:
+        if len(set(words)) > 1:
+            raise RecordError(
+                f"{path}: the header says that angles are in degrees, and that they are in "
+                "radians. Correct it."
+            )
+        return words[0] == "degrees"
+    if said is None:
+        try:
+            return float(header.get("version", "0")) < 1
+        except ValueError:
+            raise RecordError(
+                f"{path}: version is {header['version']!r}, which is no number, and nothing else "
+                "says the unit of angles. Add the line inDegrees=yes, or inDegrees=no for radians."
+            ) from None
     if said.lower() not in ("yes", "y", "no", "n"):
         raise RecordError(
             f"{path}: inDegrees is {said!r}, which OpenSim does not know: write yes if the angles "
@@ -134,8 +186,10 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
 
     A plate is nine columns: force `…force…v{x,y,z}…`, point of application `…force…p{x,y,z}…` and
     torque `…torque…{x,y,z}…`, as in `ground_force_vx1`, `ground_force_r_vx`, `1_ground_force_vx`.
-    The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too. Columns
-    for one foot over all its steps also count as a plate, so a torque may have three components.
+    The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too, and
+    `f1_1`, `p1_1`, `m1_1` of OpenSim's own reader of C3D, also in mm and Nmm. Columns for one foot
+    over all its steps also count as a plate, so a torque may have three components. What is no
+    plate is named and not used: a torque without a force is a device's, other columns are nobody's.
 
     Parameters
     ----------
@@ -161,6 +215,10 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
             found.setdefault(plate, {})[quantity] = column
     if not found:
         found = _short_names(table.columns)
+    _tell_unused(path, table.columns, found)
+    devices = _devices(path, table, found)
+    for name in devices:
+        del found[name]
     if not any("vx" in parts for parts in found.values()):
         raise RecordError(
             f"{path}: no ground reaction forces: columns such as ground_force_vx, "
@@ -181,6 +239,8 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
         force, point, torque = (
             np.column_stack([table.column(parts[kind + axis]) for axis in XYZ]) for kind in "vpm"
         )
+        if all(re.fullmatch(r"[pm]\d+_[1-3]", parts[f"{kind}x"].lower()) for kind in "pm"):
+            point, torque = _in_metres(path, name, force, point, torque)
         # The lowest free number from this plate's own on, because other plates may be named by
         # numbers.
         unnamed = next(n for n in map(str, range(number, 2 * len(found) + 1)) if n not in found)
@@ -196,7 +256,79 @@ def _short_names(columns: Sequence[str]) -> dict[str, dict[str, str]]:
         named = re.fullmatch(r"(.*[a-z0-9])_([vpm][xyz])", column.lower())
         if named is not None:
             plates.setdefault(named[1], {})[named[2]] = column
+        # `f1_1`, `p1_1`, `m1_1` of OpenSim's C3DFileAdapter: plate and component by number.
+        numbered = re.fullmatch(r"([fpm])(\d+)_([1-3])", column.lower())
+        if numbered is not None:
+            kind, plate, axis = numbered.groups()
+            quantity = f"{'v' if kind == 'f' else kind}{XYZ[int(axis) - 1]}"
+            plates.setdefault(plate, {})[quantity] = column
     return {name: parts for name, parts in plates.items() if len(parts) == 9}
+
+
+NO_FORCE_N: Final = 1.0
+"""N. A group of columns that never has more is no plate that somebody stands on."""
+SOME_TORQUE: Final = 0.5
+"""Nm. Without a force a plate shows less."""
+NAMED: Final = 6
+"""Columns that are named in a message."""
+
+
+def _devices(
+    path: Path, table: StorageTable, found: Mapping[str, Mapping[str, str]]
+) -> tuple[str, ...]:
+    """Groups of columns with a torque and no force, which are those of a device and no plates."""
+    devices, plates = {}, 0
+    for name, parts in found.items():
+        columns = {kind: [parts[k] for k in parts if k[0] == kind] for kind in "vm"}
+        force, torque = (
+            max((float(np.abs(table.column(c)).max()) for c in columns[kind]), default=0.0)
+            for kind in "vm"
+        )
+        # NaN is not small: a plate says itself what it lacks.
+        if force <= NO_FORCE_N and torque >= SOME_TORQUE:
+            devices[name] = torque
+        plates += force > NO_FORCE_N
+    if not plates:  # in another unit than N all plates are weak
+        return ()
+    if devices:
+        said = ", ".join(
+            f"{name or 'without a name'} (up to {t:.3g} Nm)" for name, t in devices.items()
+        )
+        passed_over(
+            f"{path}: {said}: a torque without a force is no force plate's, but a device's on the "
+            "body. It is not used, so joint moments are those of person and device together: take "
+            "the device's away from them"
+        )
+    return tuple(devices)
+
+
+def _tell_unused(
+    path: Path, columns: Sequence[str], found: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Say which columns of a file of forces are not read."""
+    used = {column for parts in found.values() for column in parts.values()}
+    rest = [column for column in columns if column not in used]
+    if rest and used:
+        more = f" and {len(rest) - NAMED} more" if len(rest) > NAMED else ""
+        passed_over(f"{path}: no ground reaction, and not used: {', '.join(rest[:NAMED])}{more}")
+
+
+def _in_metres(
+    path: Path, name: str, force: Array, point: Array, torque: Array
+) -> tuple[Array, Array]:
+    """Points and torques of OpenSim's reader of C3D in m and Nm; it leaves them in mm and Nmm."""
+    loaded = np.linalg.norm(force, axis=1) > UNLOADED_N
+    if not loaded.any() or not np.nanmedian(np.abs(point[loaded]).max(axis=1)) > FARTHEST_M:
+        return point, torque
+    passed_over(
+        f"{path}: plate {name}: its points are too far away for m, as OpenSim writes them from C3D "
+        "files in mm; points are read in mm, torques in Nmm"
+    )
+    return point / 1000.0, torque / 1000.0
+
+
+FARTHEST_M: Final = 20.0
+"""m. No plate of a laboratory is farther from its origin."""
 
 
 def _part(column: str) -> tuple[str, str] | None:

@@ -13,6 +13,7 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.findings import passed_over
+from gaitval.mocap.lost_markers import without_fill_values
 from gaitval.mocap.recording import Recording
 
 SMALLEST_SPREAD_M: Final = 0.05
@@ -30,7 +31,12 @@ SPREAD_FRAMES: Final = 50
 
 
 def read_recording(
-    path: Path, *, forces: Path | None = None, plates: bool = True, faulty: bool = False
+    path: Path,
+    *,
+    forces: Path | None = None,
+    plates: bool = True,
+    faulty: bool = False,
+    part: tuple[float, float] | None = None,
 ) -> Recording:
     """Read a trial: C3D, TRC, a marker file of WBDS, or what a wing reads.
 
@@ -42,6 +48,7 @@ def read_recording(
         the first frame).
     plates : read a C3D file's force plates, too.
     faulty : keep plates that cannot be used, which then have a `fault`.
+    part : s, of the trial that counts: what is outside need not be in both files.
 
     Returns
     -------
@@ -62,12 +69,14 @@ def read_recording(
         from gaitval.mocap.formats import read_other
 
         recording = read_other(path)
-    recording = _each_once(recording)
+    recording = without_fill_values(_each_once(recording))
     _check_markers(recording)
     if forces is not None:
         from gaitval.mocap.formats import with_forces
 
-        recording = with_forces(recording, Path(forces))
+        recording = with_forces(recording, Path(forces), part)
+    elif part is not None:
+        recording = recording.between(part, "--trial-time")
     for plate in () if faulty else recording.plates:
         if plate.fault:
             raise RecordError(plate.fault)

@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
+from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
 from gaitval.mocap.recording import PERSON_SPREAD_M, Plate, Recording
 
@@ -16,12 +17,31 @@ LARGEST_MISMATCH_S: Final = 0.1
 """Markers and forces of one trial end within this time of each other, s; exports differ by a
 frame."""
 
+LEAST_RATIO: Final = 0.5
+"""Forces at less than half of the markers' rate are not those that were recorded."""
+SHORTEST_S: Final = 0.6
+"""s. A shorter time that markers and forces share has no gait cycle."""
+
 LARGEST_DISTANCE_M: Final = 1.0
 """The centre of pressure is at most this far outside the volume that the markers fill, m."""
 
 SMALLEST_COSINE: Final = 0.7
 """Mean cosine, under load, of the angle between the force and the line from its point to the middle
 of the markers. In walking it is above 0.9."""
+
+
+def during(
+    plates: tuple[Plate, ...], rate: float, start: float, recording: Recording
+) -> tuple[tuple[Plate, ...], float]:
+    """The plates in the time of the recording, and the time of their first sample, s."""
+    time = start + np.arange(len(plates[0].force)) / rate
+    step = 0.5 / rate
+    end = recording.start + len(recording.markers) / recording.marker_rate
+    inside = np.flatnonzero((time > recording.start - step) & (time < end - step))
+    if not len(inside):  # `with_plates` says where they are
+        return plates, start
+    first, last = int(inside[0]), int(inside[-1]) + 1
+    return tuple(plate.during(slice(first, last)) for plate in plates), float(time[first])
 
 
 def with_plates(
@@ -44,21 +64,35 @@ def with_plates(
     ratio = rate / recording.marker_rate
     per_frame = round(ratio)
     if per_frame < 1 or abs(ratio - per_frame) > 0.002 * ratio:
-        raise RecordError(
-            f"{path}: forces at {rate:.6g} Hz and markers at {recording.marker_rate:.6g} Hz "
-            f"({recording.source}): the rate of the forces must be a whole multiple of the "
-            f"markers', but the ratio is {ratio:.4g}. Resample the forces to "
-            f"{max(per_frame, 1) * recording.marker_rate:.6g} Hz and export again."
+        if ratio < LEAST_RATIO:
+            raise RecordError(
+                f"{path}: forces at {rate:.6g} Hz and markers at {recording.marker_rate:.6g} Hz "
+                f"({recording.source}): forces are recorded at the rate of the markers, or at a "
+                "higher one. Export them at the rate at which they were recorded."
+            )
+        per_frame = int(np.ceil(ratio - 0.002))
+        finer = per_frame * recording.marker_rate
+        passed_over(
+            f"{path}: forces at {rate:.6g} Hz are no whole multiple of the markers' "
+            f"{recording.marker_rate:.6g} Hz; they are resampled to {finer:.6g} Hz"
         )
+        plates, rate = tuple(_resampled(plate, rate, finer) for plate in plates), finer
     # Rates written with few digits do not divide exactly; the markers' rate counts.
     rate = per_frame * recording.marker_rate
     frames, samples = len(recording.markers), len(plates[0].force)
     ends = (recording.start + frames / recording.marker_rate, start + samples / rate)
     if max(abs(recording.start - start), abs(ends[1] - ends[0])) > LARGEST_MISMATCH_S:
+        shared = max(recording.start, start), min(ends)
+        hint = (
+            ""
+            if shared[1] - shared[0] < SHORTEST_S
+            else " If both are of one trial and on one clock, give the time that both cover: "
+            f"--trial-time {np.ceil(1e3 * shared[0]) / 1e3:g}:{np.floor(1e3 * shared[1]) / 1e3:g}."
+        )
         raise RecordError(
             f"{path}: the forces go from {start:.3f} to {ends[1]:.3f} s, the markers of "
             f"{recording.source} from {recording.start:.3f} to {ends[0]:.3f} s. Give the forces "
-            "of the same trial, cut to the same time."
+            f"of the same trial, cut to the same time.{hint}"
         )
     # If the forces begin later, marker frames before them are dropped.
     skipped = max(0, int(np.ceil((start - recording.start) * recording.marker_rate - 1e-3)))
@@ -82,6 +116,35 @@ def with_plates(
         plates=tuple(placed),
         force_rate=rate,
     )
+
+
+def _resampled(plate: Plate, rate: float, finer: float) -> Plate:
+    """The `plate`, of samples at `rate` Hz, at a `finer` one; linear between its samples."""
+    old = np.arange(len(plate.force)) / rate
+    new = np.arange(int(np.floor(old[-1] * finer + 1e-6)) + 1) / finer
+
+    def linear(values: Array) -> Array:
+        columns = [np.interp(new, old, values[:, axis]) for axis in range(3)]
+        return np.stack(columns, axis=1)
+
+    force = linear(plate.force)
+    point = np.full_like(force, np.nan)
+    loaded = np.asarray(np.isfinite(plate.centre_of_pressure).all(axis=1))
+    if loaded.any():
+        known = np.flatnonzero(loaded)
+        # Between two loaded samples the line, beside the edge of a contact its last sample.
+        held = np.stack(
+            [
+                np.interp(old, old[known], plate.centre_of_pressure[known, axis])
+                for axis in range(3)
+            ],
+            axis=1,
+        )
+        nearest = np.clip(np.rint(new * rate).astype(int), 0, len(old) - 1)
+        point[loaded[nearest]] = linear(held)[loaded[nearest]]
+    free = np.where(np.isfinite(point), linear(plate.free_moment), 0.0)
+    moment = None if plate.moment is None else linear(plate.moment)
+    return replace(plate, force=force, centre_of_pressure=point, free_moment=free, moment=moment)
 
 
 def _middle(markers: Array) -> Array:

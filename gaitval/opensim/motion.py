@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags
 from gaitval.artefacts import write_text
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import COORDINATES, LEG, ROOT, SIDES
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces, Recording
@@ -47,11 +47,21 @@ def write_motion(path: Path, time: Array, positions: Array) -> None:
     )
 
 
-def write_moments(path: Path, positions: Array, dynamics: InverseDynamics) -> None:
+def write_moments(
+    path: Path, positions: Array, dynamics: InverseDynamics, shown: Flags | None = None
+) -> None:
     """Write joint moments and the residuals on the pelvis to `path`, as `write_forces`; `dynamics`
     is that of the motion `positions` (T, 31) rad and m.
+
+    `shown` (T, 2) is whether the plates and markers show each leg and its force, right first: a leg
+    of which they do not has no moments (NaN) there, nor has the pelvis a residual.
     """
     forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, dynamics.moments])
+    if shown is not None:
+        forces[~np.asarray(shown.all(axis=1)), : len(ROOT)] = np.nan
+        for column, side in enumerate(SIDES):
+            leg = np.array([COORDINATES.index(f"{name}_{side[0]}") for name in LEG])
+            forces[np.ix_(np.flatnonzero(~shown[:, column]), leg)] = np.nan
     write_forces(path, dynamics.time, positions, forces)
 
 

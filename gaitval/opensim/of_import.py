@@ -1,12 +1,15 @@
 """OpenSim's files of an import: the model, and of each trial markers, motion, loads and moments."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from gaitval.arrays import runs
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import COORDINATES, ROOT
+from gaitval.mocap.recording import FootForces
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.opensim.motion import (
@@ -20,6 +23,8 @@ from gaitval.opensim.osim import write_osim
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial
 
+MOSTLY: Final = 0.5
+"""Share of a contact that must be used for the rest to be written."""
 FILES: Final = ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
 
 
@@ -59,7 +64,31 @@ def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
     write_motion(files["ik.mot"], walk.recording.time, walk.motion)
     if walk.loads is None or walk.moments is None:
         return [files["markers.trc"], files["ik.mot"]]
-    write_ground_reaction(files["grf.mot"], walk.loads)
+    write_ground_reaction(files["grf.mot"], used(walk))
     write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
-    write_moments(files["id.sto"], walk.motion, walk.moments)
+    write_moments(files["id.sto"], walk.motion, walk.moments, shown=walk.loads.valid)
     return list(files.values())
+
+
+def used(walk: WalkingTrial) -> FootForces:
+    """The forces of a trial without those that are not used: zero where the plates do not show a
+    foot alone. A foot that markers hide for a moment keeps its force.
+    """
+    loads, forces = walk.loads, walk.forces
+    assert loads is not None
+    assert forces is not None
+    nearest = np.rint((loads.time - forces.start) * forces.rate).astype(int)
+    shown = forces.valid[np.clip(nearest, 0, len(forces.valid) - 1)]
+    for column in (0, 1):
+        # The low-pass spreads a force beyond its contact: its tails are not used either.
+        loaded = np.isfinite(loads.centre_of_pressure[:, column, 0])
+        for begin, end in zip(*runs(loaded), strict=True):
+            if shown[begin:end, column].mean() < MOSTLY:
+                shown[begin:end, column] = False
+    shown = shown[..., None]
+    return replace(
+        loads,
+        force=np.where(shown, loads.force, 0.0),
+        centre_of_pressure=np.where(shown, loads.centre_of_pressure, np.nan),
+        free_moment=np.where(shown, loads.free_moment, 0.0),
+    )

@@ -9,7 +9,8 @@ import numpy as np
 
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control, load_controls
+from gaitval.gait.healthy_controls import load_controls
+from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control
 from gaitval.metrics.healthy_bands import BAND
 from gaitval.metrics.joint_power import JOINTS
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics

@@ -200,7 +200,7 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
     """Movement Analysis Profile and Gait Profile Score by side, of record, walk and controls."""
     if metrics.curve_statistics is None:
         return None
-    from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
+    from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables

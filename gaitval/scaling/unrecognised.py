@@ -1,6 +1,7 @@
 """Messages about markers that fit no known marker set, or two nearly equally."""
 
 import os
+import re
 from collections.abc import Sequence
 from typing import Final
 
@@ -35,6 +36,14 @@ def undecided(
     return "\n".join(lines)
 
 
+UNLABELLED: Final = re.compile(
+    r"(?i)(\*|u|c_|m|marker|markers|point|traj|trajectory|unlabell?ed|uname|unnamed|unknown|new)?"
+    r"[ _.*-]*\d+"
+)
+"""Names that programs give to trajectories that nobody labelled."""
+MOSTLY: Final = 0.8
+
+
 def unknown(
     names: tuple[str, ...], nearest: MarkerSet, *, builtin: Sequence[str], least: float
 ) -> str:
@@ -54,6 +63,13 @@ def unknown(
     )
     twice = ", ".join(name[:-2] for name in names if name.endswith("#2"))
     said = f" Several markers have one name: {twice}." if twice else ""
+    bare = [name for name in names if UNLABELLED.fullmatch(name)]
+    if len(bare) > MOSTLY * len(names):
+        said += (
+            f" They are unlabelled: {bare[0]} to {bare[-1]} are numbers and no names "
+            "of places on the body. Label the trial in the recording program and export it again; "
+            "no marker set can tell which is which."
+        )
     # character by character is what is wanted: names are no paths
     shared, joined, _ = os.path.commonprefix(names).rpartition("_")  # noqa: RUF071
     if joined and len(names) > 1:

@@ -126,7 +126,9 @@ def drift_doubts(
             what = (
                 "left out of the subject, for it does not close"
                 if kind == "angle" and left_open(name, curve.mean)
-                else "taken away evenly over the cycle; more cycles make it smaller"
+                else "taken away evenly over the cycle. An uneven walk does so, and so do markers "
+                "that moved, gaps, and forces that are late: begin there if other warnings name "
+                "them; else more cycles make it smaller"
             )
             yield QualityFlag(
                 *("drift", name, size * abs(gap), size * usual, unit),

@@ -65,10 +65,11 @@ def read_session(
     walking = []
     for i, trial in enumerate(request.trials):
         with of_trial(i):
-            found = _read(tell, trial, forces=request.forces[i] if request.forces else None)
-            if (part := request.time_of(i)) is not None:
-                source = f"{found.source}, {part_text(part)}"
-                found = replace(found.between(part, "--trial-time"), source=source)
+            forces = request.forces[i] if request.forces else None
+            part = request.time_of(i)
+            found = _read(tell, trial, forces=forces, part=part)
+            if part is not None:
+                found = replace(found, source=f"{found.source}, {part_text(part)}")
             if request.no_plate or request.plate or request.plate_axis:
                 from gaitval.session.said_plates import as_said
 
@@ -103,7 +104,13 @@ def read_session(
 
     def walked(number: int) -> Recording:
         recording, trial = walking[number].turned(axes.rotation), request.trials[number]
-        return prepared(recording, marker_set, processing, trial, tell)
+        lost: list[QualityFlag] = []
+        in_places = None if request.stands_in_walk else standing
+        found = prepared(recording, marker_set, processing, trial, tell, lost, in_places)
+        for doubt in lost:
+            tell("warnings", f"{request.called(number)}: {doubt}")
+            doubts.append((request.called(number), doubt))
+        return found
 
     # A standing pose from the walk needs the walk cleaned first; it is not cleaned twice.
     first = None
@@ -255,12 +262,19 @@ def of_trial(number: int) -> Iterator[None]:
         raise
 
 
-def _read(tell: Tell, path: Path, forces: Path | None = None, *, plates: bool = True) -> Recording:
+def _read(
+    tell: Tell,
+    path: Path,
+    forces: Path | None = None,
+    *,
+    plates: bool = True,
+    part: tuple[float, float] | None = None,
+) -> Recording:
     """`read_recording`, which says what it passed over."""
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
         try:
-            return read_recording(path, forces=forces, plates=plates, faulty=True)
+            return read_recording(path, forces=forces, plates=plates, faulty=True, part=part)
         finally:  # what was passed over may be why the rest is refused
             for each in passed_over:
                 tell("warnings", f"{each.message}.")
@@ -399,17 +413,36 @@ def prepared(
     processing: ProcessingSettings,
     file: Path,
     tell: Tell = silent,
+    doubts: list[QualityFlag] | None = None,
+    standing: Recording | None = None,
 ) -> Recording:
     """A walking trial `recording`, `named` after `marker_set` and in the project's axes, turned
     about the vertical, so that the person walks along +x, and cleaned as `processing` says; `tell`
-    calls it `file`. Raises RecordError as `turn_to_walking_direction` and `clean`.
+    calls it `file`. Warnings about markers that were lost, by their places in `standing` if there
+    is one, go to `doubts`. Raises RecordError as
+    `turn_to_walking_direction` and `clean`.
     """
     landmarks = marker_set.landmarks
     recording, heading = turn_to_walking_direction(recording, landmarks)
     tell("axes", heading)
-    recording, findings = clean(recording, marker_set.segments, processing, landmarks=landmarks)
+    recording, findings = clean(
+        recording, marker_set.segments, processing, landmarks=landmarks, standing=standing
+    )
     _tell_cleaning(tell, file, findings)
+    for each in findings if doubts is not None else ():
+        if each.kind == "lost":
+            assert doubts is not None
+            doubts.append(lost_doubt(each))
     return recording
+
+
+def lost_doubt(found: Finding) -> QualityFlag:
+    """The warning about a marker that was `found` lost."""
+    return QualityFlag(
+        "lost marker", ", ".join(found.names), found.end - found.start, 0.0, "s",
+        f"from {found.start:.2f} s on it {found.action}. Look at it in the recording program: "
+        "delete or label it there, and export again",
+    )  # fmt: skip
 
 
 def trajectories(recording: Recording) -> dict[str, Array]:

@@ -89,7 +89,7 @@ def scale_body(
         if "midfoot" in measured.sources.get("foot", ""):
             tell("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
-        odd = [*_odd_lengths(scaled)]
+        odd = [*_odd_lengths(scaled), *_odd_stature(scaled, request), *_odd_widths(request)]
         for doubt in odd:
             tell("warnings", str(doubt))
         placement = place_markers(
@@ -201,6 +201,53 @@ def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:
                 "the legs differ. Both sides get the mean; --set scaling.symmetric=false, here and "
                 "for gaitval subject, keeps each side's own",
             )  # fmt: skip
+
+
+UNUSUAL_LEGS: Final = 0.09
+"""Thighs and shanks that are longer or shorter than a stature's by more are those of another one:
+they vary by 2 to 3 % (SD) among adults, and children's are up to 5 % shorter."""
+KNEE_OVER_ANKLE: Final = 1.15
+"""Knees are 1.3 to 1.7 times as wide as ankles."""
+NARROWEST_KNEE: Final = 0.047
+"""Of stature; knees are 0.055 to 0.07 of it, ankles 0.035 to 0.046."""
+
+
+def _odd_stature(scaled: ScaledBody, request: Request) -> Iterator[QualityFlag]:
+    """A warning about a stature that does not fit the legs, where joint centres depend on it: with
+    widths in the place of medial markers.
+    """
+    if request.knee_width is None and request.ankle_width is None:
+        return
+    factors = [row.factor for row in scaled.table if row.segment in ("thigh", "shank")]
+    mean = float(np.mean(factors)) if factors else 1.0
+    if abs(mean - 1.0) > UNUSUAL_LEGS:
+        yield QualityFlag(
+            "stature", "stature", mean, 1.0 + UNUSUAL_LEGS, "1",
+            f"thigh and shank are {100 * abs(mean - 1.0):.0f} % "
+            f"{'longer' if mean > 1.0 else 'shorter'} than those of people of "
+            f"{request.height:.2f} m; they fit {mean * request.height:.2f} m. Check the stature; "
+            "if it is right, look at the markers of pelvis, knees and ankles in standing",
+        )  # fmt: skip
+
+
+def _odd_widths(request: Request) -> Iterator[QualityFlag]:
+    """Warnings about widths that are those of another joint."""
+    knee, ankle = (
+        None if width is None else float(np.mean(width))
+        for width in (request.knee_width, request.ankle_width)
+    )
+    if knee is not None and ankle is not None and knee < KNEE_OVER_ANKLE * ankle:
+        yield QualityFlag(
+            "widths", "knee and ankle width", knee / ankle, KNEE_OVER_ANKLE, "1",
+            f"knees of {knee:.3f} m and ankles of {ankle:.3f} m: knees are 1.3 to 1.7 times as "
+            "wide as ankles. One of them is another joint's, or they are exchanged: measure again",
+        )  # fmt: skip
+    elif knee is not None and knee < NARROWEST_KNEE * request.height:
+        yield QualityFlag(
+            "widths", "knee width", knee, NARROWEST_KNEE * request.height, "m",
+            f"{knee:.3f} m is the width of an ankle at {request.height:.2f} m of stature, and not "
+            "of a knee: measure again",
+        )  # fmt: skip
 
 
 def _with_right_labels(

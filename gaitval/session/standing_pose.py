@@ -45,7 +45,7 @@ def of_walk(poses: int) -> QualityFlag:
         *("standing pose", "standing", float(poses), 1.0, "poses"),
         f"no standing trial: the pose is put together of {count_of(poses, 'pair')} of mid-stances "
         f"of the walk. Lengths are up to {1000 * LENGTHS_OF_WALK:.0f} mm and the zero of angles up "
-        "to 5° off what a standing trial gives; give one with --static if there is one",
+        "to 7° off what a standing trial gives; give one with --static if there is one",
     )
 
 

@@ -12,7 +12,7 @@ from gaitval.checks.checks import trial_doubts
 from gaitval.checks.motion_checks import belt_doubts
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
-from gaitval.errors import RecordError
+from gaitval.errors import NoCycleError, RecordError
 from gaitval.gait.cycle_checks import without_gaps, without_odd_support
 from gaitval.gait.cycles import GaitCycle, SpatioTemporal, belt_speed, cut_cycles, spatiotemporal
 from gaitval.gait.events import find_events
@@ -163,7 +163,7 @@ def work_out_trial(
                 request, processing, session, body, name, stride.recording, tell, stride
             )
     stored, of_file = _stored_events(tell, name, recording, events)
-    feet = belt_speed(recording, events, landmarks=landmarks)
+    feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
     found = trial_doubts(
         recording, landmarks, events, findings, measured,
@@ -196,6 +196,21 @@ def work_out_trial(
         stored_events=stored,
         doubts=doubts,
     )
+
+
+def _belt(
+    recording: Recording,
+    events: Sequence[Event],
+    landmarks: Mapping[str, str],
+    cycles: Mapping[Side, Sequence[GaitCycle]],
+) -> float:
+    """Speed of the belt, m/s; NaN in a trial without a whole stance, and so without a cycle."""
+    try:
+        return belt_speed(recording, events, landmarks=landmarks)
+    except RecordError:
+        if any(cycle.kinematics_valid for side in SIDES for cycle in cycles[side]):
+            raise
+        return float("nan")
 
 
 def _stored_events(
@@ -367,14 +382,14 @@ def _cycles(
 
 
 def require_cycles(trials: Sequence[WalkingTrial]) -> None:
-    """Raise RecordError, with the reason of every right cycle of the first trial, if `trials`
+    """Raise NoCycleError, with the reason of every right cycle of the first trial, if `trials`
     together show no whole cycle of either side.
     """
     if any(valid_cycles(walk, side, kinetics=False) for walk in trials for side in SIDES):
         return
     walk = trials[0]
     strikes = sum((each.side, each.kind) == ("right", "heel_strike") for each in walk.events)
-    raise RecordError(
+    raise NoCycleError(
         f"{walk.recording.source}: no complete right gait cycle in the trial, but at least 1 "
         f"needed: {strikes} right heel strike{'' if strikes == 1 else 's'} found, and a cycle goes "
         "from one to the next. Give a longer trial of steady walking, in which the right foot "

@@ -24,7 +24,7 @@ PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
     "gaitval.learning_control.slopes": ("learning_control/*.safetensors",),
-    "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
+    "gaitval.gait.healthy_controls": ("gait/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),
     "gaitval.metrics.norms": ("metrics/norms.csv",),

@@ -374,6 +374,15 @@ def print_import_verdict(found: "Import") -> None:
         f"Limits: {counts['passed']} passed, {counts['FAILED']} FAILED, {counts['not judged']} not "
         f"judged{why}."
     )
+    from gaitval.importing.summary import verdicts
+
+    forces = not found.request.kinematics_only and found.request.aid is None
+    if forces and not any(each.measure == "residual_force_share" for each in verdicts(found)):
+        plain(
+            "NOT JUDGED: whether motion and forces agree, for in no frame do the plates show both "
+            "feet. Moments are those of single stances.",
+            "yellow",
+        )
     for row in rows:
         if row.failed:
             text = failure(row.name, row.value, row.limit, row.unit, row.remedy)

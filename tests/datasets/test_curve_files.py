@@ -13,7 +13,13 @@ from gaitval.datasets.curve_subject import PersonDetails, add_trial, new_subject
 from gaitval.datasets.curve_template import curve_template
 from gaitval.datasets.gait_values import gait_values
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.errors import ConfigurationError, RecordError, ScalingError, SubjectError
+from gaitval.errors import (
+    ConfigurationError,
+    RecordError,
+    RecordWarning,
+    ScalingError,
+    SubjectError,
+)
 
 PHASE = np.linspace(0.0, 1.0, 101)
 PERSON = PersonDetails(64.95, 1.53, 0.8, "F", 31, ("thigh=0.35",), "mine", "CC BY 4.0")
@@ -158,6 +164,8 @@ def later(percent):
         (change("force_up_l", np.negative), "force_up_l: .* the ground pushes up"),
         (change("force_forward_r", np.negative), "force_forward_r: it does not brake first"),
         (change("force_left_l", np.negative), "force_left_l: it points away from the midline"),
+        (lambda c: c.rename(columns={n: n[:-1] + {"r": "l", "l": "r"}[n[-1]] for n in c
+                                     if n != "percent"}), "exchanged, in all columns"),
         (lambda c: c.assign(force_up_r=np.roll(c.force_up_l, 50)), "force_up_r: .*"),
         (change("angle_pelvis_list_l", np.negative), "impossible for one pelvis"),
         (change("angle_hip_adduction_r", lambda a: a.where(a.index != 40)), "a number in row 42"),
@@ -175,6 +183,67 @@ def test_a_wrong_sign_unit_side_or_gap_is_named(good, tmp_path, damage, message)
     path = written(tmp_path, damage(good))
     with pytest.raises(RecordError, match=message):
         gait_values(read_mean_curves([path]), str(path))
+
+
+SKIPPED = ("knee_adduction", "knee_rotation", "ankle_rotation", "foot_")
+
+
+def both(name, columns):
+    return columns.assign(**{each: -columns[each] for each in (f"{name}_r", f"{name}_l")})
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
+@pytest.mark.parametrize("whole", [True, False], ids=["whole", "without optional curves"])
+def test_the_signs_of_sound_curves_are_not_doubted(subject, whole, tmp_path):
+    curves = table(subject)
+    if not whole:
+        curves = curves[[name for name in curves if not any(each in name for each in SKIPPED)]]
+    doubts = read_mean_curves([written(tmp_path, curves)]).doubts
+    # What the curves do not show is said, and is no doubt.
+    assert [each for each in doubts if "do not show" not in each] == []
+
+
+@pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
+@pytest.mark.parametrize(
+    "name",
+    ["hip_adduction", "hip_rotation", "subtalar_angle",
+     "pelvis_tilt", "pelvis_list", "pelvis_rotation"],
+)  # fmt: skip
+@pytest.mark.parametrize("whole", [True, False], ids=["whole", "without optional curves"])
+def test_a_reversed_angle_is_never_taken_without_a_word(subject, name, whole, tmp_path):
+    curves = both(f"angle_{name}", table(subject))
+    if not whole:
+        curves = curves[[each for each in curves if not any(one in each for one in SKIPPED)]]
+    doubts = read_mean_curves([written(tmp_path, curves)]).doubts
+    about = [each for each in doubts if f"angle_{name}" in each]
+    assert about
+    assert "positive" in about[0]
+
+
+@pytest.mark.parametrize("name", ["hip_flexion", "hip_adduction", "knee_angle"])
+def test_a_reversed_moment_is_refused_by_the_lever_of_the_ground_reaction(good, name, tmp_path):
+    path = written(tmp_path, both(f"moment_{name}", good))
+    with pytest.raises(RecordError, match=f"moment_{name}_r.*[Cc]hange"):
+        read_mean_curves([path])
+
+
+@pytest.mark.parametrize("name", ["knee_adduction", "hip_rotation", "subtalar_angle"])
+def test_a_reversed_moment_across_the_midline_is_said(good, name, tmp_path):
+    doubts = read_mean_curves([written(tmp_path, both(f"moment_{name}", good))]).doubts
+    assert any(f"moment_{name}_r" in each for each in doubts)
+
+
+def test_an_angle_of_the_wrong_sign_does_not_accuse_moments(good, tmp_path):
+    (doubt,) = read_mean_curves([written(tmp_path, both("angle_hip_adduction", good))]).doubts
+    assert "angle_hip_adduction_r and angle_hip_adduction_l" in doubt
+
+
+def test_doubts_of_signs_reach_the_user(good, tmp_path):
+    path, said = written(tmp_path, both("angle_pelvis_list", good)), []
+    new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, tell=said.append)
+    assert any(each.startswith("Warning: angle_pelvis_list_r") for each in said)
+    with pytest.warns(RecordWarning, match="angle_pelvis_list_r"):
+        new_subject([path], tmp_path / "b.toml", PERSON, **TRIAL)
 
 
 @pytest.mark.parametrize("strike", [0.32, 0.38, 0.45, 0.62, 0.7])

@@ -22,6 +22,7 @@ from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
+from gaitval.mocap.mot import read_storage
 from gaitval.mocap.recording import FootForces, Recording
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
@@ -294,3 +295,18 @@ def test_a_foot_that_is_never_on_the_ground_has_no_force(forces, tmp_path):
     write_ground_reaction(tmp_path / "grf.mot", replace(forces, centre_of_pressure=point))
     table = read_table(tmp_path / "grf.mot")
     assert not any(table[name].any() for name in table if "_l_" in name)
+
+
+def test_what_the_plates_did_not_show_has_no_moments(walk, tmp_path):
+    dynamics = inverse_dynamics(walk.model, walk.time, walk.positions, *walk.wrenches)
+    shown = np.ones((len(walk.time), 2), dtype=bool)
+    shown[10:30, 1] = False
+    write_moments(tmp_path / "moments.sto", walk.positions, dynamics, shown=shown)
+    write_moments(tmp_path / "all.sto", walk.positions, dynamics)
+    table, known = read_storage(tmp_path / "moments.sto"), read_storage(tmp_path / "all.sto")
+    for name in table.columns:
+        unknown = np.isnan(table.column(name))
+        of_leg = "_l_" in name and not name.startswith(("arm", "elbow"))
+        lost = of_leg or name.startswith("pelvis")
+        np.testing.assert_array_equal(unknown, ~shown[:, 1] if lost else False)
+        np.testing.assert_array_equal(table.column(name)[~unknown], known.column(name)[~unknown])

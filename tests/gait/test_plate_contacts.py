@@ -316,3 +316,23 @@ def test_a_few_contacts_that_are_far_off_say_nothing_of_the_clock(wrong):
         touched[(time >= begin + off) & (time < end + off), column] = True
     assert few * abs(wrong) / len(shown) > 0.06
     check_synchrony(recording, touched, LANDMARKS)
+
+
+def test_exchanged_sides_are_told_from_another_clock():
+    """Half a stride is the mark of sides that are exchanged, and of nothing else at once."""
+    recording = walk(plates=BELTS, belt=1.2)
+    time = recording.force_time
+    touched = np.zeros((len(time), 2), bool)
+    for column, side in enumerate(("right", "left")):
+        mine = [each for each in marker_events(recording, landmarks=LANDMARKS) if each.side == side]
+        for before, after in pairwise(mine):
+            if before.kind == "heel_strike":
+                touched[(time >= before.time) & (time < after.time), 1 - column] = True
+    with pytest.raises(RecordError, match="under the other one") as error:
+        check_synchrony(recording, touched, LANDMARKS)
+    assert "another trial" not in str(error.value)
+    # Of plates whose z points up, as these, the corners go the other way round.
+    assert "other way round" in str(error.value)
+    down = tuple(replace(each, corners=each.corners[[1, 0, 3, 2]]) for each in recording.plates)
+    with pytest.raises(RecordError, match="CHANNEL"):
+        check_synchrony(replace(recording, plates=down), touched, LANDMARKS)

@@ -24,7 +24,7 @@ from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES
-from gaitval.errors import GaitvalError, RecordError
+from gaitval.errors import GaitvalError, RecordError, RecordWarning
 from gaitval.folder_lock import held
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
@@ -640,3 +640,94 @@ def test_a_negative_mass_is_refused_as_opensim_does(everything, tmp_path):
     model = edited(everything.model, tmp_path / "model.osim", r"<mass>[^<]*</mass>", negative)
     with pytest.raises(GaitvalError, match=r"a mass of -5 kg\. OpenSim refuses it too"):
         judge(replace(everything, model=model))
+
+
+# ---- The unit of angles, and verdicts on nothing. ----
+
+
+def _with_unit(folder: Path, to: Path, factor: float, header: str) -> Path:
+    """The motion with its angles times `factor`, under another `header`."""
+    table = read_storage(folder / "ik.mot")
+    lengths = [name.startswith("pelvis_t") and name != "pelvis_tilt" for name in table.columns]
+    values = np.where(lengths, table.values, table.values * factor)
+    rows = [
+        "\t".join(map(repr, map(float, (at, *row))))
+        for at, row in zip(table.time, values, strict=True)
+    ]
+    head = header.format(rows=len(rows), columns=len(table.columns) + 1)
+    to.write_text(head + "\t".join(("time", *table.columns)) + "\n" + "\n".join(rows) + "\n")
+    return to
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Coordinates\nnRows={rows}\nnColumns={columns}\n\nAngles are in degrees.\n\nendheader\n",
+        "Coordinates\nversion=1\nnRows={rows}\nAngles are in degrees.\nendheader\n",
+        "name walk\ndatacolumns {columns}\ndatarows {rows}\nrange 0 3\nendheader\n",
+        "Coordinates\nversion=1\ninDegrees\tyes\nendheader\n",
+    ],
+    ids=["words", "words and a version", "SIMM", "a tab for ="],
+)
+def test_degrees_are_read_from_headers_of_every_age(everything, judged_files, tmp_path, header):
+    ik = _with_unit(judged_files, tmp_path / "ik.mot", 1.0, header)
+    found = judge(replace(everything, ik=ik))
+    known = judge(everything)
+    assert [v.value for v in found.verdicts()] == pytest.approx(
+        [v.value for v in known.verdicts()], rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit", "told"),
+    [
+        (np.pi / 180, "inDegrees=yes", "inDegrees=no"),
+        (1.0, "inDegrees=no", "inDegrees=yes"),
+        (1.0, "version=1", "inDegrees=yes"),
+        (180 / np.pi, "inDegrees=yes", "export it again"),
+    ],
+)
+@pytest.mark.parametrize("alone", [True, False])
+def test_angles_that_cannot_be_of_the_headers_unit_are_refused(
+    everything, judged_files, tmp_path, factor, unit, told, alone
+):
+    header = f"Coordinates\nversion=1\n{unit}\nendheader\n"
+    ik = _with_unit(judged_files, tmp_path / "ik.mot", factor, header)
+    request = Request(model=everything.model, ik=ik) if alone else replace(everything, ik=ik)
+    with pytest.raises(RecordError, match=told) as error:
+        judge(request)
+    assert "knee_angle" in str(error.value)
+    assert str(ik) in str(error.value)
+
+
+def test_a_column_in_another_unit_than_the_others_is_named_and_is_no_pass(
+    everything, judged_files, tmp_path
+):
+    table = read_storage(judged_files / "ik.mot")
+    values = table.values.copy()
+    values[:, table.columns.index("knee_angle_l")] *= np.pi / 180
+    write_storage(tmp_path / "ik.mot", replace(table, values=values))
+    found = judge(Request(model=everything.model, ik=tmp_path / "ik.mot"))
+    assert any("knee_angle_l" in one and "radians" in one for one in found.undecided)
+    assert not result_of(found).passed
+
+
+def test_nothing_judged_is_no_pass(everything, judged_files, tmp_path):
+    table = read_storage(judged_files / "ik.mot")
+    # One frame held: nobody walks, and no angle is beyond its range.
+    still = np.repeat(table.values[:1], len(table.values), axis=0)
+    write_storage(tmp_path / "ik.mot", replace(table, values=still))
+    code, output = run(everything.model, "--ik", tmp_path / "ik.mot", "--out", tmp_path / "judged")
+    assert code == 1, output
+    assert "NOT JUDGED" in output
+    result = json.loads((tmp_path / "judged/judge.json").read_text())
+    assert (result["passed"], result["verdict"]) == (False, "not judged")
+    assert "Not judged: what decides" in (tmp_path / "judged/judge.html").read_text()
+
+
+def test_what_a_reader_passes_over_is_a_sentence(everything, judged_files, tmp_path, recwarn):
+    text = (judged_files / "ik.mot").read_text().replace("nRows=", "nRows=9")
+    (tmp_path / "ik.mot").write_text(text)
+    found = judge(replace(everything, ik=tmp_path / "ik.mot"))
+    assert any("count of rows" in one for one in found.findings)
+    assert not [each for each in recwarn if issubclass(each.category, RecordWarning)]

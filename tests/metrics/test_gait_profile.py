@@ -3,12 +3,8 @@ import pytest
 
 from experiments import gps_controls, healthy_bands
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.metrics.gait_profile import (
-    PROFILE_ANGLES,
-    gait_profile,
-    is_control,
-    load_controls,
-)
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
+from gaitval.metrics.gait_profile import gait_profile, is_control
 
 WBDS = {"S01": "WBDS01", "S03": "WBDS12", "S05": "WBDS14"}
 """Built-in subjects whose overground strides are among the controls'."""

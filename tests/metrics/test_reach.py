@@ -15,12 +15,13 @@ from synthetic_walk import MASS, STRIDE_TIME, perfect_walk, sharp_filter, synthe
 from gaitval.coordinates import COORDINATES, SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import compare_curve, simulated_curves
 from gaitval.metrics.cycles import cut, find_cycles, spatiotemporal, walking_speed
 from gaitval.metrics.epsilon import ANGLES, FORCES, JOINT_MOMENTS, epsilon
 from gaitval.metrics.foot_contact import EARLY, foot_contacts
-from gaitval.metrics.gait_profile import gait_profile, load_controls
+from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.joint_power import BURSTS, burst_places, joint_power
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.whole_body import centre_of_mass_measures

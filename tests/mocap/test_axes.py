@@ -1,5 +1,6 @@
 """The laboratory's axes are found from who stands and walks in it, or refused with a reason."""
 
+import re
 from itertools import permutations, product
 
 import numpy as np
@@ -70,6 +71,20 @@ def walking(speed: float, *, belt: bool, drift: float = 0.0) -> Recording:
     markers[:, :, 0] += travel[:, None]
     names = tuple(LANDMARKS[name] for name in PERSON)
     return Recording("walk.c3d", "project", names, markers, 100.0)
+
+
+def circuit() -> Recording:
+    """A walk of 14 s at 1 m/s that turns by 180° in the first, the middle and the last 2 s."""
+    straight = walking(1.0, belt=True)
+    markers = np.concatenate([straight.markers] * 2)[:1400]
+    time = np.arange(1400) / 100.0
+    yaw = np.radians(np.interp(time, [0, 2, 6, 8, 12, 14], [-180, 0, 0, 180, 180, 360]))
+    steps = np.stack([np.cos(yaw), np.sin(yaw)], axis=1) / 100.0
+    middle = markers[..., :2].mean(axis=1, keepdims=True).mean(axis=0)
+    level = markers[..., :2] - middle
+    turn = np.stack([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]).transpose(2, 0, 1)
+    markers[..., :2] = np.einsum("tij,tmj->tmi", turn, level) + np.cumsum(steps, axis=0)[:, None]
+    return straight.with_markers(straight.names, markers)
 
 
 def turned(recording: Recording, degrees: float) -> Recording:
@@ -305,6 +320,80 @@ class TestWalkingDirection:
         upside_down = walking(1.2, belt=False).turned(np.diag([1.0, -1, -1]))
         with pytest.raises(RecordError, match="other axes than the standing trial"):
             turn_to_walking_direction(upside_down, LANDMARKS)
+
+    @pytest.mark.parametrize(
+        "lost", [("Ankle",), ("Ankle", "Heel"), ("Ankle", "Heel", "MT1", "MT5")]
+    )
+    def test_other_axes_are_seen_without_ankles(self, lost):
+        recording = walking(1.2, belt=False)
+        names = [name for name in recording.names if name[2:] not in lost]
+        fewer = recording.with_markers(names, recording.columns(names))
+        turn_to_walking_direction(fewer, LANDMARKS)
+        for axes in (np.diag([1.0, -1, -1]), about_y(90)):
+            with pytest.raises(RecordError, match="other axes than the standing trial"):
+                turn_to_walking_direction(fewer.turned(axes), LANDMARKS)
+
+    @pytest.mark.parametrize("lost", [(), ("ASIS",)])
+    def test_straight_parts_of_a_circuit_are_suggested_and_work(self, lost):
+        """Two straight walks of 4 s, there and back, with turns of 2 s before, between, after."""
+        recording = circuit()
+        names = [name for name in recording.names if name[2:] not in lost]
+        recording = recording.with_markers(names, recording.columns(names))
+        with pytest.raises(RecordError, match="parts in one direction as trials") as error:
+            turn_to_walking_direction(recording, LANDMARKS)
+        found = [
+            tuple(map(float, each))
+            for each in re.findall(r"--trial-time (\S+?):(\S+)", str(error.value))
+        ]
+        assert len(found) == 2
+        for part, straight in zip(found, ((2.0, 6.0), (8.0, 12.0)), strict=True):
+            assert straight[0] - 0.7 < part[0]
+            assert part[1] < straight[1] + 0.7
+            assert part[1] - part[0] > 2.5
+            turn_to_walking_direction(recording.between(part, "--trial-time"), LANDMARKS)
+
+    @pytest.mark.parametrize("degrees", [10.0, -8.0, 2.0])
+    @pytest.mark.parametrize("belt", [True, False])
+    def test_a_slope_is_named(self, degrees, belt):
+        recording = walking(1.2, belt=belt)
+        # Sheared and not turned: who climbs stays upright.
+        markers = recording.markers.copy()
+        ahead = markers[..., 0] if not belt else markers[..., 0] - markers[..., :1, 0]
+        markers[..., 2] += np.tan(np.radians(degrees)) * ahead
+        sloped = recording.with_markers(recording.names, markers)
+        if abs(degrees) < 4.0:
+            turn_to_walking_direction(sloped, LANDMARKS)
+            return
+        with pytest.raises(RecordError, match=f"{'up' if degrees > 0 else 'down'} by .*slope"):
+            turn_to_walking_direction(sloped, LANDMARKS)
+
+    def test_stairs_are_named(self):
+        recording = walking(0.6, belt=False)
+        markers = recording.markers.copy()
+        time = recording.time
+        for i, name in enumerate(recording.names):
+            # Half a stride apart each foot comes up by two steps of 0.17 m, in its swing.
+            late = 0.5 if name[0] == "L" else 0.0
+            if name[2:] in ("Heel", "MT1", "MT5", "Ankle"):
+                cycles = time + late
+                done = np.floor(cycles) + np.clip((cycles % 1.0 - 0.6) / 0.4, 0, 1)
+                markers[:, i, 2] += 0.34 * done
+            else:
+                markers[:, i, 2] += 0.34 * time
+        with pytest.raises(RecordError, match="these are stairs"):
+            turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
+
+    @pytest.mark.parametrize("what", ["sits down, stands up", "right foot .* stands on one leg"])
+    def test_who_does_not_walk_is_told_what_is_seen(self, what):
+        still = walking(0.0, belt=False)
+        markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
+        for i, name in enumerate(still.names):
+            if "sits" in what and name.endswith("SIS"):
+                markers[:, i, 2] -= 0.2 * (1 - np.cos(2 * np.pi * still.time / 5.0))
+            if "one leg" in what and name.startswith("R_") and not name.endswith("SIS"):
+                markers[:, i, 2] += 0.15 * ((still.time > 2) & (still.time < 8))
+        with pytest.raises(RecordError, match=what):
+            turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
 
     def test_still_in_the_laboratorys_axes(self):
         with pytest.raises(RecordError, match="still in the laboratory's axes"):

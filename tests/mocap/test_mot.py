@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from motion_files import FORCE, POINT, TORQUE, forces, refuse
 
-from gaitval.errors import RecordWarning
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.mocap.mot import read_ground_reaction, read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 
@@ -63,6 +63,43 @@ class TestStorage:
             f"walk\nversion=1\n{line}nRows=2\nnColumns=2\nendheader\ntime\ta\n0\t1\n1\t2\n"
         )
         assert read_storage(path).in_degrees == opensim.Storage(str(path)).isInDegrees()
+
+    @pytest.mark.parametrize(
+        "header",
+        [
+            "walk\nnRows=2\nnColumns=2\nendheader\n",
+            "walk\nversion=0\nnRows=2\nnColumns=2\nendheader\n",
+            "name walk\ndatacolumns 2\ndatarows 2\nrange 0 1\nendheader\n",
+            "walk\nversion=1\nnRows=2\nnColumns=2\ninDegrees\tyes\nendheader\n",
+            "walk\nversion=3\nnRows=2\nnColumns=2\nendheader\n",
+        ],
+    )
+    def test_degrees_of_old_headers_are_those_of_opensim(self, tmp_path, header):
+        opensim = pytest.importorskip("opensim")
+        path = tmp_path / "a.mot"
+        path.write_text(header + "time\ta\n0\t1\n1\t2\n")
+        assert read_storage(path).in_degrees == opensim.Storage(str(path)).isInDegrees()
+
+    def test_words_say_the_unit_where_no_key_does(self, tmp_path):
+        path = tmp_path / "a.mot"
+        for unit in ("degrees", "radians"):
+            path.write_text(f"walk\nAngles are in {unit}.\nendheader\ntime\ta\n0\t1\n1\t2\n")
+            assert read_storage(path).in_degrees == (unit == "degrees")
+        path.write_text(
+            "Angles are in radians.\nAngles are in degrees.\nendheader\ntime\ta\n0\t1\n"
+        )
+        with pytest.raises(RecordError, match="Correct it"):
+            read_storage(path)
+
+    def test_times_may_be_in_any_column_or_in_simms_range(self, tmp_path):
+        path = tmp_path / "a.mot"
+        path.write_text("walk\nendheader\na\tTime\tb\n1\t0\t2\n3\t0.5\t4\n")
+        read = read_storage(path)
+        assert read.columns == ("a", "b")
+        np.testing.assert_array_equal(read.time, [0.0, 0.5])
+        np.testing.assert_array_equal(read.values, [[1, 2], [3, 4]])
+        path.write_text("name walk\ndatacolumns 1\nrange 2 3\nendheader\na\n1\n2\n4\n")
+        np.testing.assert_array_equal(read_storage(path).time, [2.0, 2.5, 3.0])
 
     @pytest.mark.parametrize(
         ("text", "words"),
@@ -191,6 +228,49 @@ class TestGroundReaction:
             write_storage(tmp_path / "c.mot", both)
             _, _, plates = read_ground_reaction(tmp_path / "c.mot")
             assert sorted(plate.name for plate in plates) == ["1", "2"]
+
+    @pytest.mark.parametrize("twist", [10.0, -3.0])
+    def test_a_torque_without_a_force_is_a_devices_and_no_plate(self, tmp_path, twist):
+        plate = read_storage(forces(tmp_path / "a.mot"))
+        names = [f"exo_r_force_{kind}{axis}" for kind in "vp" for axis in "xyz"]
+        names += [f"exo_r_torque_{axis}" for axis in "xyz"]
+        of_device = np.zeros((len(plate.time), 9))
+        of_device[:, 6] = twist * np.sin(np.linspace(0.0, np.pi, len(plate.time)))
+        write_storage(
+            tmp_path / "b.mot",
+            replace(
+                plate,
+                columns=(*plate.columns, *names),
+                values=np.hstack([plate.values, of_device]),
+            ),
+        )
+        with pytest.warns(RecordWarning, match=rf"exo_r \(up to {abs(twist):g} Nm\).*not used"):
+            _, _, plates = read_ground_reaction(tmp_path / "b.mot")
+        assert [each.name for each in plates] == ["1"]
+
+    def test_columns_that_are_not_used_are_named(self, tmp_path):
+        plate = read_storage(forces(tmp_path / "a.mot"))
+        more = replace(
+            plate,
+            columns=(*plate.columns, "emg_soleus"),
+            values=np.pad(plate.values, ((0, 0), (0, 1))),
+        )
+        write_storage(tmp_path / "b.mot", more)
+        with pytest.warns(RecordWarning, match="not used: emg_soleus"):
+            read_ground_reaction(tmp_path / "b.mot")
+
+    @pytest.mark.parametrize("factor", [1.0, 1000.0], ids=["m", "mm"])
+    @pytest.mark.filterwarnings("ignore::gaitval.errors.RecordWarning")
+    def test_names_of_opensims_reader_of_c3d(self, tmp_path, factor):
+        table = read_storage(forces(tmp_path / "a.mot"))
+        values = table.values * np.repeat([1.0, factor, factor], 3)
+        names = tuple(f"{kind}1_{axis}" for kind in "fpm" for axis in (1, 2, 3))
+        write_storage(tmp_path / "b.mot", replace(table, columns=names, values=values))
+        _, _, (known,) = read_ground_reaction(tmp_path / "a.mot")
+        _, _, (plate,) = read_ground_reaction(tmp_path / "b.mot")
+        np.testing.assert_allclose(plate.force, known.force)
+        np.testing.assert_allclose(plate.centre_of_pressure, known.centre_of_pressure)
+        np.testing.assert_allclose(plate.free_moment, known.free_moment)
 
     def test_no_centre_of_pressure_where_unloaded(self, tmp_path):
         _, _, (plate,) = read_ground_reaction(forces(tmp_path / "a.mot"))

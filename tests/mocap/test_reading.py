@@ -1,9 +1,14 @@
 """Markers and forces of two files as one recording."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from motion_files import forces, recording, refuse, trc
+from motion_files import FORCE, POINT, TORQUE, forces, recording, refuse, trc
 
+from gaitval.errors import RecordWarning
+from gaitval.mocap.mot import read_storage
+from gaitval.mocap.mot_writing import write_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc import read_trc
 from gaitval.mocap.trc_writing import write_trc
@@ -49,8 +54,7 @@ class TestMarkersWithForces:
     @pytest.mark.parametrize(
         ("options", "words"),
         [
-            ({"rate": 1050.0, "samples": 210}, "whole multiple"),
-            ({"rate": 60.0, "samples": 60, "start": 0.0}, "whole multiple"),
+            ({"rate": 40.0, "samples": 60, "start": 0.0}, "rate at which they were recorded"),
             ({"samples": 400}, "Give the forces of the same trial"),
             ({"start": 5.0}, "Give the forces of the same trial"),
             ({"point": (500.0, 0.0, 300.0)}, "divide the points"),
@@ -63,6 +67,33 @@ class TestMarkersWithForces:
     def test_refusals(self, tmp_path, options, words):
         path = forces(tmp_path / "a.mot", **options)
         refuse(read_recording, trc(tmp_path / "a.trc"), str(path), words, forces=path)
+
+    @pytest.mark.parametrize("rate", [1050.0, 250.0, 120.0, 90.0])
+    def test_forces_at_no_multiple_of_the_markers_rate_are_resampled(self, tmp_path, rate):
+        path = forces(tmp_path / "a.mot", rate=rate, samples=round(0.2 * rate))
+        table = read_storage(path)
+        # A ramp under load, which any other time would change.
+        load = np.tile(np.r_[FORCE, POINT, TORQUE], (len(table.time), 1))
+        load[:, :3] *= (1.0 + table.time)[:, None]
+        write_storage(path, replace(table, values=load))
+        with pytest.warns(RecordWarning, match=rf"{rate:g} Hz .*resampled to"):
+            read = read_recording(trc(tmp_path / "a.trc"), forces=path)
+        (plate,) = read.plates
+        assert read.force_rate % read.marker_rate == 0.0
+        wanted = np.outer(1.0 + read.force_time, FORCE)
+        inside = read.force_time <= table.time[-1]
+        np.testing.assert_allclose(plate.force[inside], wanted[inside], rtol=1e-6)
+        np.testing.assert_allclose(plate.centre_of_pressure, np.tile(POINT, (len(inside), 1)))
+
+    def test_a_part_that_both_files_cover_is_enough(self, tmp_path):
+        markers = tmp_path / "a.trc"
+        write_trc(markers, recording(200))
+        path = forces(tmp_path / "a.mot", samples=1400)
+        refuse(read_recording, markers, "--trial-time 0:1.4", "from 0.000 to 1.400 s", forces=path)
+        read = read_recording(markers, forces=path, part=(0.3, 1.2))
+        assert (read.start, len(read.markers)) == (pytest.approx(0.3), 91)
+        assert len(read.plates[0].force) == 10 * len(read.markers)
+        refuse(read_recording, markers, "same trial", forces=path, part=(1.0, 1.9))
 
     def test_a_rate_of_no_camera(self, tmp_path):
         path = tmp_path / "a.trc"

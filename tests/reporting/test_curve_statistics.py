@@ -8,7 +8,7 @@ from seen_figures import figure_of
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, walks_of
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.gait_profile import load_controls
+from gaitval.gait.healthy_controls import load_controls
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate

@@ -14,7 +14,7 @@ from verdict_words import LANGUAGES, headline, rows_of, says, word
 
 from gaitval.artefacts import read_json, write_json
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.report import write_report

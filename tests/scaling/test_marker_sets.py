@@ -416,3 +416,15 @@ def test_unknown_and_unreadable_sets(tmp_path):
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(RecordError, match="cannot be read"):
         load_marker_set(binary)
+
+
+@pytest.mark.parametrize("form", ["{:04d}", "*{}", "C_{}", "M{:03d}", "Unlabeled {}", "uname*{}"])
+def test_unlabelled_files_are_said_to_be_unlabelled(form):
+    with pytest.raises(RecordError, match="unlabelled"):
+        recognise([form.format(number) for number in range(1, 53)])
+
+
+def test_labelled_files_are_not():
+    with pytest.raises(RecordError) as error:
+        recognise(["RTH1", "RTH2", "M1", "Foot_left", "HeelR"])
+    assert "unlabelled" not in str(error.value)

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitval.apps.patients.strides import AXES
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.gait_profile import PROFILE_ANGLES
+from gaitval.gait.healthy_controls import PROFILE_ANGLES
 
 AXIS_OF = {name: axis for axis, name in AXES.items()}
 

@@ -3,6 +3,7 @@
 import io
 from pathlib import Path
 
+import numpy as np
 import pytest
 from html_page import pdf_in_ci
 from made_up_session import MadeUpSession, made_up_session
@@ -15,9 +16,10 @@ from gaitval.apps.judge.write import write_judgement
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError, RecordError
+from gaitval.errors import ConfigurationError, RecordError, TrialOnlyError
 from gaitval.importing.importing import import_files, work_out
 from gaitval.importing.stored import Session
+from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.session.request import ImportOptions
@@ -191,7 +193,7 @@ def test_a_refusal_after_the_body_keeps_it(session, tmp_path):
             session, tmp_path / "out", trials=[cut(session, tmp_path, 0.0, 0.9)],
             forces=[], kinematics_only=True,
         )  # fmt: skip
-    assert "What was found before this" in str(caught.value)
+    assert "trial with poses" in str(caught.value)
     recording = tmp_path / "out" / "recording"
     for name in ("refused.html", "model.urdf", "scaling.csv", "cycles.csv", "trial1_ik.mot"):
         assert (recording / name).exists(), name
@@ -244,3 +246,28 @@ def test_trials_that_show_one_side_each_are_pooled(session, tmp_path):
         "knee_angle_r",
         "knee_angle_l",
     }
+
+
+def test_a_trial_without_a_whole_cycle_is_a_trial_with_moments(session, tmp_path, monkeypatch):
+    """Poses and moments need no gait cycle; only a subject does."""
+    out = tmp_path / "out"
+    with pytest.raises(TrialOnlyError, match="trial with moments") as made:
+        imported(session, out, trial_time=[(0.3, 1.25)])
+    for side in SIDES:
+        assert f"moments of the {side} leg from" in str(made.value)
+    moments = read_storage(out / "recording" / "trial1_id.sto")
+    assert np.isfinite(moments.column("knee_angle_r_moment")).mean() > 0.5
+    assert not (out / "subject.toml").exists()
+    assert "a trial, and no subject" in (out / "recording" / "refused.html").read_text()
+    with pytest.raises(TrialOnlyError, match="trial with poses"):
+        imported(session, tmp_path / "poses", trial_time=[(0.3, 1.25)], kinematics_only=True)
+    request = session.request
+    command = [
+        "import", "--static", str(request.static), "--trial", str(request.trials[0]),
+        "--forces", str(request.forces[0]), "--mass", str(request.mass_kg),
+        "--height", str(request.height_m), "--sex", request.sex, "--trial-time", "0.3:1.25",
+        "--out", str(tmp_path / "command"),
+    ]  # fmt: skip
+    result = CliRunner().invoke(cli.app, command)
+    assert result.exit_code == 0, result.output
+    assert "Made: trial with moments" in " ".join(result.output.split())

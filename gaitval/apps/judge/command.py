@@ -64,7 +64,8 @@ def judge(
     Reads models of OpenSim 3 and 4 without OpenSim. Marker errors (placed by gaitval, or from the
     log), residuals at the root, moments beside those of healthy people at the same speed, angles,
     masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. The
-    exit code is 1 if a limit that decides has failed.
+    exit code is 1 if a limit that decides has failed, or if nothing of what was given could be
+    judged: limits that are kept say nothing then.
     """
     from gaitval.apps.judge.judge import Request
     from gaitval.apps.judge.judge import judge as judged
@@ -122,4 +123,11 @@ def _say(result: "JudgeResult", model: str, page: str) -> None:
     if any(one.verdict == "not judged" for one in result.limits):
         display.plain(f"Not judged. Residuals: {WHY_NOT_JUDGED}; give --reduced for one.")
     kept = sum(one.decides and one.passed for one in result.limits)
+    if result.verdict == "not judged":
+        for reason in result.undecided:
+            display.plain(f"NOT JUDGED. {reason}", "red")
+        display.plain(
+            f"Not judged: {kept} limits are kept, none failed, but not those that decide. {page}"
+        )
+        return
     display.plain(f"Limits: {kept} kept, {len(rows) - 1} failed. {page}")

@@ -148,11 +148,18 @@ def mean_curve(time: Array, values: Array, cycles: list[GaitCycle]) -> tuple[Arr
     """Mean and standard deviation (101,) over those of `cycles` that lie in the time of the
     `values`, which are at `time` (T,) s, not necessarily uniform.
     """
-    inside = [one for one in cycles if time[0] - 1e-6 <= one.start and one.end <= time[-1] + 1e-6]
+    unknown = time[~np.isfinite(values)]
+    inside = [
+        one
+        for one in cycles
+        if time[0] - 1e-6 <= one.start
+        and one.end <= time[-1] + 1e-6
+        and not ((unknown >= one.start - 1e-6) & (unknown <= one.end + 1e-6)).any()
+    ]
     if not inside or len(time) < 2:
         return None
     even = np.linspace(time[0], time[-1], len(time))
-    found = average([(even, np.interp(even, time, values), inside)])
+    found = average([(even, np.interp(even, time, np.nan_to_num(values)), inside)])
     return None if found is None else (found.mean, found.deviation)
 
 

@@ -1,5 +1,6 @@
 """`gaitval judge`: a model of OpenSim and its results against the limits of this project."""
 
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from gaitval.apps.judge import markers as of_markers
+from gaitval.apps.judge.angle_units import check_unit
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.gait import Gait, find_gait, mean_curve, valid, weight_ratio
 from gaitval.apps.judge.loads import read_loads
@@ -20,7 +22,7 @@ from gaitval.apps.judge.residuals import residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import RANGES, SIDES, Side
-from gaitval.errors import RecordError
+from gaitval.errors import RecordError, RecordWarning
 from gaitval.gait import agreement
 from gaitval.inverse.inverse_dynamics import Residuals, residual_measures
 from gaitval.metrics.recording_limits import State, state_of
@@ -105,6 +107,8 @@ class Judgement:
     band: dict[str, Band] = field(default_factory=dict)
     findings: list[str] = field(default_factory=list)
     not_judged: list[str] = field(default_factory=list)
+    undecided: list[str] = field(default_factory=list)
+    """What was given and could not be judged at all, so that limits that are kept say nothing."""
 
     @property
     def model(self) -> OsimModel:
@@ -131,6 +135,13 @@ class Judgement:
         return [v for v in self.verdicts() if self.decides(v) and not v.passed]
 
     @property
+    def outcome(self) -> State:
+        """The verdict on everything that was given."""
+        if self.failed:
+            return "FAILED"
+        return "not judged" if self.undecided else "passed"
+
+    @property
     def stature(self) -> float | None:
         """As given, or that of the legs, m."""
         if self.request.height is not None:
@@ -143,6 +154,16 @@ def judge(request: Request) -> Judgement:
     """Read the files of `request` and judge what they allow to be judged. Raises GaitvalError if a
     file cannot be used, or the files do not belong together.
     """
+    # What a reader passes over in a file is a sentence beside the limits, not a warning of Python.
+    with warnings.catch_warnings(record=True) as passed_over:
+        warnings.simplefilter("always", RecordWarning)
+        found = _judged(request)
+    said = [f"{one.message}." for one in passed_over if issubclass(one.category, RecordWarning)]
+    found.findings[:0] = dict.fromkeys(said)
+    return found
+
+
+def _judged(request: Request) -> Judgement:
     model = read_model(request.model)
     found = Judgement(request, skeleton(model))
     _model(found)
@@ -155,12 +176,34 @@ def judge(request: Request) -> Judgement:
         said = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
         found.not_judged.append(f"Motion: give the results of inverse kinematics with --ik.{said}")
         return found
-    found.motion = motion_of(model, read_storage(request.ik), str(request.ik))
+    table = read_storage(request.ik)
+    found.motion = motion_of(model, table, str(request.ik))
+    units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
+    found.findings += units
+    found.undecided += units
     _coordinates(found)
     _markers(found)
     _walk(found)
     _dynamics(found)
+    _undecided(found)
     return found
+
+
+def _undecided(found: Judgement) -> None:
+    """What was given to be judged, and of which nothing could be: it is no pass."""
+    request, seen = found.request, {measure.measure for measure in found.measures}
+    of_dynamics = bool(found.moments) or "residual_force_share" in seen
+    if (
+        found.skeleton.has_legs
+        and not found.angles
+        and not (found.marker_errors is not None or of_dynamics)
+    ):
+        found.undecided.append("The motion: no complete gait cycle was found in it.")
+    if request.id is not None and found.residuals is None and not found.moments:
+        found.undecided.append("Inverse dynamics: neither residuals nor moments could be judged.")
+    given = request.grf or request.external_loads
+    if given is not None and not of_dynamics and "weight_error" not in seen:
+        found.undecided.append("The ground reaction: no gait cycle shows that of both feet.")
 
 
 # ---- The model. ----
@@ -364,9 +407,12 @@ def _generalised_forces(model: OsimModel, table: StorageTable, source: str) -> d
     for name in model.coordinates:
         column = next((c for c in (f"{name}_moment", f"{name}_force") if c in table.columns), None)
         if column is not None:
-            found[name] = table.column(column)
-            if not np.isfinite(found[name]).all():
-                raise RecordError(f"{source}: {column}: a value is not a number. Export again.")
+            values = table.column(column)
+            if np.isinf(values).any():
+                raise RecordError(f"{source}: {column}: a value is infinite. Export again.")
+            if np.isnan(values).all():
+                continue  # not known at any time
+            found[name] = values
     if not found:
         raise RecordError(
             f"{source}: has no moment of the model's coordinates (knee_angle_r_moment, …), but "
@@ -388,6 +434,8 @@ def _residuals(found: Judgement, time: Array, forces: Mapping[str, Array]) -> No
     # As in an import: the acceleration at an end of the motion is seen from one side only.
     end = agreement.EDGE_SECONDS - 0.5 * float(np.ptp(time)) / max(len(time) - 1, 1)
     shown = (time > motion.time[0] + end) & (time < motion.time[-1] - end)
+    # Who did not measure the force of a foot says so: NaN.
+    shown &= np.isfinite(np.hstack([force, moment])).all(axis=1)
     if gait is not None and gait.forces is not None:
         # Inverse dynamics is at the motion's times, the plates at their own rate.
         nearest = np.rint((time - gait.forces.start) * gait.forces.rate).astype(int)

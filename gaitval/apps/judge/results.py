@@ -132,7 +132,10 @@ class JudgeResult(Result):
     versions: dict[str, str]
     inputs: list[JudgedInput]
     passed: Flag
-    """No limit that decides has failed."""
+    """No limit that decides has failed, and of all that was given something was judged."""
+    verdict: Literal["passed", "FAILED", "not judged"] | None = None
+    """`not judged` where no limit failed, but what was given could not be judged; older files have
+    none."""
     model: JudgedModel
     trial: JudgedTrial | None
     marker_errors: JudgedMarkerErrors | None
@@ -145,3 +148,5 @@ class JudgeResult(Result):
     findings: list[str]
     not_judged: list[str]
     """What could not be judged, and why."""
+    undecided: list[str] = Field(default_factory=list)
+    """What was given and could not be judged at all: then `passed` is false."""

@@ -53,7 +53,8 @@ def result_of(found: Judgement) -> JudgeResult:
              "size": path.stat().st_size}
             for role, path in found.request.files()
         ],
-        "passed": not found.failed,
+        "passed": found.outcome == "passed",
+        "verdict": found.outcome,
         "model": _model(found),
         "trial": _trial(found),
         "marker_errors": _marker_errors(found),
@@ -92,6 +93,7 @@ def result_of(found: Judgement) -> JudgeResult:
         ],
         "findings": found.findings,
         "not_judged": found.not_judged,
+        "undecided": found.undecided,
     }  # fmt: skip
     return JudgeResult.model_validate(tidy(values))
 

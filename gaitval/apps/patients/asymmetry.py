@@ -7,7 +7,8 @@ import numpy as np
 from gaitval.apps.patients.records import Patient
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
+from gaitval.metrics.gait_profile import gait_profile
 from gaitval.metrics.norms import norms
 
 BEYOND = 2.0

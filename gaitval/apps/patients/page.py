@@ -12,12 +12,8 @@ from gaitval.apps.patients.records import Patient
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.datasets.plausible import ADULT
-from gaitval.metrics.gait_profile import (
-    PROFILE_ANGLES,
-    SMALLEST_DIFFERENCE,
-    gait_profile,
-    load_controls,
-)
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
+from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, gait_profile
 from gaitval.metrics.norms import ASSUMED_AGE, norms
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, STYLES, WALK_WIDTH

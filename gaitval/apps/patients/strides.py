@@ -17,8 +17,8 @@ from gaitval import file_gate
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, left_strike, smoothed
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.gait.sampling import SAMPLES
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, load_controls
 from gaitval.plain_numbers import plain_float
 
 AXES: Final[Mapping[str, str]] = {

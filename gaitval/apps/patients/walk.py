@@ -23,10 +23,11 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import JOINT_MOMENTS
+from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.learning_control.correct import correct
 from gaitval.metrics.comparison import curves_of, foot_progression, rms
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.gait_profile import PROFILE_ANGLES, gait_profile, load_controls
+from gaitval.metrics.gait_profile import gait_profile
 from gaitval.model.parameters import nominal_parameters
 from gaitval.one_thread import one_thread
 from gaitval.policy.rollouts import record_together

@@ -54,10 +54,20 @@ def judge_moved(
             f"Figures: {len(failures)} of {len(rows)} measures are worse than in {baseline} by "
             f"more than their margin (table above). If the change is intended, {anew}."
         )
-    kept = sum(row.change == "kept" for row in rows)
-    improved = "" if kept == len(rows) else f", {len(rows) - kept} improved (table above)"
+    # What the baseline did not measure cannot have become worse, and is no measure that was kept.
+    judged = [row for row in rows if row.baseline is not None]
+    if not judged:
+        raise ToleranceError(
+            f"Figures: not judged. None of the {len(rows)} measures has a value in {baseline}, so "
+            f"nothing can be lost or kept. To have one, {anew}."
+        )
+    kept = sum(row.change == "kept" for row in judged)
+    improved = "" if kept == len(judged) else f", {len(judged) - kept} improved (table above)"
+    rest = len(rows) - len(judged)
+    unjudged = f"; {rest} not judged, which it has not" if rest else ""
     display.output.print(
-        f"Figures: {kept} of {len(rows)} measures within their margins of {baseline}{improved}"
+        f"Figures: {kept} of {len(judged)} measures within their margins of {baseline}{improved}"
+        f"{unjudged}"
     )
 
 

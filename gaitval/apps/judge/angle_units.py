@@ -1,0 +1,117 @@
+"""Whether the numbers of a motion can be angles in the unit that its header gives.
+
+A header may be wrong: a motion in radians called degrees hardly moves, one in degrees called
+radians turns its joints several times round. The joints of the legs show it, for nobody's knee
+turns right round, and in no walk does it move by a degree only.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.apps.judge.opensim.placing import Motion
+from gaitval.apps.judge.skeleton import Skeleton
+from gaitval.arrays import Array
+from gaitval.coordinates import RANGES
+from gaitval.errors import RecordError
+
+LEGS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
+FULL_TURN: Final = 2 * np.pi
+"""rad. No joint of a leg is ever turned so far."""
+STILL: Final = np.deg2rad(3.0)
+"""rad. In a walk, and in everything else that moves the legs, one of their joints moves by more."""
+MOVES: Final = np.deg2rad(15.0)
+"""rad. A leg's joint that moves by this much moves."""
+BEYOND: Final = np.deg2rad(15.0)
+"""rad. Models' zeros differ: so far beyond `RANGES` an angle may be that of a sound person."""
+
+
+def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -> list[str]:
+    """Raise RecordError, with what the numbers show, if those of `motion` (rad, as read from
+    `source` with its unit `in_degrees`) cannot be of that unit. Returns sentences about single
+    joints that seem to be of another unit than the others.
+    """
+    angles = _of_legs(known, motion)
+    if not angles:
+        return []
+    header = "degrees" if in_degrees else "radians"
+    most = max(angles, key=lambda name: float(np.abs(angles[name]).max()))
+    largest = float(np.abs(angles[most]).max())
+    if largest > FULL_TURN:
+        why = (
+            "they look like degrees: write inDegrees=yes into the header"
+            if not in_degrees
+            else "they look like degrees that were converted into degrees once more, or inverse "
+            "kinematics lost the leg: look at the motion, and export it again"
+        )
+        raise RecordError(
+            f"{source}: {most} is up to {np.degrees(largest):.0f}° in the unit that the header "
+            f"gives ({header}), but no joint of a leg turns right round. The numbers go up to "
+            f"{_number(largest, in_degrees):.4g}; {why}."
+        )
+    if not in_degrees:
+        return []
+    ranges = _ranges(known)
+    moved = {name: float(np.ptp(values)) for name, values in angles.items()}
+    other = [name for name in angles if _fits_as_radians(angles[name], ranges.get(name))]
+    most = max(moved, key=lambda name: moved[name])
+    if moved[most] < STILL and len(other) == len(angles):
+        raise RecordError(
+            f"{source}: no joint of the legs moves by more than {np.degrees(moved[most]):.2g}° "
+            f"({most}) in the unit that the header gives (degrees), but in radians it would move "
+            f"by {np.degrees(np.degrees(moved[most])):.0f}°: the numbers look like radians. If "
+            "they are, write inDegrees=no into the header; if the person stood still, there is no "
+            "walk to judge."
+        )
+    return [
+        f"Unit: {name} moves by {np.degrees(moved[name]):.2g}°, and {most} by "
+        f"{np.degrees(moved[most]):.0f}°: its column looks like radians, where the header says "
+        "degrees. Export the motion again, unless this joint is stiff."
+        for name in other
+        if moved[name] < STILL and moved[most] > MOVES
+    ]
+
+
+def _of_legs(known: Skeleton, motion: Motion) -> Mapping[str, Array]:
+    """Angles by the model's name of the coordinate: of the legs' joints, or of all joints of a
+    model whose legs have other names.
+    """
+    names = {
+        name
+        for ours, name in known.coordinates.items()
+        if ours[:-2] in LEGS and name in motion.given
+    }
+    if not names:
+        root = known.model.root()
+        of_root = root.coordinates if root else ()
+        names = {
+            name
+            for name, each in known.model.coordinates.items()
+            if name in motion.given and each.motion == "rotational" and name not in of_root
+        }
+    return {name: motion.values[name] for name in motion.values if name in names}
+
+
+def _ranges(known: Skeleton) -> Mapping[str, tuple[float, float]]:
+    """Lowest and highest angle, rad, by the model's name, where its sense is known."""
+    found = {}
+    for ours, name in known.coordinates.items():
+        low, high = RANGES[ours]
+        if sense := known.senses.get(ours, 0):
+            found[name] = (low, high) if sense > 0 else (-high, -low)
+    return found
+
+
+def _fits_as_radians(values: Array, allowed: tuple[float, float] | None) -> bool:
+    """Whether the numbers of `values` (rad, read from degrees), taken as radians, are angles of a
+    joint that moves.
+    """
+    numbers = np.degrees(values)
+    low, high = allowed or (-np.pi, np.pi)
+    inside = low - BEYOND <= numbers.min() and numbers.max() <= high + BEYOND
+    return bool(inside and np.ptp(numbers) > MOVES)
+
+
+def _number(angle: float, in_degrees: bool) -> float:
+    return float(np.degrees(angle)) if in_degrees else angle

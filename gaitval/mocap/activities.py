@@ -1,0 +1,135 @@
+"""What somebody does who does not walk on level ground: named, before anything else is doubted.
+
+Axes: the project's (z up), m.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, runs
+from gaitval.errors import RecordError
+from gaitval.mocap.recording import Recording
+
+STEP_M: Final = 0.08
+"""Feet that rest at heights further apart are on steps; the lowest stairs rise by 0.1 m a step."""
+STEEPEST: Final = 4.0
+"""Degrees. Floors and treadmills that are called level, and cameras, are off by less than half."""
+STAIRS: Final = 17.0
+"""Degrees between two steps; ramps for walking are less steep, stairs have 20 to 40."""
+RESTS: Final = 0.12
+"""m/s. A foot on the ground, or on a belt relative to it, moves more slowly."""
+SHORTEST_REST_S: Final = 0.15
+"""A foot rests for longer in every stance of a walk."""
+RISES_M: Final = 0.15
+"""The pelvis of a walker rises and falls by 0.02 to 0.08 m."""
+RAISED_M: Final = 0.08
+"""A foot that is held so much above the other one does not stand on the ground."""
+FEET: Final = ("Heel", "MT1", "MT2", "MT5", "Toe")
+
+
+def resting_feet(recording: Recording, landmarks: Mapping[str, str]) -> Array:
+    """Place, m, and velocity, m/s, (n, 2, 3) of the middle of a foot each time that it rests on the
+    ground or on a belt, in order of time.
+    """
+    found: list[tuple[int, Array]] = []
+    for side in "RL":
+        names = [landmarks.get(f"{side}.{each}") for each in FEET]
+        paths = [recording.marker(str(name)) for name in names if name in recording.names]
+        if not paths:
+            continue
+        middle = np.mean(paths, axis=0)
+        velocity = np.gradient(middle, 1.0 / recording.marker_rate, axis=0)
+        known = np.isfinite(velocity).all(axis=1)
+        if known.sum() < 2:
+            continue
+        # In stance all of the foot moves as the ground does, so each marker moves alike.
+        each = np.stack([np.gradient(path, 1.0 / recording.marker_rate, axis=0) for path in paths])
+        apart = np.linalg.norm(each - each.mean(axis=0), axis=2).max(axis=0)
+        level = np.linalg.norm(velocity[:, :2], axis=1)
+        still = known & (apart < RESTS) & (np.abs(velocity[:, 2]) < 3 * RESTS)
+        still &= level < np.nanpercentile(level, 60.0)
+        for begin, end in zip(*runs(still), strict=True):
+            if end - begin >= SHORTEST_REST_S * recording.marker_rate:
+                during = slice(begin, end)
+                place = np.median(middle[during], axis=0), np.median(velocity[during], axis=0)
+                found.append((int(begin), np.stack(place)))
+    found.sort(key=lambda each: each[0])
+    return np.array([each for _, each in found]).reshape(-1, 2, 3)
+
+
+def check_level(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> None:
+    """Refuse stairs and slopes, by where the feet rest and by the path (T, 3) m of the `pelvis`."""
+    feet = resting_feet(recording, landmarks)
+    if len(feet) < 3:
+        return
+    places, velocities = feet[:, 0], feet[:, 1]
+    seen = pelvis[np.isfinite(pelvis).all(axis=1)]
+    climbed = float(seen[-1, 2] - seen[0, 2])
+    heights = places[:, 2]
+    way = np.linalg.norm(places[-1, :2] - places[0, :2])
+    steps = np.abs(np.diff(heights))
+    apart = np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)
+    # Stairs are steeper than ramps; a foot beside the other one has no distance to it.
+    steep = np.degrees(np.arctan2(steps, np.maximum(apart, 0.1))) > STAIRS
+    # Two feet that land side by side on one step do not differ.
+    if (
+        np.ptp(heights) > 2 * STEP_M
+        and (steep & (steps > STEP_M)).sum() >= 2
+        and abs(climbed) > STEP_M
+    ):
+        raise RecordError(
+            f"{recording.source}: the feet rest at heights that differ by up to "
+            f"{np.ptp(heights):.2f} m, {np.median(steps[steps > STEP_M]):.2f} m from one to the "
+            f"next, and the pelvis {'rises' if climbed > 0 else 'sinks'} by {abs(climbed):.2f} m: "
+            "these are stairs. Only walking on level ground can be analysed; give such a trial, or "
+            "a part of this one on the level with --trial-time."
+        )
+    if way > 1.0:
+        along = (places[:, :2] - places[0, :2]) @ (places[-1, :2] - places[0, :2]) / way
+        slope = float(np.degrees(np.arctan(np.polyfit(along, heights, 1)[0])))
+    else:
+        level = np.linalg.norm(velocities[:, :2], axis=1)
+        moved = level > 3 * RESTS
+        if moved.sum() < 3:
+            return
+        # A belt takes the foot backwards, so it sinks on the way up.
+        slope = float(np.degrees(np.arctan(np.median(-velocities[moved, 2] / level[moved]))))
+    if abs(slope) > STEEPEST:
+        raise RecordError(
+            f"{recording.source}: the ground under the feet goes {'up' if slope > 0 else 'down'} "
+            f"by {abs(slope):.0f}°: this is a slope. Only walking on level ground can be analysed; "
+            "give such a trial. If the floor was level, the laboratory's axes are tilted: "
+            "calibrate the cameras to the floor."
+        )
+
+
+def what_instead(recording: Recording, landmarks: Mapping[str, str], pelvis: Array) -> str:
+    """What somebody does whose feet, and pelvis with the path (T, 3) m, go nowhere; empty where it
+    is not known.
+    """
+    seen = pelvis[np.isfinite(pelvis).all(axis=1)]
+    rise = float(np.ptp(np.percentile(seen[:, 2], [2, 98]))) if len(seen) else 0.0
+    if rise > RISES_M:
+        return (
+            f"the pelvis rises and falls by {rise:.2f} m over feet that stay where they are: the "
+            "person sits down, stands up or squats"
+        )
+    heels = {
+        side: recording.marker(landmarks[f"{side}.Heel"])[:, 2]
+        for side in "RL"
+        if landmarks.get(f"{side}.Heel") in recording.names
+    }
+    if len(heels) == 2:
+        apart = heels["R"] - heels["L"]
+        apart = apart[np.isfinite(apart)]
+        shares = {
+            side: float(np.mean(sign * apart > RAISED_M)) if len(apart) else 0.0
+            for side, sign in (("right", 1.0), ("left", -1.0))
+        }
+        raised, share = max(shares.items(), key=lambda each: each[1])
+        # Who steps on the spot raises both.
+        if share > 0.25 and min(shares.values()) < 0.1 * share:
+            return f"the {raised} foot is held above the other one: the person stands on one leg"
+    return ""

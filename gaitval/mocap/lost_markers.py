@@ -1,0 +1,255 @@
+"""Markers that are no longer on the body: fill values of exporters, held, fallen and ghost markers.
+
+A marker keeps its distance from the others of its segment. One that lies on the floor, stays where
+it was last seen, is a reflection, or has another marker's place does not.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.mocap.findings import Finding, finding, passed_over, seen_frames
+from gaitval.mocap.recording import Recording
+
+FILLED: Final = 2
+"""Frames at one exact place whose three coordinates are equal, as 9999 or -1: no camera measures
+that twice."""
+DENSE: Final = 0.3
+"""Share of the frames in which a marker must be on the body: the distance from another marker is
+that of the narrowest range with so many of them."""
+RIGID_M: Final = 0.03
+"""m. A distance that varies by more in these frames is not one of a segment."""
+AWAY_M: Final = 0.2
+"""m. No skin, and no belt of the pelvis, lets a distance within a segment change by so much."""
+HELD_AWAY_M: Final = 0.08
+"""m, likewise, of a marker that rests: feet bend by 0.03 m."""
+SAME_AWAY_M: Final = 0.015
+"""m, likewise, of one that is exactly where it was."""
+LEAVES_M: Final = 0.03
+"""m. On its way from the body and back it is left out from this on."""
+RESTS: Final = 0.05
+"""m/s. A marker that lies on the floor, or whose last place is held, is slower."""
+SHORTEST_S: Final = 0.06
+"""s. For a shorter time it is a spike."""
+TOGETHER_S: Final = 1.0
+"""s, about a stride, in which the foot may pass by the place where its marker lies."""
+PARTNERS: Final = 6
+AS_STANDING: Final = 0.1
+"""Share of the frames in which a distance must be that of the standing trial for this to be right;
+else the marker was put elsewhere between the trials."""
+ONE_PLACE_M: Final = 0.005
+"""m. No two markers are nearer to each other."""
+
+
+def without_fill_values(recording: Recording) -> Recording:
+    """The trial, in its file's axes, with gaps where a program wrote a number for one: 9999, -1,
+    or the like, in all three coordinates.
+    """
+    markers = recording.markers
+    with np.errstate(invalid="ignore"):
+        equal = (markers[..., 0] == markers[..., 1]) & (markers[..., 1] == markers[..., 2])
+    if not equal.any():
+        return recording
+    values, counts = np.unique(markers[..., 0][equal], return_counts=True)
+    filled = equal & np.isin(markers[..., 0], values[counts >= FILLED])
+    if not filled.any():
+        return recording
+    names = [name for name, some in zip(recording.names, filled.any(axis=0), strict=True) if some]
+    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    passed_over(
+        f"{recording.source}: {shown}: in {np.count_nonzero(filled)} frames all three coordinates "
+        f"are {values[counts >= FILLED][0]:.6g} m, which a program writes where a marker was not "
+        "seen; read as gaps"
+    )
+    return recording.with_markers(recording.names, np.where(filled[..., None], np.nan, markers))
+
+
+def leave_out_lost(
+    recording: Recording,
+    markers: Array,
+    segments: Mapping[str, str],
+    standing: Recording | None = None,
+) -> list[Finding]:
+    """Make gaps in place where a marker is not on its segment.
+
+    Parameters
+    ----------
+    recording : for names, rate and the times of findings.
+    markers : (T, M, 3) m, changed in place; NaN where not seen.
+    segments : marker -> segment of the body model; others are not judged.
+    standing : a trial in which the markers are in their places, in any axes.
+    """
+    rate, names = recording.marker_rate, recording.names
+    places = _places(standing)
+    away = {
+        name: _away(number, markers, names, segments, places) for number, name in enumerate(names)
+    }
+    seen = seen_frames(markers)
+    findings = []
+    for number, name in enumerate(names):
+        off = away[name]
+        if off is None or not (off > SAME_AWAY_M).any():
+            continue
+        path = markers[:, number]
+        lost = _lost(path, off, rate, _elsewhere(number, markers, names, segments))
+        for begin, end in _merged(lost, off, path, rate):
+            during = slice(begin, end)
+            largest, seconds = float(off[during].max()), (end - begin) / rate
+            how = _how(path[during], markers[during], number, rate)
+            until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
+            action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"
+            if seen[during, number].any():
+                findings.append(finding(recording, "lost", [name], begin, end, action))
+    for found in findings:
+        markers[found.first : found.last + 1, names.index(found.names[0])] = np.nan
+    return findings
+
+
+def _places(standing: Recording | None) -> dict[str, Array]:
+    """Median place (3,) m of each marker of the standing trial."""
+    if standing is None:
+        return {}
+    return {
+        name: np.median(path[seen_frames(path)], axis=0)
+        for name in standing.names
+        if seen_frames(path := standing.marker(name)).any()
+    }
+
+
+def _elsewhere(
+    number: int, markers: Array, names: tuple[str, ...], segments: Mapping[str, str]
+) -> Flags:
+    """(T,) whether a marker is where one of another segment is."""
+    others = [i for i, name in enumerate(names) if segments.get(name) != segments[names[number]]]
+    with np.errstate(invalid="ignore"):
+        apart = np.linalg.norm(markers[:, others] - markers[:, number, None], axis=2)
+        return np.asarray((apart < ONE_PLACE_M).any(axis=1))
+
+
+def _away(
+    number: int,
+    markers: Array,
+    names: tuple[str, ...],
+    segments: Mapping[str, str],
+    places: Mapping[str, Array],
+) -> Array | None:
+    """(T,) m by which most of a marker's distances from the others of its segment differ from what
+    they usually are; 0 where they are not known. Where there is one other, it is joined by the
+    marker of another segment whose distance is the steadiest. None without any other.
+    """
+    segment = segments.get(names[number])
+    rest = [i for i, name in enumerate(names) if i != number and name in segments]
+    own = [i for i in rest if segments[names[i]] == segment]
+    if segment is None or not own:
+        return None
+    differences, steady = list[Array](), list[float]()
+    for other in own if len(own) > 1 else rest:
+        distance = np.linalg.norm(markers[:, number] - markers[:, other], axis=1)
+        both = [places[names[i]] for i in (number, other) if names[i] in places]
+        stands = float(np.linalg.norm(both[0] - both[1])) if len(both) == 2 else None
+        usual = _usual(distance, stands if other in own else None)
+        if usual is not None:
+            found = usual[1], np.abs(distance - usual[0])
+            (differences if other in own else steady).append(found)
+    if len(own) == 1 and differences and steady:
+        differences.append(min(steady, key=lambda each: each[0]))
+    if len(differences) < 2:
+        return None
+    differences.sort(key=lambda each: each[0])
+    stacked = np.stack([each for _, each in differences[:PARTNERS]])
+    known = np.isfinite(stacked).sum(axis=0)
+    # More than half of them differ by at least so much: of two both, of three two.
+    ordered = np.sort(np.where(np.isfinite(stacked), stacked, -1.0), axis=0)[::-1]
+    place = np.clip(known // 2, 0, len(stacked) - 1)
+    middle = np.take_along_axis(ordered, place[None], axis=0)[0]
+    return np.where(known >= 2, np.maximum(middle, 0.0), 0.0)
+
+
+def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
+    """That of standing, `stands`, if it is met; else the distance, m, in the middle of the
+    narrowest range with `DENSE` of all frames. With the width of this range; None if that is no
+    rigid one.
+    """
+    known = np.sort(distance[np.isfinite(distance)])
+    if stands is not None and len(known):
+        near = known[np.abs(known - stands) < LEAVES_M]
+        if len(near) >= AS_STANDING * len(known):
+            return float(np.median(near)), float(np.ptp(near))
+    count = int(np.ceil(DENSE * len(known)))
+    if count < 3:
+        return None
+    widths = known[count - 1 :] - known[: len(known) - count + 1]
+    first = int(np.argmin(widths))
+    if widths[first] > RIGID_M:
+        return None
+    return float(known[first : first + count].mean()), float(widths[first])
+
+
+def _lost(path: Array, off: Array, rate: float, elsewhere: Flags) -> Flags:
+    """(T,) whether a marker with the `path` (T, 3) m, which is `off` (T,) m its place and may be at
+    another's (`elsewhere`), is lost.
+    """
+    step = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
+    same = _long(step == 0.0, rate)
+    rests = _long(step < RESTS / rate, rate)
+    lost = (
+        (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M)) | (same & (off > SAME_AWAY_M))
+    )
+    return _long(lost, rate)
+
+
+def _long(flags: Flags, rate: float) -> Flags:
+    """Only what lasts."""
+    kept = flags.copy()
+    for begin, end in zip(*runs(flags), strict=True):
+        if end - begin < max(2, SHORTEST_S * rate):
+            kept[begin:end] = False
+    return kept
+
+
+def _merged(lost: Flags, off: Array, path: Array, rate: float) -> list[tuple[int, int]]:
+    """First frame and the one after the last of each time in which a marker is lost, with its way
+    from the body and back.
+    """
+    found: list[tuple[int, int]] = []
+    for begin, end in zip(*runs(lost), strict=True):
+        first, last = int(begin), int(end)
+        while first > 0 and off[first - 1] > LEAVES_M:
+            first -= 1
+        while last < len(off) and off[last] > LEAVES_M:
+            last += 1
+        # The foot passes by the place where its marker stays.
+        while last < len(off) and np.linalg.norm(path[last] - path[last - 1]) < RESTS / rate:
+            last += 1
+        if found and first - found[-1][1] < TOGETHER_S * rate:
+            first = found.pop()[0]
+        found.append((first, last))
+    # Who is lost shortly before the end does not come back.
+    if found and len(found) and len(off) - found[-1][1] < TOGETHER_S * rate:
+        begin, end = found[-1]
+        if end - begin > TOGETHER_S * rate:
+            found[-1] = begin, len(off)
+    return found
+
+
+def _how(path: Array, markers: Array, number: int, rate: float) -> str:
+    """How a marker is lost in these frames."""
+    step = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    if len(step) and np.mean(step == 0.0) > 0.5:
+        return "stays exactly where it was last seen"
+    if len(step) and np.nanmedian(step) < RESTS / rate:
+        low = np.nanpercentile(markers[..., 2], 5.0)
+        on_floor = np.nanmedian(path[:, 2]) < low + LEAVES_M
+        return "lies still" + (" on the floor" if on_floor else "") + " while its segment moves on"
+    others = np.delete(markers, number, axis=1)
+    with np.errstate(invalid="ignore"):
+        near = np.nanmin(
+            np.where(np.isfinite(others), np.abs(others - path[:, None]), np.inf).max(axis=2),
+            axis=1,
+        )
+    if np.median(near) < 0.01:
+        return "is at another marker's place"
+    return "is not on its segment (a reflection, a fallen marker or another label)"

@@ -1,0 +1,81 @@
+"""Faults of measurements that were silent: each is said, and sound ones are not."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gaitval.checks.force_checks import channel_doubts
+from gaitval.checks.marker_checks import trajectory_doubts
+from gaitval.checks.motion_checks import belt_doubts
+from gaitval.mocap.recording import Plate, Recording
+from gaitval.session.scale import _odd_stature, _odd_widths
+
+
+def checks(doubts):
+    return [each.check for each in doubts]
+
+
+@pytest.mark.parametrize(
+    ("belt", "feet", "said"),
+    [(0.54, 0.49, True), (0.22, 0.18, True), (1.3, 1.22, True), (0.5, 0.48, False),
+     (1.3, 1.25, False), (0.2, 0.18, False)],
+)  # fmt: skip
+def test_a_belt_of_another_speed_is_said_from_five_percent_on(belt, feet, said):
+    assert checks(belt_doubts(belt, feet)) == ["belt"] * said
+
+
+@pytest.mark.parametrize(
+    ("knee", "ankle", "said"),
+    [(0.07, 0.07, True), (0.07, 0.105, True), (0.068, None, True), (0.105, 0.07, False),
+     (0.105, None, False), (None, 0.07, False), (None, None, False), ((0.1, 0.102), 0.07, False)],
+)  # fmt: skip
+def test_a_width_of_another_joint_is_said(knee, ankle, said):
+    request = SimpleNamespace(knee_width=knee, ankle_width=ankle, height=1.75)
+    assert checks(_odd_widths(request)) == ["widths"] * said
+
+
+@pytest.mark.parametrize(("factor", "said"), [(0.88, True), (1.12, True), (0.95, False)])
+def test_a_stature_that_the_legs_do_not_have_is_said(factor, said):
+    rows = [SimpleNamespace(segment=name, factor=factor) for name in ("thigh", "shank")]
+    doubts = [
+        *_odd_stature(
+            SimpleNamespace(table=rows),
+            SimpleNamespace(height=1.5, knee_width=0.1, ankle_width=0.07),
+        )
+    ]
+    assert checks(doubts) == ["stature"] * said
+    if said:
+        assert f"they fit {factor * 1.5:.2f} m" in str(doubts[0])
+
+
+def plate(least: float) -> Plate:
+    """Four stances on a plate at 500 Hz, with forces below `least` N set to zero."""
+    time = np.arange(3000) / 500.0
+    up = 700.0 * np.clip(np.sin(np.pi * (time % 1.5) / 0.7), 0.0, None) * (time % 1.5 < 0.7)
+    force = np.stack([0.2 * up * np.sin(6 * time), 0.05 * up, up], axis=1)
+    force[up < least] = 0.0
+    point = np.tile([0.5, 0.1, 0.0], (len(time), 1)) + np.sin(time)[:, None] * [0.1, 0.05, 0.0]
+    corners = np.full((4, 3), np.nan)
+    return Plate("1", corners, force, point, np.zeros_like(force))
+
+
+@pytest.mark.parametrize(
+    ("least", "said"), [(60.0, True), (50.0, True), (20.0, False), (0.0, False)]
+)
+def test_forces_that_were_cut_off_are_said(least, said):
+    assert ("forces cut off" in checks(channel_doubts(plate(least), 500.0))) == said
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.04, 0.3])
+def test_a_gap_that_was_filled_by_a_straight_line_is_said(seconds):
+    time = np.arange(400) / 100.0
+    markers = np.random.default_rng(0).normal(0.0, 1e-4, (400, 5, 3)) + np.arange(5)[:, None]
+    markers[..., 0] += np.sin(6 * time)[:, None] * 0.2 + time[:, None]
+    count = round(100 * seconds)
+    line = np.linspace(0.0, 1.0, count + 2)[:, None]
+    ends = markers[100, 2], markers[101 + count, 2]
+    markers[100 : 102 + count, 2] = ends[0] + line * (ends[1] - ends[0])
+    recording = Recording("a", "laboratory", tuple("abcde"), markers, 100.0)
+    doubts = [each for each in trajectory_doubts(recording) if each.check == "straight line"]
+    assert [each.where for each in doubts] == (["c"] if seconds > 0.1 else [])
