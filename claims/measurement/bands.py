@@ -26,6 +26,7 @@ from gaitval.errors import GaitvalError
 from gaitval.gait.cycles import normalise
 from gaitval.measurement.bands import ABOVE
 from gaitval.measurement.expected import USUAL
+from gaitval.measurement.measured import measurement_of
 from gaitval.measurement.sources import LANDMARKS, TISSUE, TISSUE_TURN, of_stature
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
@@ -114,7 +115,7 @@ def inside(found: Import) -> dict[str, tuple[int, int, float]]:
                 name = f"{joint}_{side[0]}"
                 cycles = valid_cycles(found.trials[0], side, kinetics=kind == "moment")
                 curves = [normalise(time_s + start, truth[f"{kind}_{name}"], c) for c in cycles]
-                half = factor * found.measurement.bands.half[f"{kind}_{name}"]
+                half = factor * measurement_of(found).bands.half[f"{kind}_{name}"]
                 off = np.abs(factor * of[name].mean - np.mean(curves, axis=0))
                 counts, points = counts + int((off <= half).sum()), points + len(off)
                 widths.append(2 * float(np.median(half)))
@@ -135,7 +136,8 @@ def covered(_: claims.Given) -> list[Claim]:
             except GaitvalError as error:
                 print(draw, "refused:", str(error)[:100], flush=True)
                 continue
-            bands = None if found.measurement is None else found.measurement.bands
+            seen = measurement_of(found)
+            bands = None if seen is None else seen.bands
             sides = {f"moment_hip_flexion_{side}" for side in "rl"}
             if bands is None or not sides <= bands.half.keys():
                 print(draw, "without forces of both sides:", found.decisions[-1], flush=True)
@@ -162,7 +164,7 @@ def widths(given: claims.Given) -> list[Claim]:
             except (GaitvalError, OSError) as error:
                 print(recording["name"], "|", error)
                 continue
-        measurement = found.measurement
+        measurement = measurement_of(found)
         if measurement is None or measurement.bands is None:
             continue
         from gaitval.measurement.measured import measured

@@ -194,7 +194,7 @@ def _case(
         "errors": _errors(right.found, found, fault.mass),
         "new": sorted(_warnings(found) - _warnings(right.found)),
     }
-    seen = found.measurement.seen if found.measurement else None
+    seen = wing.measurement_of(found).seen if found.measurement else None
     if seen is not None:
         matter = [f for f in seen.found if f.matters]
         row["named"] = [[cause.name for cause in named(f)] for f in matter]
@@ -242,7 +242,7 @@ def _beginning(walk: Recording) -> Recording:
 
 def _used(found: Import) -> list[int]:
     """Numbers of the plates that carry a foot in the first trial."""
-    seen = found.measurement.seen.data
+    seen = wing.measurement_of(found).seen.data
     walked = seen.effect[~np.isin(seen.kind, KINDS)]
     return [
         i
@@ -412,7 +412,7 @@ def clean(given: claims.Given) -> list[Claim]:
         chosen_on = any(word in recording["laboratory"] for word in CHOSEN_ON)
         false[chosen_on].append(wrong)
         if found.measurement and not chosen_on:
-            own.append(1000 * found.measurement.seen.lag.value)
+            own.append(1000 * wing.measurement_of(found).seen.lag.value)
     print("delays of clean recordings, ms:", np.round(own, 1))
     every = false[True] + false[False]
     name = "clean recordings: false warnings of a fault, a recording"

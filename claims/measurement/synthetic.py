@@ -33,6 +33,7 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.cycles import normalise
 from gaitval.gait.filters import low_pass
 from gaitval.importing.importing import request_of, work_out
+from gaitval.measurement.measured import measurement_of
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.reading import read_recording
@@ -193,7 +194,7 @@ def apart(of: Walker, folder: Path) -> Apart:
     }
     request = request_of(checked(ImportOptions, options), folder / "out", lambda *_: None)
     found = work_out(request, load_configuration().processing)
-    walk, half = found.trials[0], found.measurement.bands.half
+    walk, half = found.trials[0], measurement_of(found).bands.half
     time, rate = walk.recording.time, walk.recording.marker_rate
     true_angles, true_moments = truth(of, folder)
     angles: dict[str, Array] = {}

@@ -163,6 +163,12 @@ def said_bands(found: Bands) -> str:
     )
 
 
+def measurement_of(found: Import) -> Measurement | None:
+    """The whole of what `measured` found; None before it has looked."""
+    assert found.measurement is None or isinstance(found.measurement, Measurement)
+    return found.measurement
+
+
 def measured(found: Import, tell: Tell) -> Import:
     """The import `found` with the estimate of its faults, and warnings of those that matter.
 

@@ -144,7 +144,7 @@ def _away(
     own = [i for i in rest if segments[names[i]] == segment]
     if segment is None or not own:
         return None
-    differences, steady = list[Array](), list[float]()
+    differences, steady = list[tuple[float, Array]](), list[tuple[float, Array]]()
     for other in own if len(own) > 1 else rest:
         distance = np.linalg.norm(markers[:, number] - markers[:, other], axis=1)
         both = [places[names[i]] for i in (number, other) if names[i] in places]
