@@ -17,6 +17,7 @@ from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.urdf import write_urdf
+from gaitval.reporting import body_bars
 from gaitval.reporting.report import _parameters
 from gaitval.study import body_stage
 
@@ -47,7 +48,7 @@ def run_in(folder, method):
 
 def test_the_report_has_the_sentences_and_a_bar_for_all_that_was_found(written):
     folder, found = written
-    texts, shown, draw = body_stage.shown(folder)
+    texts, shown, draw = body_bars.shown(folder)
     assert texts == {"said": sentences(found, MODEL), "method": "posterior"}
     assert [name for name, *_ in shown] == [name for name, *_ in bars(found, MODEL)]
     picture = draw()
@@ -62,9 +63,9 @@ def test_a_study_that_walks_with_this_posterior_says_what_it_identified(written,
     )  # is not asked again
     (folder / body_stage.FOUND).parent.mkdir(parents=True)
     write_json(folder / body_stage.FOUND, {WORDS: in_words(found, MODEL, "shared")})
-    before, *_ = body_stage.shown(folder)
+    before, *_ = body_bars.shown(folder)
     body_stage.write(run_in(folder, "shared"))
-    texts, _, draw = body_stage.shown(folder)
+    texts, _, draw = body_bars.shown(folder)
     assert texts == {"said": before["said"], "method": "shared"}
     assert f"<!-- {bars(found, MODEL)[0][0]} -->" in draw()
 
@@ -93,4 +94,4 @@ def test_a_damaged_file_is_said_to_be_one(written, text):
     folder, _ = written
     (folder / body_stage.FILE).write_text(text)
     with pytest.raises(ArtefactError, match=r"body\.json: is not what a study writes"):
-        body_stage.shown(folder)
+        body_bars.shown(folder)

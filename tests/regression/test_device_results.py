@@ -31,7 +31,7 @@ def stored(tmp_path):
 
 
 def changes(before, now):
-    return [row.change for row in device_results.rows(before, now)]
+    return [row.change for row in device_results.rows(before, now, results.MARGINS)]
 
 
 def test_a_figure_may_move_by_its_margin_in_both_directions():
@@ -73,7 +73,7 @@ def test_compare_shows_results_and_what_moved(stored, tmp_path, monkeypatch):
     now = [stored("now/S05-hip_exo", HIP, SPEED), stored("now/S05-backpack", SPEED)]
     before = stored("before/S05-hip_exo", HIP._replace(value=-0.9), SPEED)
     out = tmp_path / "out"
-    found = device_results.compare(out, now, [before])
+    found = device_results.compare(out, now, [before], results)
     assert [(row.measure, row.change) for row in found.rows] == [
         (HIP.quantity, "lost"),
         ("speed", "kept"),
@@ -91,7 +91,7 @@ def test_results_of_other_names_are_refused(stored, tmp_path, monkeypatch):
     only_html(monkeypatch)
     now, before = stored("now/S05-hip_exo", HIP), stored("before/S05-afo", HIP)
     with pytest.raises(ArtefactError, match="none of the results"):
-        device_results.compare(tmp_path / "out", [now], [before])
+        device_results.compare(tmp_path / "out", [now], [before], results)
 
 
 def test_results_of_one_name_stay_apart(stored, tmp_path, monkeypatch):
@@ -101,7 +101,7 @@ def test_results_of_one_name_stay_apart(stored, tmp_path, monkeypatch):
     now = [stored("now/S05/hip_exo", SPEED), stored("now/S06/hip_exo", fast, person="S06")]
     before = [stored("old/S06/hip_exo", fast, person="S06"), stored("old/S05/hip_exo", SPEED)]
     out = tmp_path / "out"
-    found = device_results.compare(out, now, before)
+    found = device_results.compare(out, now, before, results)
     header, row = (out / "devices.csv").read_text(encoding="utf-8").splitlines()
     assert header.split(",")[3:] == ["S05/hip_exo", "S06/hip_exo"]
     assert row.endswith("1.2,1.5")
@@ -115,14 +115,14 @@ def test_a_device_of_another_person_is_not_compared(stored, tmp_path, monkeypatc
     only_html(monkeypatch)
     now, before = stored("S05/hip_exo", SPEED), stored("S06/hip_exo", SPEED, person="S06")
     with pytest.raises(ArtefactError, match=r"hip_exo \(of S05\) is there"):
-        device_results.compare(tmp_path / "out", [now], [before])
+        device_results.compare(tmp_path / "out", [now], [before], results)
 
 
 def test_two_results_of_one_person_and_name_are_refused(stored, tmp_path, monkeypatch):
     only_html(monkeypatch)
     now = [stored("a/hip_exo", SPEED), stored("b/hip_exo", SPEED)]
     with pytest.raises(ArtefactError, match="not clear which"):
-        device_results.compare(tmp_path / "out", now, [stored("old/hip_exo", SPEED)])
+        device_results.compare(tmp_path / "out", now, [stored("old/hip_exo", SPEED)], results)
 
 
 def test_a_result_that_is_gone_fails_a_strict_comparison(stored, tmp_path, monkeypatch):

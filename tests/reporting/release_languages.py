@@ -14,7 +14,6 @@ from types import SimpleNamespace
 import messages
 import numpy as np
 import pytest
-from gaitval.reporting.body_words import _difference
 from html_page import only_html, unpainted, without_figures
 from recording_summary import sample
 from report_run import build_run
@@ -22,6 +21,7 @@ from report_run import build_run
 from gaitval.artefacts import read_json
 from gaitval.configuration import LANGUAGES, ReportSettings
 from gaitval.coordinates import COORDINATES, SIDES
+from gaitval.identification.body_words import _difference
 from gaitval.importing.consistency_rows import changes_by
 from gaitval.inverse.marker_placement import placement_checks
 from gaitval.inverse.residual_reduction import MASS_GROUPS
