@@ -15,9 +15,12 @@ from gaitval.apps.export.locohub import (
     write_locohub,
 )
 from gaitval.apps.export.walked import Walked
-from gaitval.coordinates import COORDINATES
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, opposite
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.sampling import interpolated
+from gaitval.metrics.comparison import low_pass_of
+from gaitval.metrics.cycles import filtered
 from gaitval.model.body import SEGMENTS
 from gaitval.model.rotations import pelvis_rotation
 from gaitval.model.tree import segment_frames
@@ -37,6 +40,10 @@ WHOLE = [
     for segment in ("pelvis", "trunk")
     for plane in ("sagittal", "frontal", "transverse")
 ]
+ANGLES = {
+    "hip_flexion": "hip_flexion", "hip_adduction": "hip_adduction",
+    "knee_flexion": "knee_angle", "ankle_dorsiflexion": "ankle_angle",
+}  # fmt: skip
 ABOUT = ["subject", "subject_metadata", "task", "task_id", "task_info", "step", "phase_ipsi"]
 
 
@@ -141,6 +148,58 @@ def test_legs_are_positive_with_their_lower_end_ahead_and_the_toes_up(side):
     assert found["thigh_sagittal_angle_SIDE_rad"] == pytest.approx(0.4)
     assert found["shank_sagittal_angle_SIDE_rad"] == pytest.approx(0.4 - 0.5)
     assert found["foot_sagittal_angle_SIDE_rad"] == pytest.approx(0.4 - 0.5 + 0.3)
+
+
+def test_every_curve_of_both_feet_is_its_sides_of_the_walk(
+    walked: Walked, frame: pd.DataFrame
+) -> None:
+    """In a cycle of either foot: angles and their rates as they are, moments over the mass, forces
+    over the weight and to the right; both filtered as the report's."""
+    walk, mass, task = walked.walk, walked.stored.subject.mass_kg, walked.stored.task
+    frequency = task.configuration.validation.filter_frequency
+    moments, force = filtered(walk, low_pass_of(task.record, frequency))
+    force = force / (mass * GRAVITY)
+    cycles = walked.cycles
+    for number, own in ((0, "right"), (cycles.count("right"), "left")):
+        of_cycle = frame[frame["step"] == number]
+        start, end = cycles.starts[own][0], cycles.ends[own][0]
+        at = start + (end - start) * np.linspace(0.0, 1.0, POINTS)
+        assert f"ipsi_side:{own}," in of_cycle["task_info"].iloc[0]
+        for foot, side in (("ipsi", own), ("contra", opposite(own))):
+            expected = {}
+            for theirs, ours in ANGLES.items():
+                name = f"{ours}_{side[0]}"
+                place, joint = COORDINATES.index(name), ACTUATED.index(name)
+                expected[f"{theirs}_angle_{foot}_rad"] = walk.positions[:, place]
+                expected[f"{theirs}_velocity_{foot}_rad_s"] = walk.velocities[:, place]
+                expected[f"{theirs}_moment_{foot}_Nm_kg"] = moments[:, joint] / mass
+            for axis, sign, column in (("anterior", 1, 0), ("lateral", -1, 1), ("vertical", 1, 2)):
+                of_foot = force[:, SIDES.index(side), column]
+                expected[f"grf_{axis}_{foot}_BW"] = sign * of_foot
+            del expected[f"hip_adduction_velocity_{foot}_rad_s"]
+            for name, values in expected.items():
+                there = interpolated(values, at[None])[0]
+                np.testing.assert_allclose(of_cycle[name], there, atol=1e-8, err_msg=name)
+
+
+def test_rates_are_slopes_of_the_angles_and_feet_carry_the_weight(
+    walked: Walked, curves: dict[str, np.ndarray], frame: pd.DataFrame
+) -> None:
+    """By the file alone: the time of a cycle from what its speed says of the distance."""
+    starts, ends = (getattr(walked.cycles, each)["right"] for each in ("starts", "ends"))
+    time, place = walked.walk.time, walked.walk.centre_of_mass[:, 0]
+    said = frame["task_info"].str.extract(r"speed_m_s:([\d.]+)")[0].astype(float)
+    for number, (start, end) in enumerate(zip(starts, ends, strict=True)):
+        speed = (place[end] - place[start]) / (time[end] - time[start])
+        assert said[POINTS * number] == pytest.approx(speed, abs=6e-4)
+    stride = time[ends[0]] - time[starts[0]]
+    for joint in ("hip_flexion", "knee_flexion", "ankle_dorsiflexion"):
+        for foot in ("ipsi", "contra"):
+            slope = np.gradient(curves[f"{joint}_angle_{foot}_rad"][0], stride / (POINTS - 1))
+            rate = curves[f"{joint}_velocity_{foot}_rad_s"][0]
+            assert np.sqrt(np.mean((slope - rate) ** 2)) < 0.15 * np.std(rate)
+    total = sum(curves[f"grf_vertical_{foot}_BW"][:, :-1].mean() for foot in ("ipsi", "contra"))
+    assert total == pytest.approx(1.0, abs=0.02)
 
 
 def test_segments_follow_from_the_joints(curves: dict[str, np.ndarray]) -> None:
