@@ -25,6 +25,8 @@ from gaitval.opensim.coordinates import (
     vectors_to_opensim,
 )
 from gaitval.opensim.osim import BODIES, DOCUMENT_VERSION
+from gaitval.quantities import QUANTITIES
+from gaitval.quantities.quantity import OverTime
 
 _ROTATIONS = np.array([name not in PELVIS_TRANSLATIONS for name in OPENSIM_COORDINATES])
 
@@ -67,6 +69,20 @@ def write_forces(path: Path, time: Array, positions: Array, forces: Array) -> No
     values = forces_to_opensim(positions, forces)
     name = "Inverse Dynamics Generalized Forces"
     write_storage(path, StorageTable(names, time, values, name=name))
+
+
+def write_quantities(path: Path, time: Array, motion: OverTime) -> None:
+    """Write what follows from a `motion` to `path` (`.sto`), at `time` (T,) s: a column for each
+    curve of `gaitval.quantities` that is defined over time, `ankle_angle_power_r`, in its
+    `time_unit`.
+    """
+    columns: dict[str, Array] = {}
+    for each in QUANTITIES:
+        if each.of_time is not None:
+            for name, values in each.of_time(motion).items():
+                columns[f"{name[:-2]}_{each.name}{name[-2:]}"] = values
+    table = np.column_stack(list(columns.values()))
+    write_storage(path, StorageTable(tuple(columns), time, table, name="Quantities"))
 
 
 def write_ground_reaction(path: Path, forces: FootForces) -> None:

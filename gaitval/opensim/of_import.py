@@ -15,12 +15,16 @@ from gaitval.opensim.motion import (
     write_markers,
     write_moments,
     write_motion,
+    write_quantities,
 )
 from gaitval.opensim.osim import write_osim
+from gaitval.quantities.quantity import OverTime
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial
 
-FILES: Final = ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
+FILES: Final = (
+    "markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto", "quantities.sto",
+)  # fmt: skip
 
 
 def write_import(target: Path, found: Import, contact: ContactSettings) -> list[Path]:
@@ -62,4 +66,7 @@ def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
     write_ground_reaction(files["grf.mot"], walk.loads)
     write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
     write_moments(files["id.sto"], walk.motion, walk.moments)
+    moments = walk.moments
+    motion = OverTime(walk.motion[:, len(ROOT) :], moments.moments, moments.powers)
+    write_quantities(files["quantities.sto"], moments.time, motion)
     return list(files.values())

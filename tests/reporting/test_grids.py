@@ -10,7 +10,7 @@ from report_run import build_run
 from seen_figures import bands, figure_of, forward, legend, lines
 
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.joint_power import BURSTS
+from gaitval.quantities.joint_power import BURSTS
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.results import read_metrics
 from gaitval.reporting import figures, grids, run_grids

@@ -33,7 +33,6 @@ from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.metrics.baselines import Prediction, predictions
-from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.push_recovery import Push, evenly_spaced, required_pushes
 from gaitval.metrics.recording_limits import AFTER_REDUCTION
 from gaitval.metrics.tolerances import JUDGED_UNITS, WALK_UNITS, Tolerance, load_registry
@@ -43,6 +42,7 @@ from gaitval.metrics.walk_results import PushRecovery
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
+from gaitval.quantities.joint_power import BURSTS
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
