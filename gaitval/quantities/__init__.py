@@ -9,8 +9,9 @@ from typing import Final
 
 from gaitval.quantities.joint_power import JOINT_POWER
 from gaitval.quantities.quantity import Found, Quantity
+from gaitval.quantities.tendon_force import TENDON_FORCE
 
-QUANTITIES: Final[tuple[Quantity, ...]] = (JOINT_POWER,)
+QUANTITIES: Final[tuple[Quantity, ...]] = (JOINT_POWER, TENDON_FORCE)
 
 BY_NAME: Final[Mapping[str, Quantity]] = {each.name: each for each in QUANTITIES}
 
