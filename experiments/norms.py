@@ -26,8 +26,8 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.metrics.joint_power import JOINTS, joint_power
 from gaitval.prediction.speed_line import dimensionless_speed
+from gaitval.quantities.joint_power import JOINTS, joint_power
 
 FILE = Path(__file__).resolve().parent.parent / "gaitval" / "metrics" / "norms.csv"
 SPEED, AGE = 0.4, 40.0
@@ -118,7 +118,7 @@ def _kinetics(subject: Subject) -> dict[str, np.ndarray]:
     every = {
         **{f"moments/{name}": (curves.moments, name) for name in MOMENTS},
         **{f"forces/{name}": (curves.forces, name) for name in ("forward", "medial", "vertical")},
-        **{f"power/{name}": (power.power, name) for name in JOINTS},
+        **{f"power/{name}": (power.curves, name) for name in JOINTS},
     }
     found = {
         key: np.array([kind[f"{name}_{side[0]}"] for side in SIDES], dtype=float)

@@ -5,9 +5,9 @@ texts are added without a translation, those that no page has any more are remov
 with the results (labels of figures, credibility) are listed in `gaitval/reporting/texts.txt`, where
 `%(name)s` stands for a part that is translated in its turn; `tests/reporting/release_languages.py`
 writes a report and names those that are missing. Titles, notes and remedies of limits are read
-from `tolerances.toml`. A text without a translation is shown
-in English; `--check` names those before a release (`make translated`). A new language begins with
-`python scripts/messages.py --new fr`.
+from `tolerances.toml`, those of quantities from `gaitval/quantities`. A text without a translation
+is shown in English; `--check` names those before a release (`make translated`). A new language
+begins with `python scripts/messages.py --new fr`.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from babel.messages.extract import extract
 from babel.messages.pofile import read_po, write_po
 
 from gaitval.metrics.tolerances import WALK_UNITS, load_registry
+from gaitval.quantities import QUANTITIES
 
 TEXTS: Final = "texts.txt"
 TEMPLATES: Final = Path(__file__).resolve().parent.parent / "gaitval" / "reporting"
@@ -53,6 +54,15 @@ def result_texts() -> Catalog:
         for text in (row["item"], *(row.get(key, "") for key in ("limit", "answer", "not_done"))):
             if any(letter.isalpha() for letter in text):
                 found.add(text.replace("%", "%%"), locations=[("checklist.toml", 0)])
+    for quantity in QUANTITIES:
+        of_tables = (
+            text
+            for table in quantity.tables
+            for text in (table.title, table.missing, *(label for label, *_ in table.rows))
+        )
+        for text in (quantity.title, quantity.note, *quantity.curves.values(), *of_tables):
+            if text:
+                found.add(text.replace("%", "%%"), locations=[("quantities", 0)])
     for tolerance in load_registry().tolerance:
         texts = [tolerance.title]
         if tolerance.measure in WALK_UNITS:  # the report prints their notes and remedies

@@ -9,6 +9,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from gaitval.configuration import ProcessingSettings
+from gaitval.metrics.quantity_results import QuantityResult
 from gaitval.metrics.typed import Count, Flag, Number, Positive, Result, Sha256, Sides
 
 IMPORT_VERSION: Final = 1
@@ -250,3 +251,5 @@ class ImportResult(Result):
     """Of each curve: `half` of the width of its band of 90 %, and `sources`: shares of it."""
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
+    quantities: dict[str, QuantityResult] = Field(default_factory=dict)
+    """What follows from the mean curves (`gaitval.quantities`), by name."""

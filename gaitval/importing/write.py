@@ -19,13 +19,15 @@ from gaitval.errors import ArtefactError
 from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.inverse.inverse_kinematics import marker_errors
+from gaitval.metrics.quantity_results import quantity_result
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.model.body import BodyModel
 from gaitval.model.markers import MARKERS, save_markers
 from gaitval.model.urdf import write_urdf
 from gaitval.opensim import of_import
+from gaitval.quantities import BY_NAME, Found
 from gaitval.reporting.figure_data import FOLDER as FIGURES
-from gaitval.reporting.recording_report import write_recording_report
+from gaitval.reporting.recording_report import quantities_of, write_recording_report
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
@@ -99,11 +101,14 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         written = of_import.write_import(target, found, configuration.contact)
         written += write_body(target, found.body, found.session.marker_set.name)
         written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
-        written.append(write_table(target / "curves.csv", _curve_table(found)))
-        write_recording_report(target, summary_of(found), configuration.report)
+        summary = summary_of(found)
+        quantities = quantities_of(summary)
+        written.append(write_table(target / "curves.csv", _curve_table(found, quantities)))
+        write_recording_report(target, summary, configuration.report)
         written += [target / "recording.html", target / "recording.pdf"]
         written += sorted((target / FIGURES).glob("*.csv"))
-        record = ImportResult.model_validate(_plain(_record(found)))
+        results = {n: quantity_result(BY_NAME[n], each) for n, each in quantities.items()}
+        record = ImportResult.model_validate(_plain(_record(found)) | {"quantities": results})
         write_json(target / RECORD, record.as_dict())
     return [*written, target / RECORD]
 
@@ -134,8 +139,10 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _curve_table(found: Import) -> pd.DataFrame:
-    """Mean and SD of every curve: rad, Nm/kg and body weights, 0 to 100 % of the side's cycle."""
+def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame:
+    """Mean and SD of every curve: rad, Nm/kg and body weights, 0 to 100 % of the side's cycle; and
+    the curves of `quantities`, in their units.
+    """
     columns: dict[str, Array] = {"percent": 100.0 * PHASE}
     for kind, curves in (("angle", found.angles), ("moment", found.moments)):
         for name, curve in curves.items():
@@ -147,6 +154,8 @@ def _curve_table(found: Import) -> pd.DataFrame:
             columns[f"force_{direction}_{side[0]}_sd"] = force.deviation[:, axis]
     if found.measurement is not None:
         columns |= found.measurement.columns()
+    for kind, quantity in quantities.items():
+        columns |= {f"{kind}_{name}_mean": curve for name, curve in quantity.curves.items()}
     return pd.DataFrame(columns)
 
 

@@ -6,14 +6,15 @@ from typing import Final, Literal, get_args
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.side_measures import SIDE_MEASURES
-from gaitval.prediction.known import QUANTITIES, Quantity, quantities_told
+from gaitval.prediction.known import QUANTITIES, RecordedQuantity, quantities_told
+from gaitval.quantities import QUANTITIES as QUANTITY_TABLE
 
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
 
 ReadBy = Literal["reference", "feed-forward", "reward", "identification", "correction"]
 """What a run uses a known quantity for. Scaling uses standing markers or lengths, and no gait."""
 
-_READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
+_READ_BY: Final[Mapping[RecordedQuantity, tuple[ReadBy, ...]]] = {
     "angles": ("reference", "reward", "identification", "correction"),
     "timing": ("reference", "reward", "identification"),
     "moments": get_args(ReadBy),
@@ -21,7 +22,7 @@ _READ_BY: Final[Mapping[Quantity, tuple[ReadBy, ...]]] = {
     "stance": ("reference",),
 }
 
-QUANTITIES_OF: Final[Mapping[str, tuple[Quantity, ...]]] = {
+QUANTITIES_OF: Final[Mapping[str, tuple[RecordedQuantity, ...]]] = {
     "angle_rmse": ("angles",),
     "angle_skill": ("angles",),
     "moment_rmse": ("moments",),
@@ -29,8 +30,7 @@ QUANTITIES_OF: Final[Mapping[str, tuple[Quantity, ...]]] = {
     "force_rmse": ("forces",),
     "force_skill": ("forces",),
     "unfiltered_force_rmse": ("forces",),
-    "power_burst_error": ("angles", "moments"),
-    "joint_work_error": ("angles", "moments"),
+    **{measure.name: each.needs for each in QUANTITY_TABLE for measure in each.measures},
     "centre_of_mass_rmse": ("forces",),
     **{each.name: each.quantities for each in SIDE_MEASURES},
     "speed_error": ("timing",),

@@ -12,7 +12,12 @@ from gaitval.configuration import RecordSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import Origin
 from gaitval.metrics.known_measures import QUANTITIES_OF
-from gaitval.prediction.known import QUANTITIES, Quantity, is_unrecorded, quantities_recorded
+from gaitval.prediction.known import (
+    QUANTITIES,
+    RecordedQuantity,
+    is_unrecorded,
+    quantities_recorded,
+)
 
 if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
@@ -20,12 +25,12 @@ if TYPE_CHECKING:
 ORIGINS: Final[tuple[Origin, ...]] = ("recorded", "mirrored", "expected", "predicted")
 """Each is further from a record than the one before."""
 
-Origins = Mapping[Quantity, Mapping[Side, Origin]]
+Origins = Mapping[RecordedQuantity, Mapping[Side, Origin]]
 """Of each quantity of the record, on each side."""
 
-SKILLS: Final = ("angle_skill", "moment_skill", "force_skill")
+SKILLS: Final[tuple[str, ...]] = ("angle_skill", "moment_skill", "force_skill")
 
-_KINDS: Final[Mapping[Quantity, Literal["angles", "kinetics", "stance"]]] = {
+_KINDS: Final[Mapping[RecordedQuantity, Literal["angles", "kinetics", "stance"]]] = {
     "angles": "angles",
     "moments": "kinetics",
     "forces": "kinetics",
@@ -39,14 +44,14 @@ _BOTH_SIDES: Final = ("centre_of_mass_rmse", "epsilon", "speed_error", "stride_t
 
 def record_origins(
     subject: "Subject", settings: RecordSettings
-) -> dict[Quantity, dict[Side, Origin]]:
+) -> dict[RecordedQuantity, dict[Side, Origin]]:
     """Where the reference of a walk comes from: `subject` on the trial it is compared with, in a
     run with `settings`. At a speed that was not recorded everything is predicted.
     """
     if is_unrecorded(settings):
         return everything("predicted")
     known = quantities_recorded(subject)
-    found: dict[Quantity, dict[Side, Origin]] = {
+    found: dict[RecordedQuantity, dict[Side, Origin]] = {
         quantity: dict[Side, Origin].fromkeys(
             SIDES, "recorded" if quantity in known else "expected"
         )
@@ -59,7 +64,7 @@ def record_origins(
     return found
 
 
-def everything(origin: Origin) -> dict[Quantity, dict[Side, Origin]]:
+def everything(origin: Origin) -> dict[RecordedQuantity, dict[Side, Origin]]:
     """The same `origin` for all quantities of both sides."""
     return {quantity: dict[Side, Origin].fromkeys(SIDES, origin) for quantity in QUANTITIES}
 
@@ -99,7 +104,7 @@ def is_judged(origin: Origin | None) -> bool:
     return origin in (None, "recorded")
 
 
-def not_recorded(origins: Origins) -> list[tuple[Quantity, Side, Origin]]:
+def not_recorded(origins: Origins) -> list[tuple[RecordedQuantity, Side, Origin]]:
     """Quantity, side and origin of everything in `origins` that was not recorded."""
     return [
         (quantity, side, origins[quantity][side])

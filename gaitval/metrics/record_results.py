@@ -8,10 +8,10 @@ from pydantic import Field
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES
 from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import RECORDED_ANGLES, Origin
-from gaitval.metrics.joint_power import JointPower
+from gaitval.metrics.quantity_results import JointPower, QuantityResult
 from gaitval.metrics.record_consistency import Consistency
 from gaitval.metrics.typed import Count, Curve, Number, Positive, Result, Sides, Size, named, sided
-from gaitval.prediction.known import QUANTITIES, Quantity
+from gaitval.prediction.known import QUANTITIES, RecordedQuantity
 
 T = TypeVar("T")
 
@@ -87,7 +87,7 @@ class SideOrigins(Sides[Origin]):
     """Where a quantity comes from."""
 
 
-RecordOrigins = Annotated[dict[Annotated[Quantity, _QUANTITY], SideOrigins], *_QUANTITIES]
+RecordOrigins = Annotated[dict[Annotated[RecordedQuantity, _QUANTITY], SideOrigins], *_QUANTITIES]
 
 
 class RecordResult(Result):
@@ -103,6 +103,8 @@ class RecordResult(Result):
     spatiotemporal: RecordedFigures
     left_phase: Number
     consistency: Consistency
+    quantities: dict[str, QuantityResult] = Field(default_factory=dict)
+    """What else follows from the curves, by name; empty in files of earlier versions."""
     origins: RecordOrigins | None = None
     """Where each quantity of each side comes from. Only what was recorded judges a walk. A file
     without it is from when only whole quantities could be missing: see `Metrics.recorded`."""

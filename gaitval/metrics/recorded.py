@@ -11,7 +11,7 @@ from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.joint_power import joint_power
+from gaitval.metrics.quantity_results import found_quantities, power_result, quantity_results
 from gaitval.metrics.record_consistency import consistency
 from gaitval.metrics.record_results import (
     Kind,
@@ -50,7 +50,8 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
     right_on = phase <= record.stance_fraction["right"]
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
     curves = recorded_curves(record)
-    power = joint_power(curves, dict.fromkeys("rl", record.stride_time))
+    found = found_quantities(curves, dict.fromkeys("rl", record.stride_time))
+    power = power_result(found)
     assert power is not None  # a record has a cycle
     plates = None if subject is None else subject.plates
     measured = None
@@ -82,6 +83,7 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
         ),
         left_phase=record.left_phase,
         consistency=consistency(record),
+        quantities=quantity_results(found),
     )
 
 

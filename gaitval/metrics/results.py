@@ -15,10 +15,10 @@ from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import LowPass, Origin
 from gaitval.metrics.comparison import CurveError
-from gaitval.metrics.joint_power import JointPower
 from gaitval.metrics.known_measures import ReadBy, Status
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins
+from gaitval.metrics.quantity_results import JointPower, QuantityResult
 from gaitval.metrics.record_results import (
     CentreOfMass,
     Kind,
@@ -53,7 +53,7 @@ from gaitval.metrics.walk_results import (
     TorqueShares,
 )
 from gaitval.model.parameters import PARAMETERS
-from gaitval.prediction.known import QUANTITIES, Quantity
+from gaitval.prediction.known import QUANTITIES, RecordedQuantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -160,6 +160,8 @@ class WalkResult(Result):
     hip_centres: HipCentres | None = None
     """Null where moments are compared about the model's own hips, as in files of earlier
     versions."""
+    quantities: dict[str, QuantityResult] = Field(default_factory=dict)
+    """As of the record."""
 
 
 class WalkResults(Result):
@@ -382,7 +384,7 @@ class Metrics(Displayed, Result):
     units: CurveUnits
     method: Method
     record: RecordResult
-    recorded: list[Quantity]
+    recorded: list[RecordedQuantity]
     """Where moments and forces are missing, those of `record` are only expected, from other people,
     and nothing is judged by them."""
     told: Annotated[dict[Annotated[str, _QUANTITY], list[ReadBy]], *_QUANTITIES]
@@ -465,17 +467,20 @@ class Metrics(Displayed, Result):
 
     def to_frame(self) -> "pd.DataFrame":
         """Mean curves of walk and record at 0, 1, … 100 % of each side's gait cycle:
-        joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight). A column
-        `source` says whose each row is.
+        joint angles (deg), joint moments (Nm/kg), ground reaction (% of body weight), and what
+        follows from them (`gaitval.quantities`). A column `source` says whose each row is.
         """
         from gaitval.metrics.record_results import KINDS
+        from gaitval.metrics.shown_quantities import quantities_of_record, quantities_of_walk
         from gaitval.metrics.tables import mean_curves
 
         name = self.subject.identifier
         other = "record of" if self.is_recorded_at_all else "prediction for"
+        walk, record = f"walk of {name}", f"the {other} {name}"
         return mean_curves(
-            {f"walk of {name}": self.walk.curves, f"the {other} {name}": self.record.curves},
+            {walk: self.walk.curves, record: self.record.curves},
             {kind: self.units.of(kind) for kind in KINDS},
+            {walk: quantities_of_walk(self.walk), record: quantities_of_record(self.record)},
         )
 
 

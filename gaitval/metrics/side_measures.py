@@ -16,7 +16,7 @@ from gaitval.coordinates import SIDES, Side
 
 if TYPE_CHECKING:
     from gaitval.gait.cycle_curves import Curves
-    from gaitval.prediction.known import Quantity
+    from gaitval.prediction.known import RecordedQuantity
 
 LOADING: Final = slice(0, 31)
 """% of a side's cycle in which its vertical force has its first peak."""
@@ -39,7 +39,7 @@ class SideMeasure(NamedTuple):
 
     name: str
     unit: str
-    quantities: "tuple[Quantity, ...]"
+    quantities: "tuple[RecordedQuantity, ...]"
     value: "Callable[[Curves, Curves], float]"
 
 

@@ -11,6 +11,7 @@ from gaitval.metrics.record_results import Kind, Kinds
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.typed import Curve
 from gaitval.metrics.walk_results import MeanCurve
+from gaitval.quantities import BY_NAME, Found
 
 AnyCurves = Kinds[MeanCurve] | Kinds[Curve]
 """Simulated, or recorded."""
@@ -29,9 +30,26 @@ def limits_met(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     )
 
 
-def mean_curves(curves: Mapping[str, AnyCurves], units: Mapping[Kind, str]) -> pd.DataFrame:
-    """Tidy table of `curves`, by whose they are, which are in `units`."""
-    return sourced_frame({source: _named(each, units) for source, each in curves.items()})
+def mean_curves(
+    curves: Mapping[str, AnyCurves],
+    units: Mapping[Kind, str],
+    quantities: Mapping[str, Mapping[str, Found]],
+) -> pd.DataFrame:
+    """Tidy table of `curves`, by whose they are, which are in `units`, and of the `quantities` of
+    the same.
+    """
+    return sourced_frame(
+        {
+            source: [*_named(each, units), *_of_quantities(quantities[source])]
+            for source, each in curves.items()
+        }
+    )
+
+
+def _of_quantities(found: Mapping[str, Found]) -> Iterator[NamedCurve]:
+    for kind, quantity in found.items():
+        for name, curve in quantity.curves.items():
+            yield of_kind(name, kind.replace("_", " ")), BY_NAME[kind].unit, curve
 
 
 def _named(curves: AnyCurves, units: Mapping[Kind, str]) -> Iterator[NamedCurve]:

@@ -31,10 +31,16 @@ from gaitval.metrics.cycles import GaitCycles, cut, find_cycles, spatiotemporal,
 from gaitval.metrics.epsilon import NORMALISATION, epsilon
 from gaitval.metrics.foot_contact import Stances, foot_contacts
 from gaitval.metrics.hip_centres import hip_centres
-from gaitval.metrics.joint_power import joint_power, power_measures
 from gaitval.metrics.known_measures import uses
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import SKILLS, Origins, record_origins
+from gaitval.metrics.quantity_results import (
+    found_quantities,
+    power_result,
+    quantity_measures,
+    quantity_results,
+    stored_quantities,
+)
 from gaitval.metrics.record_results import (
     KINDS,
     Kind,
@@ -258,7 +264,7 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
     curves, errors = WalkedCurves(**means), CurveErrors(**each_error)
     path = walked_centre_of_mass(rollout, cycles)
     stride = {row.name: row.mean for row in rows}
-    power = joint_power(
+    found = found_quantities(
         compared.curves, {"r": stride["stride_time_right"], "l": stride["stride_time_left"]}
     )
     walk = WalkResult(
@@ -270,10 +276,11 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         curves=curves,
         errors=errors,
         errors_as_measured=errors_as_measured(curves, of.recorded.as_measured),
-        joint_power=power,
+        joint_power=power_result(found),
         centre_of_mass=None if path is None else path.tolist(),
         epsilon=error,
         hip_centres=hip_centres(rollout.hip_centre, mean_curves(compared.curves), of.curves),
+        quantities=quantity_results(found),
     )
     return walk, [
         *rmse_measures(errors),
@@ -281,7 +288,7 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass),
         step_width_measure(stride["step_width"], of.leg_length),
-        *power_measures(power, of.recorded.joint_power),
+        *quantity_measures(found, stored_quantities(of.recorded)),
         *centre_of_mass_measures(path, np.array(of.recorded.centre_of_mass)),
         *(measured(*each) for each in side_values(mean_curves(compared.curves), of.curves)),
         *spatiotemporal_measures(rows),
@@ -417,7 +424,8 @@ def provenance_of(
 ) -> Provenance:
     """Versions, and hashes of what was compared: the text of the file of the `subject`, and the
     `settings`, sections of the configuration, as in theirs. What a later gaitval would write has
-    other fields, and a stored baseline must keep its hash. `recorded` is as in `metrics.json`.
+    other fields, and a stored baseline must keep its hash. `recorded` is as in `metrics.json`; its
+    quantities are left out, because they follow from the rest.
     """
     # no number depends on how pages look
     numbers = {name: section for name, section in settings.items() if name != "report"}
@@ -425,7 +433,9 @@ def provenance_of(
         versions=versions(),
         configuration=value_hash(numbers),
         subject=value_hash(subject),
-        record=value_hash(recorded.as_dict()),
+        record=value_hash(
+            {name: part for name, part in recorded.as_dict().items() if name != "quantities"}
+        ),
     )
 
 

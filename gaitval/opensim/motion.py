@@ -25,6 +25,8 @@ from gaitval.opensim.coordinates import (
     vectors_to_opensim,
 )
 from gaitval.opensim.osim import BODIES, DOCUMENT_VERSION
+from gaitval.quantities import QUANTITIES
+from gaitval.quantities.quantity import OverTime
 
 _ROTATIONS = np.array([name not in PELVIS_TRANSLATIONS for name in OPENSIM_COORDINATES])
 
@@ -56,13 +58,22 @@ def write_moments(
     `shown` (T, 2) is whether the plates and markers show each leg and its force, right first: a leg
     of which they do not has no moments (NaN) there, nor has the pelvis a residual.
     """
-    forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, dynamics.moments])
+    moments = dynamics.moments if shown is None else moments_shown(dynamics.moments, shown)
+    forces = np.hstack([dynamics.residual_moment, dynamics.residual_force, moments])
     if shown is not None:
         forces[~np.asarray(shown.all(axis=1)), : len(ROOT)] = np.nan
-        for column, side in enumerate(SIDES):
-            leg = np.array([COORDINATES.index(f"{name}_{side[0]}") for name in LEG])
-            forces[np.ix_(np.flatnonzero(~shown[:, column]), leg)] = np.nan
     write_forces(path, dynamics.time, positions, forces)
+
+
+def moments_shown(moments: Array, shown: Flags) -> Array:
+    """Joint `moments` (T, 25) without those of a leg where it and its force are not `shown` (T, 2),
+    right first: NaN there.
+    """
+    known = moments.copy()
+    for column, side in enumerate(SIDES):
+        leg = np.array([COORDINATES.index(f"{name}_{side[0]}") - len(ROOT) for name in LEG])
+        known[np.ix_(np.flatnonzero(~shown[:, column]), leg)] = np.nan
+    return known
 
 
 def write_forces(path: Path, time: Array, positions: Array, forces: Array) -> None:
@@ -77,6 +88,20 @@ def write_forces(path: Path, time: Array, positions: Array, forces: Array) -> No
     values = forces_to_opensim(positions, forces)
     name = "Inverse Dynamics Generalized Forces"
     write_storage(path, StorageTable(names, time, values, name=name))
+
+
+def write_quantities(path: Path, time: Array, motion: OverTime) -> None:
+    """Write what follows from a `motion` to `path` (`.sto`), at `time` (T,) s: a column for each
+    curve of `gaitval.quantities` that is defined over time, `ankle_angle_power_r`, in its
+    `time_unit`.
+    """
+    columns: dict[str, Array] = {}
+    for each in QUANTITIES:
+        if each.of_time is not None:
+            for name, values in each.of_time(motion).items():
+                columns[f"{name[:-2]}_{each.name}{name[-2:]}"] = values
+    table = np.column_stack(list(columns.values()))
+    write_storage(path, StorageTable(tuple(columns), time, table, name="Quantities"))
 
 
 def write_ground_reaction(path: Path, forces: FootForces) -> None:

@@ -13,19 +13,24 @@ from gaitval.mocap.recording import FootForces
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.opensim.motion import (
+    moments_shown,
     write_external_loads,
     write_ground_reaction,
     write_markers,
     write_moments,
     write_motion,
+    write_quantities,
 )
 from gaitval.opensim.osim import write_osim
+from gaitval.quantities.quantity import OverTime
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial
 
 MOSTLY: Final = 0.5
 """Share of a contact that must be used for the rest to be written."""
-FILES: Final = ("markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto")
+FILES: Final = (
+    "markers.trc", "ik.mot", "grf.mot", "external_loads.xml", "id.sto", "quantities.sto",
+)  # fmt: skip
 
 
 def write_import(target: Path, found: Import, contact: ContactSettings) -> list[Path]:
@@ -67,6 +72,10 @@ def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
     write_ground_reaction(files["grf.mot"], used(walk))
     write_external_loads(files["external_loads.xml"], files["grf.mot"].name)
     write_moments(files["id.sto"], walk.motion, walk.moments, shown=walk.loads.valid)
+    known = moments_shown(walk.moments.moments, walk.loads.valid)
+    powers = np.where(np.isnan(known), np.nan, walk.moments.powers)
+    motion = OverTime(walk.motion[:, len(ROOT) :], known, powers)
+    write_quantities(files["quantities.sto"], walk.moments.time, motion)
     return list(files.values())
 
 

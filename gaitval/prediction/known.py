@@ -19,12 +19,14 @@ from gaitval.datasets.subject import Subject
 from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.record import GaitRecord
 
-Quantity = Literal["angles", "timing", "moments", "forces", "stance"]
-QUANTITIES: Final[tuple[Quantity, ...]] = ("angles", "timing", "moments", "forces", "stance")
+RecordedQuantity = Literal["angles", "timing", "moments", "forces", "stance"]
+QUANTITIES: Final[tuple[RecordedQuantity, ...]] = (
+    "angles", "timing", "moments", "forces", "stance",
+)  # fmt: skip
 """What a record consists of. Timing: speed, stride time, time of left heel strike."""
 
 # What cameras alone record, without force plates.
-KINEMATIC: Final[tuple[Quantity, ...]] = ("angles", "timing")
+KINEMATIC: Final[tuple[RecordedQuantity, ...]] = ("angles", "timing")
 
 KINEMATIC_ACCURACY: Final = RecordAccuracy(
     sagittal=np.deg2rad(1.2),
@@ -64,12 +66,12 @@ class Told(NamedTuple):
     accuracy: RecordAccuracy
 
 
-def quantities_recorded(subject: Subject) -> tuple[Quantity, ...]:
+def quantities_recorded(subject: Subject) -> tuple[RecordedQuantity, ...]:
     """What was recorded of the person of a `subject`."""
     return QUANTITIES if subject.has_kinetics else KINEMATIC
 
 
-def quantities_told(subject: Subject, settings: RecordSettings) -> tuple[Quantity, ...]:
+def quantities_told(subject: Subject, settings: RecordSettings) -> tuple[RecordedQuantity, ...]:
     """The quantities of the compared record of `subject` that are known to the model in a run with
     `settings`, which say what it may use; none of it if the walk is predicted.
     """

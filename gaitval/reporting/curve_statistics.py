@@ -12,9 +12,9 @@ from gaitval.datasets.subject import Subject
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, is_control
 from gaitval.metrics.healthy_bands import BAND
-from gaitval.metrics.joint_power import JOINTS
 from gaitval.metrics.statistics_results import GaitProfiles, WalkStatistics
 from gaitval.metrics.typed import sided
+from gaitval.quantities.joint_power import JOINTS
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, NAMES, RECORD_COLOUR
 from gaitval.reporting.tables import CURVES

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
-from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.norms import Norm
+from gaitval.quantities import BY_NAME, QUANTITIES
+from gaitval.quantities.joint_power import BURSTS
 from gaitval.reporting.drawing import link, new_figure, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
@@ -46,6 +47,21 @@ KINETICS: Final = (
     ("moments/ankle_angle", "moments/subtalar_angle", "power/ankle_angle"),
 )
 """Rows: joints; columns: sagittal, frontal and transverse plane, and for kinetics the power."""
+FURTHER: Final = tuple(
+    each
+    for each in QUANTITIES
+    if not {*each.panels()} <= {name for row in KINETICS for name in row}
+)
+"""Quantities that have no place in `KINETICS`."""
+_FURTHER_PANELS: Final = [name for each in FURTHER for name in each.panels()]
+WITH_QUANTITIES: Final = (
+    *KINETICS,
+    *(
+        (*_FURTHER_PANELS[i : i + 3], *("",) * (3 - len(_FURTHER_PANELS[i : i + 3])))
+        for i in range(0, len(_FURTHER_PANELS), 3)
+    ),
+)
+"""`KINETICS`, and below it all other quantities."""
 MOMENTS: Final = (
     (*KINETICS[0][:2], "moments/hip_rotation"),
     (*KINETICS[1][:2], "moments/knee_rotation"),
@@ -68,7 +84,6 @@ _ANGLES: Final = {
     "foot_progression": "Foot progression, inward",
 }
 """All others are called by their names."""
-_JOINTS: Final = {"hip_flexion": "Hip", "knee_angle": "Knee", "ankle_angle": "Ankle"}
 
 Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
@@ -106,7 +121,9 @@ class Panel(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """Of the quantity: angles, moments, forces or power; empty for an empty place."""
+        """Of the curve: angles, moments, forces or a name of `QUANTITIES`; empty for an empty
+        place.
+        """
         return self.name.partition("/")[0]
 
 
@@ -115,8 +132,8 @@ def title(name: str) -> str:
     kind, _, curve = name.partition("/")
     if kind == "forces":
         return f"{NAMES[curve]} force"
-    if kind == "power":
-        return f"{_JOINTS[curve]} power"
+    if kind in BY_NAME:
+        return BY_NAME[kind].curves[curve]
     return _ANGLES.get(curve, curve.replace("_", " ").capitalize())
 
 
@@ -124,7 +141,7 @@ UNITS: Final = {
     "angles": "angle, °",
     "moments": "moment, Nm/kg",
     "forces": "force, % BW",
-    "power": "power, W/kg",
+    **{each.name: f"{each.axis}, {each.unit}" for each in QUANTITIES},
 }
 
 

@@ -17,10 +17,10 @@ from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.cycle_curves import Curves
-from gaitval.metrics.joint_power import JOINTS, joint_power
 from gaitval.metrics.norms import Norm, norms_at
+from gaitval.metrics.quantity_results import found_quantities
 from gaitval.metrics.recording_limits import State
-from gaitval.metrics.typed import array, sided
+from gaitval.quantities import BY_NAME, Found
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.drawing import Draw
@@ -28,6 +28,7 @@ from gaitval.reporting.figure_data import table
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
+from gaitval.reporting.tables import tables_of
 from gaitval.scaling.segments import ScaledSegment
 
 BAR_HEADROOM: Final = 1.25
@@ -323,7 +324,7 @@ def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     ]
 
 
-def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
+def _drawings(summary: RecordingSummary) -> dict[str, Any]:
     """What draws each figure, its table, and the names of the figures of each section."""
     normal: Mapping[str, Norm] = {}
     if summary.leg_length is not None and np.isfinite(summary.walking_speed):
@@ -334,13 +335,17 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
         norms=normal,
         strides=summary.strides,
     )
-    power = _power(summary)
+    quantities = quantities_of(summary)
+    nothing = np.full(101, NAN)
     every = {
         "angles": rows(
             summary.angles, kind="angles", layout=grids.KINEMATICS, factor=float(np.degrees(1.0))
         ),
         "moments": rows(summary.moments, kind="moments", layout=grids.MOMENTS),
-        "power": rows(power, kind="power") if power else [],
+        **{
+            name: rows({key: (curve, nothing) for key, curve in found.curves.items()}, kind=name)
+            for name, found in quantities.items()
+        },
         "forces": rows(summary.forces, kind="forces", factor=100.0),
     }
     every = {kind: each for kind, each in every.items() if each}
@@ -357,6 +362,7 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
     }
     data = {kind: grids.grid_table(each) for kind, each in every.items()}
     names = {kind: [kind] for kind in every}
+    names["quantities"] = [name for name in quantities if name in every]
     left = summary.residuals
     if left is not None:
         names["residuals"] = ["residuals"]
@@ -372,26 +378,35 @@ def _drawings(summary: RecordingSummary) -> dict[str, dict[str, Any]]:
         data["residuals"] = _residual_table(left)
     if summary.measurement is not None:
         drawings |= summary.measurement.drawings()
-    return {"drawings": drawings, "data": data, "names": names}
+    return {
+        "drawings": drawings,
+        "data": data,
+        "names": names,
+        "quantities": BY_NAME,
+        "figure_tables": [
+            table
+            for name, found in quantities.items()
+            for table in tables_of(BY_NAME[name], found, None)
+        ],
+    }
 
 
-def _power(summary: RecordingSummary) -> dict[str, MeanAndDeviation]:
-    """Power of hip, knee and ankle from the mean curves, W/kg, without SD; none where something
-    for it was not measured.
+def quantities_of(summary: RecordingSummary) -> dict[str, Found]:
+    """The quantities of the mean curves of `summary`, by name, without those for which something
+    was not measured.
     """
     times = next((row for row in summary.spatiotemporal if row.name == "Stride time"), None)
-    needed = sided(JOINTS)
-    if times is None or not {*needed} <= summary.angles.keys() & summary.moments.keys():
-        return {}
+    seconds = {
+        "r": times and times.right and times.right[0],
+        "l": times and times.left and times.left[0],
+    }
     means = Curves(
-        {name: summary.angles[name][0] for name in needed},
-        {name: summary.moments[name][0] for name in needed},
-        {},
+        *(
+            {name: mean for name, (mean, _) in each.items()}
+            for each in (summary.angles, summary.moments, summary.forces)
+        )
     )
-    seconds = {"r": times.right and times.right[0], "l": times.left and times.left[0]}
-    found = joint_power(means, seconds)
-    nothing = np.full(101, NAN)
-    return {} if found is None else {n: (array(p), nothing) for n, p in found.power.items()}
+    return found_quantities(means, seconds)
 
 
 def _residual_table(left: ResidualCurves) -> str:

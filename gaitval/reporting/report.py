@@ -49,6 +49,7 @@ from gaitval.reporting import (
     curve_statistics,
     figure_data,
     figures,
+    grids,
     run_grids,
     tables,
 )
@@ -402,7 +403,8 @@ def _context(folder: Path) -> dict[str, Any]:
         "plates": metrics.record.plates,
         "second_engine": tables.witness(metrics),
         "as_measured": tables.as_measured(metrics),
-        "bursts": tables.bursts(metrics),
+        "figure_tables": tables.figure_tables(metrics),
+        "quantity_notes": [each.note for each in grids.FURTHER],
         "body": body,
         "shared": shared,
         "parameters": _parameters(metrics.identification, bars if shared else ()),

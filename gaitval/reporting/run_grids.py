@@ -15,14 +15,16 @@ from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
 from gaitval.metrics.comparison import foot_progression, rmse_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.joint_power import BURSTS, burst_places
-from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
 from gaitval.metrics.norms import Norm, norms
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import Metrics
+from gaitval.metrics.shown_quantities import of_record, of_walk
 from gaitval.metrics.typed import array
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.urdf import read_urdf
+from gaitval.quantities import BY_NAME
+from gaitval.quantities.joint_power import BURSTS, burst_places
+from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
 from gaitval.reporting import grids
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.grids import DrawnCurve, Panel
@@ -83,7 +85,7 @@ def figures(
         for name, names in (
             ("curves", grids.SAGITTAL),
             ("kinematics", grids.KINEMATICS),
-            ("kinetics", grids.KINETICS),
+            ("kinetics", grids.WITH_QUANTITIES),
             ("forces", grids.FORCES),
         )
     }
@@ -146,8 +148,9 @@ def _panel(
 
 def _recorded(metrics: Metrics, subject: Subject, kind: str, key: str) -> Array | None:
     """The record as it is compared; of what is not compared, as it came."""
-    if kind == "power":
-        return array(metrics.record.joint_power.power[key])
+    if kind in BY_NAME:
+        found = of_record(metrics.record, BY_NAME[kind])
+        return None if found is None else found.curves.get(key)
     for each in KINDS:
         if each == kind and key in metrics.record.curves.of(each):
             return array(metrics.record.curves.of(each)[key])
@@ -163,9 +166,10 @@ def _walked(
     metrics: Metrics, strides: Mapping[str, Array], kind: str, key: str
 ) -> tuple[Array, Array | None] | None:
     """Mean and SD over the cycles; of what is not compared, over the drawn ones."""
-    power = metrics.walk.joint_power
-    if kind == "power":
-        return None if power is None else (array(power.power[key]), None)
+    if kind in BY_NAME:
+        walked = of_walk(metrics.walk, BY_NAME[kind])
+        mean = None if walked is None else walked.curves.get(key)
+        return None if mean is None else (mean, None)
     for each in KINDS:
         if each == kind and key in metrics.walk.curves.of(each):
             found = metrics.walk.curves.of(each)[key]

@@ -8,14 +8,13 @@ from gaitval.gait.cycle_curves import FORCES, JOINT_ANGLES, JOINT_MOMENTS, PELVI
 from gaitval.metrics.baselines import skill
 from gaitval.metrics.comparison import rmse_of
 from gaitval.metrics.groups import group_curves, group_rows
-from gaitval.metrics.joint_power import BURSTS, JointPower, bursts_of
-from gaitval.metrics.joint_power import JOINTS as POWER_JOINTS
 from gaitval.metrics.origin import curve_origin
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.typed import array
+from gaitval.metrics.shown_quantities import of_record, of_walk
 from gaitval.metrics.validation import ENDURANCE
 from gaitval.metrics.walk_results import TorqueShares
+from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.reporting.figures import NAMES
 
 Row = dict[str, object]
@@ -88,40 +87,48 @@ def as_measured(metrics: Metrics) -> list[Row] | None:
     return rows
 
 
-def bursts(metrics: Metrics) -> list[Row]:
-    """Rows by side of the bursts of power and the work of the joints in `metrics`. Bursts are found
-    anew in the curves, because an older file may have defined them otherwise.
+def figure_tables(metrics: Metrics) -> list[Row]:
+    """The tables of figures of every quantity in `metrics`, of walk and record. Figures of a curve
+    are found anew, because an older file may have defined them otherwise.
     """
-    recorded, walked = metrics.record.joint_power, metrics.walk.joint_power
-    # of the record, and of the walk
-    there, here = _bursts(recorded), None if walked is None else _bursts(walked)
-
-    parts: list[tuple[str, str, int, str, Values, Values | None]] = [
-        (burst, "W/kg", 2, burst, there, here) for burst in BURSTS
+    return [
+        table
+        for each in QUANTITIES
+        for table in tables_of(each, of_record(metrics.record, each), of_walk(metrics.walk, each))
     ]
-    for joint, label in zip(POWER_JOINTS, ("Hip", "Knee", "Ankle"), strict=True):
-        for what in ("generated", "absorbed"):
-            found = None if walked is None else getattr(walked, what)
-            parts.append((f"{label}, {what}", "J/kg", 3, joint, getattr(recorded, what), found))
+
+
+def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) -> list[Row]:
+    """The tables of figures of a `quantity`: title, unit, what stands for a missing figure, and
+    rows by side of what was `recorded` and `walked`.
+    """
+
+    def value(found: Found | None, kind: str, name: str) -> float | None:
+        return None if found is None else found.figures.get(kind, {}).get(name)
+
     return [
         {
-            "name": name,
-            "unit": unit,
-            "digits": digits,
-            "sides": {
-                side: {
-                    "recorded": expected[f"{key}_{side[0]}"],
-                    "walked": None if found is None else found[f"{key}_{side[0]}"],
+            "title": table.title,
+            "unit": table.unit,
+            "missing": table.missing,
+            "rows": [
+                {
+                    "name": label,
+                    "unit": table.unit,
+                    "digits": table.digits,
+                    "sides": {
+                        side: {
+                            "recorded": value(recorded, kind, f"{name}_{side[0]}"),
+                            "walked": value(walked, kind, f"{name}_{side[0]}"),
+                        }
+                        for side in SIDES
+                    },
                 }
-                for side in SIDES
-            },
+                for label, kind, name in table.rows
+            ],
         }
-        for name, unit, digits, key, expected, found in parts
+        for table in quantity.tables
     ]
-
-
-def _bursts(found: JointPower) -> dict[str, float | None]:
-    return bursts_of({name: array(power) for name, power in found.power.items()})
 
 
 def torque_shares(values: TorqueShares | None) -> list[Row] | None:

@@ -22,9 +22,9 @@ from gaitval.metrics.cycles import cut, find_cycles, spatiotemporal, walking_spe
 from gaitval.metrics.epsilon import ANGLES, FORCES, JOINT_MOMENTS, epsilon
 from gaitval.metrics.foot_contact import EARLY, foot_contacts
 from gaitval.metrics.gait_profile import gait_profile
-from gaitval.metrics.joint_power import BURSTS, burst_places, joint_power
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.whole_body import centre_of_mass_measures
+from gaitval.quantities.joint_power import BURSTS, burst_places, joint_power
 from gaitval.scaling.scaling import scale_subject
 
 ALL = range(101)
@@ -129,7 +129,7 @@ def test_work_counts_every_percent_once(kind: str) -> None:
         joints = ("hip_flexion", "knee_angle", "ankle_angle")
         names = [f"{joint}_{side}" for joint in joints for side in "rl"]
         curves = Curves(dict.fromkeys(names, angle), dict.fromkeys(names, moment), {})
-        work = getattr(joint_power(curves, {"r": 1.0, "l": 1.0}), kind)["knee_angle_r"]
+        work = joint_power(curves, {"r": 1.0, "l": 1.0}).figures[kind]["knee_angle_r"]
         if work:
             assert work == pytest.approx(0.01)
             found.append(at)

@@ -33,7 +33,6 @@ from gaitval.inverse.inverse_kinematics import inverse_kinematics
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.inverse.marker_placement import place_markers
 from gaitval.metrics.baselines import Prediction, predictions
-from gaitval.metrics.joint_power import BURSTS
 from gaitval.metrics.push_recovery import Push, evenly_spaced, required_pushes
 from gaitval.metrics.recording_limits import AFTER_REDUCTION
 from gaitval.metrics.tolerances import JUDGED_UNITS, WALK_UNITS, Tolerance, load_registry
@@ -43,6 +42,8 @@ from gaitval.metrics.walk_results import PushRecovery
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
+from gaitval.quantities.joint_power import BURSTS
+from gaitval.quantities.tendon_force import moment_arm
 from gaitval.reporting.recording_report import write_recording_report
 from gaitval.reporting.report import write_report
 from gaitval.scaling.marker_sets import load_marker_set
@@ -227,6 +228,17 @@ def work_more(simulated: Simulated, size: float) -> Simulated:
     return _compared(simulated, moments=moments)
 
 
+def pull_harder(simulated: Simulated, size: float) -> Simulated:
+    """The right Achilles tendon pulls harder wherever it pulls."""
+    walk = simulated.walks[0]
+    column = ACTUATED.index("ankle_angle_r")
+    pulls = walk.moments[:, column] < 0.0
+    more = size * WEIGHT * moment_arm(walk.positions[:, 6 + column]) / np.sqrt(pulls.mean())
+    moments = walk.moments.copy()
+    moments[:, column] -= np.where(pulls, more, 0.0)
+    return _compared(simulated, moments=moments)
+
+
 def bob(simulated: Simulated, size: float) -> Simulated:
     """The centre of mass rises and falls further."""
     walk = simulated.walks[0]
@@ -327,6 +339,8 @@ ANGLES, MOMENTS, FORCES = (frozenset({f"skill-{kind}"}) for kind in ("angles", "
 
 WORK = frozenset({"power-bursts", "joint-work"})
 """A moment that is off does other work."""
+ANKLE = frozenset({"sagittal-moments", "pressure-arm"})
+"""The limits of the tendon's force are those of the moment."""
 
 LIMITS = {
     "sagittal-angles": Mutation(shift_angles(ankle_angle_r=1.0), GOOD),
@@ -357,6 +371,7 @@ LIMITS = {
     "step-width": Mutation(step_wide),
     "power-bursts": Mutation(push_off),
     "joint-work": Mutation(work_more),
+    "tendon-force": Mutation(pull_harder, MOMENTS | WORK | ANKLE),
     "centre-of-mass": Mutation(bob),
     "loading-peak": Mutation(land_hard),
     "pressure-arm": Mutation(roll_forward, MOMENTS | {"joint-work"}),
@@ -381,6 +396,9 @@ GOALS = {name: replace(each, drags=frozenset()) for name, each in LIMITS.items()
     "skill-moments": Mutation(guess("moments"), goals=WORK),
     "loading-peak": Mutation(land_hard, goals=FORCES),
     "pressure-arm": Mutation(roll_forward, goals=MOMENTS | {"joint-work"}),
+    "tendon-force": Mutation(
+        pull_harder, MOMENTS | {"joint-work"}, MOMENTS | {"joint-work"} | ANKLE
+    ),
 }
 """The same done by less, where not said otherwise; `drags` are limits that are stricter."""
 

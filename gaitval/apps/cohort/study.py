@@ -26,8 +26,10 @@ from gaitval.importing.write import FOLDER, RECORD
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
+from gaitval.metrics.shown_quantities import quantities_of_walk
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.model.parameters import PARAMETERS
+from gaitval.quantities import BY_NAME
 from gaitval.study.compile_ahead import compile_ahead, walk
 from gaitval.study.run import run_subject
 from gaitval.study.stage import Observer, open_run
@@ -116,7 +118,8 @@ def run(study: Study, folder: Path, threads: int, observer: Observer) -> Json:
 def summary_of(metrics: Metrics, subject: Subject) -> Json:
     """What a cohort's tables hold of a study of `subject`, from its `metrics.json`: `subject`: who
     walked (m, kg, m/s). `verdicts`: limits met and failed. `measures`: name, target, unit and
-    value, Gait Profile Scores among them, of what is compared with a record or needs none.
+    value, of what is compared with a record or needs none, Gait Profile Scores and the figures of
+    the walk's quantities (`gaitval.quantities`).
     `groups`: mean RMSE of groups of curves, and its skill against the first prediction without a
     model; of recorded groups. `parameters`: mu with its uncertainty and verdict. `epsilon`: of the
     final walk.
@@ -155,6 +158,7 @@ def summary_of(metrics: Metrics, subject: Subject) -> Json:
         "measures": [
             *(row.model_dump(include=kept) for row in metrics.measures if is_judged(row.origin)),
             *_profile_scores(metrics.curve_statistics),
+            *_figures(metrics),
         ],
         "groups": groups,
         "parameters": _parameters(metrics.identification),
@@ -172,6 +176,22 @@ def _profile_scores(found: WalkStatistics | None) -> list[Json]:
             PROFILE_SCORES, (found.profiles.walk, found.profiles.record), strict=True
         )
         if of is not None
+    ]
+
+
+def _figures(metrics: Metrics) -> list[Json]:
+    """Figures of every quantity of the walk, such as `tendon_force_peak` of `achilles_r`."""
+    return [
+        {
+            "measure": f"{name}_{kind}",
+            "target": target,
+            "unit": BY_NAME[name].figures[kind],
+            "value": value,
+        }
+        for name, found in quantities_of_walk(metrics.walk).items()
+        for kind, values in found.figures.items()
+        for target, value in values.items()
+        if value is not None
     ]
 
 

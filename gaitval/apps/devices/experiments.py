@@ -50,7 +50,7 @@ class Paired(Table):
         return low, high
 
 
-class Quantity(Table):
+class PublishedQuantity(Table):
     """A quantity of an experiment.
 
     Attributes
@@ -80,16 +80,16 @@ class Quantity(Table):
 
 
 class _File(Table):
-    quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)]
+    quantities: Annotated[tuple[PublishedQuantity, ...], Field(min_length=1)]
 
 
-def quantities(file: str = "experiments") -> tuple[Quantity, ...]:
+def quantities(file: str = "experiments") -> tuple[PublishedQuantity, ...]:
     """All quantities of a `file`: `experiments`, or `experiments_above_knee`."""
     path = Path(__file__).with_name(f"{file}.toml")
     return _File.model_validate(read_toml(path, ConfigurationError)).quantities
 
 
-def within(quantity: Quantity, values: Sequence[float]) -> bool:
+def within(quantity: PublishedQuantity, values: Sequence[float]) -> bool:
     """Whether the mean of people's `values` is in a quantity's band."""
     low, high = quantity.band
     return low <= float(np.mean(values)) <= high

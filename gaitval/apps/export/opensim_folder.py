@@ -8,33 +8,40 @@ import numpy as np
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import Walked
 from gaitval.arrays import Array
+from gaitval.coordinates import ROOT
 from gaitval.mocap.recording import FootForces
 from gaitval.opensim.motion import (
     write_external_loads,
     write_forces,
     write_ground_reaction,
     write_motion,
+    write_quantities,
 )
 from gaitval.opensim.osim import write_osim
+from gaitval.quantities.quantity import OverTime
 from gaitval.simulation.ground_wrenches import ground_wrenches
 
 LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""
-FILES: Final = ("model.osim", "walk.mot", "moments.sto", "ground_reaction.mot", "loads.xml")
+FILES: Final = (
+    "model.osim", "walk.mot", "moments.sto", "ground_reaction.mot", "loads.xml", "quantities.sto",
+)  # fmt: skip
 
 
 def write_opensim(folder: Path, walked: Walked) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError or ModelError."""
     paths = [folder / name for name in FILES]
-    model, motion, moments, reaction, loads = paths
+    model, motion, moments, reaction, loads, quantities = paths
     rows, walk = walked.rows, walked.walk
     time, positions = walk.time[rows] - walk.time[rows.start], walk.positions[rows]
     contact = walked.stored.configuration.contact
     write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
-    acting = np.hstack([np.zeros((len(time), 6)), walk.moments[walked.acting]])
-    write_forces(moments, time, positions, acting)
+    of_joints = walk.moments[walked.acting]
+    write_forces(moments, time, positions, np.hstack([np.zeros((len(time), 6)), of_joints]))
+    powers = of_joints * walk.velocities[rows, len(ROOT) :]
+    write_quantities(quantities, time, OverTime(positions[:, len(ROOT) :], of_joints, powers))
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
     return paths

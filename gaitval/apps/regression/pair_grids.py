@@ -18,7 +18,9 @@ from gaitval.gait.mean_curves import STANCE_THRESHOLD
 from gaitval.metrics.curve_statistics import two_sample_test
 from gaitval.metrics.norms import Norm, norms
 from gaitval.metrics.record_results import KINDS
+from gaitval.metrics.shown_quantities import of_walk
 from gaitval.metrics.typed import array
+from gaitval.quantities import BY_NAME
 from gaitval.reporting import grids
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.run_grids import strides_of
@@ -27,7 +29,7 @@ PAIRS: Final = 3
 """Most people whose grids are drawn: the page of each run has its own."""
 GRIDS: Final = {
     "kinematics": grids.KINEMATICS,
-    "kinetics": grids.KINETICS,
+    "kinetics": grids.WITH_QUANTITIES,
     "forces": grids.FORCES,
 }
 
@@ -115,9 +117,9 @@ def differing(before: Strides, now: Strides, key: str) -> list[tuple[float, floa
 def _mean(walk: StoredWalk, kind: str, key: str) -> Array | None:
     """Mean over the cycles of a walk, in the units of the page; None where it was not measured."""
     results = walk.metrics.walk
-    if kind == "power":
-        power = results.joint_power
-        return None if power is None or key not in power.power else array(power.power[key])
+    if kind in BY_NAME:
+        found = of_walk(results, BY_NAME[kind])
+        return None if found is None else found.curves.get(key)
     for each in KINDS:
         if each == kind and key in results.curves.of(each):
             mean = results.curves.of(each)[key].mean

@@ -12,8 +12,8 @@ import numpy as np
 
 from gaitval.errors import ArtefactError
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.joint_power import power_measures
 from gaitval.metrics.origin import is_judged, measure_origin
+from gaitval.metrics.quantity_results import quantity_measures, stored_quantities
 from gaitval.metrics.recorded import from_kinds
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.side_measures import side_values
@@ -137,7 +137,7 @@ def _implied(metrics: Metrics) -> list[Measure]:
         *rmse_measures(walk.errors),
         *skill_measures(walk.errors, metrics.predictions),
         *only_in_the_walk,
-        *power_measures(walk.joint_power, metrics.record.joint_power),
+        *quantity_measures(stored_quantities(walk), stored_quantities(metrics.record)),
         *centre_of_mass_measures(
             None if walk.centre_of_mass is None else np.array(walk.centre_of_mass),
             np.array(metrics.record.centre_of_mass),

@@ -1,5 +1,7 @@
 """Joint power of curves whose power is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_walk import MASS, perfect_walk, sharp_filter, synthetic_record
@@ -8,8 +10,14 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.comparison import low_pass_of, simulated_curves
 from gaitval.metrics.cycles import find_cycles
-from gaitval.metrics.joint_power import BURSTS, JOINTS, burst_places, joint_power, power_measures
-from gaitval.metrics.typed import array
+from gaitval.metrics.quantity_results import quantity_measures
+from gaitval.quantities.joint_power import (
+    BURSTS,
+    JOINT_POWER,
+    JOINTS,
+    burst_places,
+    joint_power,
+)
 
 PERCENT = np.arange(101)
 NAMES = [f"{joint}_{side}" for joint in JOINTS for side in "rl"]
@@ -24,17 +32,17 @@ def test_a_constant_moment_on_a_swinging_joint_gives_and_takes_the_same_work():
     angle = 0.5 * np.cos(2 * np.pi * PERCENT / 100)
     found = joint_power(curves_of(angle, np.full(101, 2.0)), {"r": 1.1, "l": 0.9})
     for name in NAMES:
-        assert found.generated[name] == pytest.approx(2.0, rel=2e-3)
-        assert found.absorbed[name] == pytest.approx(2.0, rel=2e-3)
+        assert found.figures["generated"][name] == pytest.approx(2.0, rel=2e-3)
+        assert found.figures["absorbed"][name] == pytest.approx(2.0, rel=2e-3)
         time = {"r": 1.1, "l": 0.9}[name[-1]]
-        assert max(found.power[name]) == pytest.approx(2.0 * np.pi / time, rel=2e-3)
+        assert max(found.curves[name]) == pytest.approx(2.0 * np.pi / time, rel=2e-3)
 
 
 def test_power_is_positive_where_the_moment_goes_with_the_motion():
     rising = np.linspace(0.0, 1.0, 101)
     found = joint_power(curves_of(rising, np.full(101, -3.0)), {"r": 1.0, "l": 2.0})
-    np.testing.assert_allclose(found.power["knee_angle_r"], -3.0, atol=1e-9)
-    np.testing.assert_allclose(found.power["knee_angle_l"], -1.5, atol=1e-9)
+    np.testing.assert_allclose(found.curves["knee_angle_r"], -3.0, atol=1e-9)
+    np.testing.assert_allclose(found.curves["knee_angle_l"], -1.5, atol=1e-9)
 
 
 def test_cycles_are_averaged_after_the_product():
@@ -42,7 +50,16 @@ def test_cycles_are_averaged_after_the_product():
     angle = np.stack([np.linspace(0, 1, 101), -np.linspace(0, 1, 101)])
     moment = np.stack([np.ones(101), -np.ones(101)])
     found = joint_power(curves_of(angle, moment), {"r": 1.0, "l": 1.0})
-    np.testing.assert_allclose(found.power["ankle_angle_r"], 1.0, atol=1e-9)
+    np.testing.assert_allclose(found.curves["ankle_angle_r"], 1.0, atol=1e-9)
+
+
+def with_bursts(power, bursts):
+    return replace(power, figures={**power.figures, "bursts": bursts})
+
+
+def power_measures(walked, recorded):
+    here = {} if walked is None else {JOINT_POWER.name: walked}
+    return list(quantity_measures(here, {JOINT_POWER.name: recorded}))
 
 
 def powers_of(burst, curve):
@@ -92,11 +109,11 @@ def test_no_burst_of_the_ten_records_is_at_the_edge_of_its_part():
         record = subject.record()
         power = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
         for side in "rl":
-            powers = {joint: array(power.power[f"{joint}_{side}"]) for joint in JOINTS}
+            powers = {joint: power.curves[f"{joint}_{side}"] for joint in JOINTS}
             places = burst_places(powers)
             for name, at in places.items():
                 burst = BURSTS[name]
-                value = power.bursts[f"{name}_{side}"]
+                value = power.figures["bursts"][f"{name}_{side}"]
                 if at is None:
                     assert value is None
                     continue
@@ -113,8 +130,8 @@ def test_no_burst_of_the_ten_records_is_at_the_edge_of_its_part():
 def test_a_burst_that_the_record_lacks_is_not_compared_and_one_that_the_walk_lacks_is_zero():
     record = synthetic_record()
     full = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
-    full.bursts["A2_r"] = 2.5
-    lacks = full.model_copy(update={"bursts": {**full.bursts, "A2_r": None}})
+    full.figures["bursts"]["A2_r"] = 2.5
+    lacks = with_bursts(full, {**full.figures["bursts"], "A2_r": None})
     assert "A2_r" not in {each.target for each in power_measures(full, lacks)}
     (walk_lacks,) = (each for each in power_measures(lacks, full) if each.target == "A2_r")
     assert walk_lacks.value == pytest.approx(2.5 / BURSTS["A2"].spread)
@@ -126,10 +143,10 @@ def test_people_have_the_bursts_that_gait_analysis_names():
         record = subject.record()
         found = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
         for side in "rl":
-            assert 0.3 < found.bursts[f"A2_{side}"] < 6.0
-            assert -3.0 < found.bursts[f"K4_{side}"] < -0.2
-            assert 0.1 < found.bursts[f"H3_{side}"] < 3.0
-            assert found.bursts[f"A1_{side}"] < -0.1
+            assert 0.3 < found.figures["bursts"][f"A2_{side}"] < 6.0
+            assert -3.0 < found.figures["bursts"][f"K4_{side}"] < -0.2
+            assert 0.1 < found.figures["bursts"][f"H3_{side}"] < 3.0
+            assert found.figures["bursts"][f"A1_{side}"] < -0.1
 
 
 def test_a_walk_that_follows_the_record_has_its_power():
@@ -149,7 +166,7 @@ def test_without_a_cycle_nothing_is_measured():
     record = synthetic_record()
     recorded = joint_power(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
     measures = power_measures(None, recorded)
-    shown = [name for name, value in recorded.bursts.items() if value is not None]
+    shown = [name for name, value in recorded.figures["bursts"].items() if value is not None]
     assert shown
     assert len(measures) == len(shown) + 2 * len(JOINTS)
     assert {each.value for each in measures} == {None}
@@ -182,9 +199,9 @@ def test_a_burst_is_looked_for_up_to_the_ends_of_its_part(name):
 def test_a_difference_is_told_in_deviations_between_people():
     silent = joint_power(curves_of(np.zeros(101), np.zeros(101)), {"r": 1.0, "l": 1.0})
     told = {f"{name}_{side}": 0.0 for name in WINDOWS for side in "rl"}
-    recorded = silent.model_copy(update={"bursts": told})
+    recorded = with_bursts(silent, told)
     for name, spread in SPREADS.items():
-        walked = silent.model_copy(update={"bursts": told | {f"{name}_l": 2.0 * spread}})
+        walked = with_bursts(silent, told | {f"{name}_l": 2.0 * spread})
         found = {each.target: each.value for each in power_measures(walked, recorded)}
         assert found[f"{name}_l"] == pytest.approx(2.0)
         assert found[f"{name}_r"] == 0.0

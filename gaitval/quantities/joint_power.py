@@ -5,15 +5,22 @@ over the gait cycle, alike for the walk and the record: positive where the joint
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
 
 from gaitval.arrays import Array
 from gaitval.gait.cycle_curves import Curves
-from gaitval.metrics.tolerances import Measure, measured
-from gaitval.metrics.typed import Curve, Number, Result, Size, named, number, numbers, sided
+from gaitval.quantities.quantity import (
+    Compared,
+    FigureTable,
+    Found,
+    OverTime,
+    Quantity,
+    QuantityMeasure,
+    StrideTimes,
+)
 
 JOINTS: Final[tuple[str, ...]] = ("hip_flexion", "knee_angle", "ankle_angle")
 
@@ -53,31 +60,17 @@ BURSTS: Final[Mapping[str, Burst]] = {
 }
 
 
-_POWER, _POWERS = named(sided(JOINTS))
-_BURST, _BURST_NAMES = named(sided(tuple(BURSTS)))
-
-
-class JointPower(Result):
-    """Power and work of hip, knee and ankle of a walk or a record, by name with `_r` or `_l`."""
-
-    power: Annotated[dict[Annotated[str, _POWER], Curve], *_POWERS]
-    """W/kg, mean over the cycles."""
-    bursts: Annotated[dict[Annotated[str, _BURST], Number | None], *_BURST_NAMES]
-    """W/kg, power at each of `BURSTS`; null where the curve has no such burst."""
-    generated: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
-    """J/kg in a gait cycle."""
-    absorbed: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
-
-
-def joint_power(curves: Curves, stride_time: Mapping[str, float | None]) -> JointPower | None:
-    """Power of the `curves` of a walk (n, 101) or a record (101,); None without a cycle.
-    `stride_time` is the mean of the right and left side, `r` and `l`, s.
+def joint_power(curves: Curves, stride_time: StrideTimes) -> Found | None:
+    """Power of the `curves` of a walk (n, 101) or a record (101,), W/kg, its bursts, and the work
+    in a gait cycle, J/kg; None without a cycle, or where a joint was not measured.
     """
     powers: dict[str, Array] = {}
-    generated, absorbed = dict[str, float](), dict[str, float]()
+    generated, absorbed = dict[str, float | None](), dict[str, float | None]()
     for side, time in stride_time.items():
         for joint in JOINTS:
             name = f"{joint}_{side}"
+            if name not in curves.angles or name not in curves.moments:
+                return None
             angle, moment = np.atleast_2d(curves.angles[name]), curves.moments[name]
             if len(angle) == 0 or time is None:
                 return None
@@ -88,11 +81,8 @@ def joint_power(curves: Curves, stride_time: Mapping[str, float | None]) -> Join
             # J/kg: mean power times stride time; 100 % is 0 % of the next cycle, so it is left out
             generated[name] = float(np.clip(power[:-1], 0.0, None).mean() * time)
             absorbed[name] = float(np.clip(-power[:-1], 0.0, None).mean() * time)
-    return JointPower(
-        power={name: numbers(power) for name, power in powers.items()},
-        bursts=bursts_of(powers),
-        generated=generated,
-        absorbed=absorbed,
+    return Found(
+        powers, {"bursts": bursts_of(powers), "generated": generated, "absorbed": absorbed}
     )
 
 
@@ -104,7 +94,7 @@ def bursts_of(powers: Mapping[str, Array]) -> dict[str, float | None]:
     for side in "rl":
         own = {joint: powers[f"{joint}_{side}"] for joint in JOINTS}
         for burst, at in burst_places(own).items():
-            found[f"{burst}_{side}"] = None if at is None else number(own[BURSTS[burst].joint][at])
+            found[f"{burst}_{side}"] = None if at is None else float(own[BURSTS[burst].joint][at])
     return found
 
 
@@ -126,30 +116,76 @@ def burst_places(powers: Mapping[str, Array]) -> dict[str, int | None]:
     return places
 
 
-def power_measures(walked: JointPower | None, recorded: JointPower) -> list[Measure]:
-    """Differences between the bursts of the joint power `walked` and `recorded`, in units of their
-    spread between people, and of the work of each joint, J/kg: the larger of generated and
-    absorbed.
-
-    A burst that the record does not show is not compared. One that only the walk lacks differs by
-    all of the recorded power: nothing is generated or absorbed in it.
+def _burst_errors(walked: Found | None, recorded: Found) -> Compared:
+    """Differences between the bursts, in units of their spread between people. A burst that the
+    record does not show is not compared. One that only the walk lacks differs by all of the
+    recorded power: nothing is generated or absorbed in it.
     """
-    measures = []
-    for name, expected in recorded.bursts.items():
+    for name, expected in recorded.figures["bursts"].items():
         if expected is None:
             continue
         value = None
         if walked is not None:
             spread = BURSTS[name.split("_")[0]].spread
             # a missing burst is one of no power
-            value = abs((walked.bursts[name] or 0.0) - expected) / spread
-        measures.append(measured("power_burst_error", name, value))
-    for name in recorded.power:
+            value = abs((walked.figures["bursts"][name] or 0.0) - expected) / spread
+        yield name, value
+
+
+def _work_errors(walked: Found | None, recorded: Found) -> Compared:
+    """Differences between the work of each joint: the larger of generated and absorbed."""
+    for name in recorded.curves:
         error = None
         if walked is not None:
             error = max(
-                abs(walked.generated[name] - recorded.generated[name]),
-                abs(walked.absorbed[name] - recorded.absorbed[name]),
+                abs((walked.figures[kind][name] or 0.0) - (recorded.figures[kind][name] or 0.0))
+                for kind in ("generated", "absorbed")
             )
-        measures.append(measured("joint_work_error", name, error))
-    return measures
+        yield name, error
+
+
+def _over_time(motion: OverTime) -> dict[str, Array]:
+    names = (f"{joint}_{side}" for joint in JOINTS for side in "rl")
+    return {name: motion.power(name) for name in names}
+
+
+_LABELS: Final = dict(zip(JOINTS, ("Hip", "Knee", "Ankle"), strict=True))
+
+JOINT_POWER: Final = Quantity(
+    name="power",
+    title="Joint power",
+    axis="power",
+    unit="W/kg",
+    note="Power of a joint is moment times angular velocity in the sagittal plane, positive where "
+    "the joint adds energy.",
+    needs=("angles", "moments"),
+    curves={joint: f"{label} power" for joint, label in _LABELS.items()},
+    of_curves=joint_power,
+    figures={"bursts": "W/kg", "generated": "J/kg", "absorbed": "J/kg"},
+    figures_of=lambda curves: {"bursts": bursts_of(curves)},
+    tables=(
+        FigureTable(
+            "Burst in a gait cycle",
+            "W/kg",
+            2,
+            tuple((burst, "bursts", burst) for burst in BURSTS),
+            missing="not found",
+        ),
+        FigureTable(
+            "Work in a gait cycle",
+            "J/kg",
+            3,
+            tuple(
+                (f"{label}, {kind}", kind, joint)
+                for joint, label in _LABELS.items()
+                for kind in ("generated", "absorbed")
+            ),
+        ),
+    ),
+    measures=(
+        QuantityMeasure("power_burst_error", "SD", _burst_errors),
+        QuantityMeasure("joint_work_error", "J/kg", _work_errors),
+    ),
+    of_time=_over_time,
+    time_unit="W",
+)

@@ -1,0 +1,129 @@
+"""Quantities (`gaitval.quantities`) in `metrics.json` and `import.json`, and what is measured of
+them. Joint power has a place of its own there, from before there were others.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Protocol
+
+from pydantic import Field
+
+from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.tolerances import Measure, measured
+from gaitval.metrics.typed import Curve, Number, Result, Size, array, named, number, numbers, sided
+from gaitval.quantities import QUANTITIES, Found, Quantity
+from gaitval.quantities.joint_power import BURSTS, JOINT_POWER, JOINTS
+from gaitval.quantities.quantity import StrideTimes
+
+_POWER, _POWERS = named(sided(JOINTS))
+_BURST, _BURST_NAMES = named(sided(tuple(BURSTS)))
+
+
+class JointPower(Result):
+    """Power and work of hip, knee and ankle of a walk or a record, by name with `_r` or `_l`."""
+
+    power: Annotated[dict[Annotated[str, _POWER], Curve], *_POWERS]
+    """W/kg, mean over the cycles."""
+    bursts: Annotated[dict[Annotated[str, _BURST], Number | None], *_BURST_NAMES]
+    """W/kg, power at each of `BURSTS`; null where the curve has no such burst."""
+    generated: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
+    """J/kg in a gait cycle."""
+    absorbed: Annotated[dict[Annotated[str, _POWER], Size], *_POWERS]
+
+
+class QuantityResult(Result):
+    """A quantity of a walk, a record or an import, by name with `_r` or `_l`."""
+
+    curves: dict[str, Curve]
+    """Mean over the cycles, in `unit`."""
+    unit: str
+    figures: dict[str, dict[str, Number | None]] = Field(default_factory=dict)
+    """By kind and name; null where there is none."""
+    figure_units: dict[str, str] = Field(default_factory=dict)
+
+
+class WithQuantities(Protocol):
+    """A part of `metrics.json` that has quantities: that of the record, or of a walk."""
+
+    @property
+    def joint_power(self) -> JointPower | None:
+        """That of hip, knee and ankle."""
+
+    @property
+    def quantities(self) -> dict[str, QuantityResult]:
+        """The others, by name."""
+
+
+def found_quantities(curves: Curves, stride_time: StrideTimes) -> dict[str, Found]:
+    """Every quantity of the `curves` of a walk (n, 101) or a record (101,) that can be had, by
+    name; `stride_time` as in `Quantity.of_curves`.
+    """
+    found = {each.name: each.of_curves(curves, stride_time) for each in QUANTITIES}
+    return {name: each for name, each in found.items() if each is not None}
+
+
+def power_result(found: Mapping[str, Found]) -> JointPower | None:
+    """The joint power among what was `found`; None without."""
+    power = found.get(JOINT_POWER.name)
+    if power is None:
+        return None
+    return JointPower.model_validate(
+        {
+            "power": {name: numbers(curve) for name, curve in power.curves.items()},
+            **{kind: dict(values) for kind, values in power.figures.items()},
+        }
+    )
+
+
+def quantity_results(found: Mapping[str, Found]) -> dict[str, QuantityResult]:
+    """The quantities that were `found`, but for joint power (`power_result`)."""
+    return {
+        each.name: quantity_result(each, found[each.name])
+        for each in QUANTITIES
+        if each.name in found and each is not JOINT_POWER
+    }
+
+
+def quantity_result(quantity: Quantity, found: Found) -> QuantityResult:
+    """A `quantity` that was `found`, as files have it."""
+    return QuantityResult(
+        curves={name: numbers(curve) for name, curve in found.curves.items()},
+        unit=quantity.unit,
+        figures={
+            kind: {name: number(value) for name, value in values.items()}
+            for kind, values in found.figures.items()
+        },
+        figure_units=dict(quantity.figures),
+    )
+
+
+def stored_quantity(part: WithQuantities, quantity: Quantity) -> Found | None:
+    """A `quantity` in a `part` of `metrics.json`; None where the file does not have it."""
+    if quantity is JOINT_POWER:
+        power = part.joint_power
+        if power is None:
+            return None
+        figures = {kind: getattr(power, kind) for kind in quantity.figures}
+        return Found({name: array(curve) for name, curve in power.power.items()}, figures)
+    kept = part.quantities.get(quantity.name)
+    if kept is None:
+        return None
+    return Found({name: array(curve) for name, curve in kept.curves.items()}, kept.figures)
+
+
+def quantity_measures(
+    walked: Mapping[str, Found], recorded: Mapping[str, Found]
+) -> Iterable[Measure]:
+    """Every measure of every quantity that was `recorded`, in the order of their table."""
+    for quantity in QUANTITIES:
+        if quantity.name in recorded:
+            for measure in quantity.measures:
+                for target, value in measure.values(
+                    walked.get(quantity.name), recorded[quantity.name]
+                ):
+                    yield measured(measure.name, target, value)
+
+
+def stored_quantities(part: WithQuantities) -> dict[str, Found]:
+    """Every quantity in a `part` of `metrics.json`, by name."""
+    found = {each.name: stored_quantity(part, each) for each in QUANTITIES}
+    return {name: each for name, each in found.items() if each is not None}
