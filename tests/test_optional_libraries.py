@@ -201,8 +201,8 @@ def test_names_of_an_earlier_release_bring_what_is_there_now() -> None:
         "formats": "pyarrow", "gate": "pytest", "live": "torch", "markers": "matplotlib",
         "measurement": "matplotlib", "patients": "torch", "predict": "torch", "virtual": "torch",
     }  # fmt: skip
-    assert {extra: library for extra, library in brought.items() if library in libraries(extra)} == (
-        brought
-    )
+    assert {
+        extra: library for extra, library in brought.items() if library in libraries(extra)
+    } == (brought)
     assert libraries("judge") == libraries("consistent") == set()
     assert libraries("all") >= set(brought.values())
