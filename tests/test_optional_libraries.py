@@ -37,7 +37,7 @@ def libraries(extra: str) -> set[str]:
     return found
 
 
-HIDDEN = libraries("all") | {"s3fs", "dask_jobqueue"}
+HIDDEN = libraries("all") | {"s3fs"}
 """What `pip install gaitval` does not install."""
 WITHOUT = """
 import sys
