@@ -1,4 +1,4 @@
-# `make` or `make help` lists what there is. Every target sets up on first use.
+# `make` or `make help` lists what there is. Every target sets up on first use what it needs.
 VENV := $(or $(GAITVAL_VENV),.venv)
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 S ?= 5
@@ -6,9 +6,23 @@ OUT ?=
 SET ?=
 TOPIC ?=
 SLOW ?=
+FOR ?=
 PYTEST_ARGS ?=
 
 settings := $(foreach setting,$(SET),--set $(setting))
+
+# What a target needs beyond the libraries of the main job: extras of pyproject.toml. They are set up
+# at once for all targets of a call, so that none waits for another's (make -j2 lint docs).
+needs_test := test peers
+needs_lint := lint
+needs_docs := docs
+needs_pictures := docs test
+needs_audit := audit
+needs_bench := test peers
+needs_claims := test peers
+needs_translated := test
+needs_wheel := test
+needed := $(sort $(FOR) $(foreach target,$(MAKECMDGOALS),$(needs_$(target))))
 
 .DEFAULT_GOAL := help
 .PHONY: help setup subject test lint docs pictures baseline tables check bench claims translated general held-out paper wheel audit clean
@@ -22,8 +36,8 @@ help: ## This list
 	@echo '          make subject S=5 SCRATCH=1 OUT=/tmp/S05'
 	@echo '          make subject S=5 SET="seed=1 training.samples=500000"'
 
-setup: ## Install everything into .venv (no-op when up to date)
-	@bash scripts/setup.sh
+setup: ## Install what the main job needs into .venv; FOR="cohort test" for more extras
+	@bash scripts/setup.sh $(needed)
 
 subject: setup ## The main job for subject S (1-10); SCRATCH=1 trains from nothing, OUT=, SET="a=b c=d"
 	@$(BIN)/gaitval subject $(S) $(if $(OUT),--out $(OUT)) $(if $(filter-out 0,$(SCRATCH)),--scratch) $(settings)
@@ -38,15 +52,9 @@ lint: setup ## ruff and mypy --strict
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy --strict
 
-docs: setup $(VENV)/.gaitval-docs ## Build the documentation site into site/, warnings as errors
+docs: setup ## Build the documentation site into site/, warnings as errors
 	@PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 	@echo 'Site: site/index.html'
-
-# The site's tools are installed by the first `make docs`; `make setup` does without.
-$(VENV)/.gaitval-docs: pyproject.toml constraints.txt | setup
-	@$(BIN)/python -m pip install --disable-pip-version-check --quiet \
-		-c constraints.txt -e '.[docs]'
-	@touch $@
 
 pictures: setup ## Make the pictures of README and site from today's results (10 min, Chromium); SET=names
 	@$(BIN)/python docs/build/pictures.py $(SET)
@@ -90,15 +98,10 @@ wheel: setup ## Build the wheel into dist/, and beside it what it runs on (Cyclo
 	@$(BIN)/python -m build --wheel
 	@$(BIN)/python scripts/sbom.py
 
-audit: setup $(VENV)/.gaitval-audit ## Known weaknesses of the locked packages, by pip-audit
+audit: setup ## Known weaknesses of the locked packages, by pip-audit
 	@# --strict: a package that the database does not know fails too, and so does a mirror without it.
 	@$(BIN)/pip-audit --strict --require-hashes --disable-pip --progress-spinner off \
 		$(patsubst %,--requirement %,$(wildcard locks/*.txt))
-
-$(VENV)/.gaitval-audit: pyproject.toml constraints.txt | setup
-	@$(BIN)/python -m pip install --disable-pip-version-check --quiet \
-		-c constraints.txt -e '.[audit]'
-	@touch $@
 
 clean: ## Remove .venv, caches and built files; results in reports/ stay
 	rm -rf $(VENV) build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .benchmarks

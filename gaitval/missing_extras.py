@@ -3,8 +3,17 @@
 import re
 from importlib.metadata import requires
 from importlib.util import find_spec
+from typing import Final
 
 from gaitval.errors import ConfigurationError
+
+EXTRAS: Final = (
+    *("pages", "walk", "study", "data", "tables", "pytest"),
+    *("devices", "cohort", "accelerator"),
+)
+"""Extras of who uses gaitval, each after those that it asks for: the first that has a library is
+named. Those of pyproject.toml (tested); in the metadata each lists the libraries of the others too.
+"""
 
 
 def raise_named(error: ImportError) -> None:
@@ -13,11 +22,10 @@ def raise_named(error: ImportError) -> None:
     lines = "\n".join(requires("gaitval") or ())
     found = re.findall(rf"^{name}[^-\w].*extra == ['\"](\w+)", lines, re.MULTILINE)
     if name and found and isinstance(error, ModuleNotFoundError):
-        # the smallest; wings ask for these two as wholes
-        extra = next((e for e in ("pages", "study") if e in found), min(found, key=lines.count))
+        extra = next((each for each in EXTRAS if each in found), found[0])
         raise ConfigurationError(
             f"{name} is not installed: it comes with gaitval[{extra}]. Install it: python -m pip "
-            f"install 'gaitval[{extra}]', or, in a checkout, make setup."
+            f"install 'gaitval[{extra}]', or, in a checkout, make setup FOR={extra}."
         ) from None
 
 

@@ -19,7 +19,7 @@ from lock import FOLDER, ROOT, canonical, locked
 from packaging.requirements import Requirement
 
 NAME = "gaitval"
-EXTRAS = frozenset({"curves", "study"})
+EXTRAS = frozenset({"data", "study"})
 """Of the application: what a study needs, and the downloads of published data."""
 VENDOR = ROOT / "gaitval" / "reporting" / "vendor"
 _TEXT = 80

@@ -3,6 +3,8 @@
 # Does nothing when it is up to date; repairs it when an earlier call was interrupted.
 # Runs in bash 3.2 and later (macOS has 3.2).
 #
+#   bash scripts/setup.sh [EXTRA ...]    the main job, and these extras of pyproject.toml
+#
 # Environment: GAITVAL_VENV  where the environment goes (default .venv)
 #              PYTHON        the Python to make it with (default: the first one that fits)
 #              PIP_*         pip's own settings (PIP_EXTRA_INDEX_URL, PIP_FIND_LINKS, …) hold
@@ -12,10 +14,12 @@ cd "$(dirname "$0")/.."
 venv=${GAITVAL_VENV:-.venv}
 bin=$venv/bin
 [ "${OS:-}" != Windows_NT ] || bin=$venv/Scripts
-stamp=$venv/.gaitval-installed      # holds the checksum of what was installed
+stamp=$venv/.gaitval-installed       # holds the checksum of what was installed, and its extras
 unfinished=$venv/.gaitval-unfinished # is there while an installation runs
 wanted=$(cat pyproject.toml constraints.txt scripts/setup.sh | cksum)
 candidates=${PYTHON:-python3 python3.13 python3.12 python3.14 python3.11 python}
+extras="study $*"
+newline=$'\n'
 libraries="libgl1 libpango-1.0-0 libpangoft2-1.0-0 libpangocairo-1.0-0"
 
 stop() {
@@ -116,8 +120,45 @@ has_gpu() {
     command -v nvidia-smi >/dev/null || [ -e /dev/nvidia0 ] || [ -e /proc/driver/nvidia ]
 }
 
-# Whether the torch that pip would take needs packages of CUDA.
+# Whether what is installed is what the files say now.
+is_of_today() {
+    [ -f "$stamp" ] && [ "$(head -n 1 "$stamp")" = "$wanted" ]
+}
+
+# Whether all extras are in place.
+is_done() {
+    local extra
+    is_of_today || return 1
+    for extra in $extras; do
+        grep -qx "$extra" "$stamp" || return 1
+    done
+    "$bin/python" -c '' 2>/dev/null
+}
+
+# The extras with those that they ask for themselves, a line each; fails if there is no such one.
+with_theirs() {
+    "$bin/python" - "$@" <<'END'
+import re
+import sys
+import tomllib
+
+with open("pyproject.toml", "rb") as file:
+    known = tomllib.load(file)["project"]["optional-dependencies"]
+found, waiting = set(), sys.argv[1:]
+while waiting:
+    extra = waiting.pop()
+    if extra not in known:
+        sys.exit(f"setup: no extra {extra!r}; there are: {', '.join(known)}")
+    found.add(extra)
+    asked = (re.fullmatch(r"gaitval\[(.+)\]", line) for line in known[extra])
+    waiting += [name for each in asked if each for name in each[1].split(",")]
+print(*sorted(found), sep="\n")
+END
+}
+
+# Whether torch is still to be installed, and the one that pip would take needs packages of CUDA.
 torch_brings_cuda() {
+    ! "$bin/python" -c 'import importlib.metadata as m; m.version("torch")' 2>/dev/null || return 1
     "$bin/python" -m pip install --disable-pip-version-check --dry-run --quiet --ignore-installed \
         --no-deps --report - -c constraints.txt torch 2>/dev/null |
         "$bin/python" -c '
@@ -127,7 +168,7 @@ cuda = any(need.startswith(("nvidia-", "cuda-")) for need in needs)
 sys.exit(not (cuda and platform.system() == "Linux"))'
 }
 
-if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ] && "$bin/python" -c '' 2>/dev/null; then
+if is_done; then
     exit 0
 fi
 
@@ -153,23 +194,33 @@ fi
 fits "$bin/python" ||
     stop "$venv has a Python that does not fit. Delete it ('make clean'), then run this again."
 
-size="2 GB"
+# shellcheck disable=SC2086 # words
+asked=$(with_theirs $extras) || exit 2 # before minutes of work: a name that is no extra
+if is_of_today; then
+    asked=$(printf '%s\n' "$asked" "$(tail -n +2 "$stamp")" | sort -u) # what was there stays
+fi
+
+# Measured on Linux x86-64 with `du -s`.
+size="1.6 GB"
+[ $# -eq 0 ] || size="at most 3.1 GB"
 if ! has_gpu && torch_brings_cuda; then
-    size="6 GB"
-    echo "setup: pip's torch brings 4 GB of CUDA with it, which a machine without an NVIDIA GPU"
+    size="$size, and 3.7 GB of CUDA"
+    echo "setup: pip's torch brings 3.7 GB of CUDA with it, which a machine without an NVIDIA GPU"
     echo "    cannot use. It works, but to save it press Ctrl-C and run, with the address of"
     echo "    PyTorch's CPU builds (pytorch's installation page shows it for pip and CPU):"
     echo "    PIP_EXTRA_INDEX_URL=ADDRESS make setup"
 fi
-echo "setup: installing the Python packages into $venv (about $size, some minutes)"
+echo "setup: installing the Python packages of ${asked//$newline/, } into $venv"
+echo "    ($size, some minutes)"
 rm -f "$stamp"
 touch "$unfinished"
-"$bin/python" -m pip install --disable-pip-version-check \
-    -c constraints.txt -e '.[test,dev]' ||
+# --no-compile: Python compiles what is imported; to compile all takes longer, and 300 MB.
+"$bin/python" -m pip install --disable-pip-version-check --no-compile \
+    -c constraints.txt -e ".[${asked//$newline/,}]" ||
     stop "pip failed. Its message is above; the same command starts over."
 "$bin/python" -c 'import dartpy, weasyprint' ||
     stop "dartpy or weasyprint cannot be loaded: a system library is missing (see above). Try:
     $(line_for_this_system "$libraries")"
-echo "$wanted" >"$stamp"
+printf '%s\n' "$wanted" "$asked" >"$stamp"
 rm -f "$unfinished"
 echo "setup: done"

@@ -1,12 +1,21 @@
 """Which extra has a library that is not installed."""
 
+import tomllib
+from pathlib import Path
+
 import pytest
 
 from gaitval.errors import ConfigurationError
-from gaitval.missing_extras import need, raise_named
+from gaitval.missing_extras import EXTRAS, need, raise_named
 
 
-@pytest.mark.parametrize(("library", "extra"), [("torch", "study"), ("weasyprint", "pages")])
+@pytest.mark.parametrize(
+    ("library", "extra"),
+    [
+        ("torch", "study"), ("weasyprint", "pages"), ("mujoco", "walk"), ("pyarrow", "tables"),
+        ("requests", "data"), ("pytest", "pytest"), ("openpyxl", "cohort"), ("yourdfpy", "devices"),
+    ],
+)  # fmt: skip
 def test_the_extra_is_named_that_has_the_library(library: str, extra: str) -> None:
     error = ModuleNotFoundError(f"No module named '{library}'", name=f"{library}.nn")
     with pytest.raises(ConfigurationError, match=rf"{library} .*gaitval\[{extra}\]"):
@@ -16,6 +25,15 @@ def test_the_extra_is_named_that_has_the_library(library: str, extra: str) -> No
 def test_what_is_of_no_extra_is_another_fault() -> None:
     raise_named(ModuleNotFoundError("No module named 'nobody'", name="nobody"))
     raise_named(ImportError("cannot import name 'x' from 'torch'", name="torch"))
+
+
+def test_what_may_be_named_are_the_extras_of_who_uses_gaitval() -> None:
+    text = (Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8")
+    extras = tomllib.loads(text)["project"]["optional-dependencies"]
+    assert {"pages", "walk", *extras["all"][0][len("gaitval[") : -1].split(",")} == set(EXTRAS)
+    for place, extra in enumerate(EXTRAS):
+        asked = "".join(line for line in extras[extra] if line.startswith("gaitval["))
+        assert not any(later in asked for later in EXTRAS[place:]), extra
 
 
 def test_what_is_there_is_no_problem() -> None:

@@ -13,6 +13,7 @@ import typer
 
 from gaitval.artefacts import read_json
 from gaitval.errors import ToleranceError
+from gaitval.missing_extras import need
 from gaitval.terminal import display
 from gaitval.terminal.app import (
     ConfigOption,
@@ -288,14 +289,13 @@ def subject_command(
     identification.kappa times the reference's own, until a round gains nothing, or until
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
     """
+    lacking = [name for name in ("torch", "mujoco", "weasyprint") if find_spec(name) is None]
+    if lacking not in ([], ["torch"]):
+        need(*lacking)  # before any work
     from gaitval.apps.devices.of_subject import afterwards
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.run import run_subject
 
-    if lacking := [name for name in ("torch", "mujoco", "weasyprint") if find_spec(name) is None]:
-        from gaitval.missing_extras import need
-
-        need(*lacking)  # before any work
     settings = with_pages(settings, language, paper)
     if train:
         settings = ["training.samples=full", *(settings or ())]
@@ -308,6 +308,8 @@ def subject_command(
             from gaitval.study.compile_ahead import compile_ahead
 
             compile_ahead()
+        if scratch or run.configuration.training.samples != "auto":
+            need(*lacking)  # the others do without torch, unless the walker falls with them
         worn = afterwards(run.subject)
         run_subject(run, scratch=scratch, start=start, force=force, afterwards=worn)
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun

@@ -191,8 +191,8 @@ def write_page(
         lay_out = _printer(chosen.paper, own)  # while workers draw
         values["drawings"] = finish()
         write_tables(folder, values["data"])
-        html = with_contents(page.render(values, medium="screen"))
-        write_text(folder / f"{name}.html", html)
+        # no name for the page: it is not held while the other is laid out, which takes most
+        write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
         document = lay_out(with_contents(page.render(values, medium="print")))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 

@@ -192,7 +192,7 @@ class _Commands(Group):
         """All that can be loaded, in the order of the help."""
         order = [name for names in PANELS.values() for name in names]
         for name in self._later() - set(self._loaded):
-            with suppress(ConfigurationError):  # said when it is called
+            with suppress(ConfigurationError, ModuleNotFoundError):  # said when it is called
                 self._load(name)
         # in reverse, so that those inserted behind one command end up in alphabetical order
         for name in sorted(self._after, reverse=True):

@@ -1,6 +1,8 @@
 """Set-up finds a Python that fits, or stops with the line to run. Nothing is installed here."""
 
+import json
 import os
+import re
 import shutil
 import stat
 import subprocess
@@ -54,9 +56,9 @@ exit 3
 """
 
 
-def set_up(folder, tmp_path, **environment):
+def set_up(folder, tmp_path, *extras, **environment):
     return subprocess.run(
-        [folder / "bash", ROOT / "scripts/setup.sh"],
+        [folder / "bash", ROOT / "scripts/setup.sh", *extras],
         env={"PATH": str(folder), "GAITVAL_VENV": str(tmp_path / "venv"), **environment},
         capture_output=True,
         text=True,
@@ -130,3 +132,112 @@ def test_root_gets_the_packages_of_debian(commands, tmp_path):
     assert "apt-get install --yes" in (tmp_path / "calls").read_text()
     assert done.returncode == 2  # nothing was installed by this apt-get
     assert "does not fit" in done.stderr
+
+
+@pytest.fixture
+def environment(commands, tmp_path):
+    """A virtual environment in which pip only writes down its arguments: the file of these. What
+    else its Python is asked is answered by the real one, but for libraries, which are all there.
+    """
+    for name in ("head", "tail", "grep", "sort", "rm", "touch"):
+        found = shutil.which(name)
+        assert found is not None
+        (commands / name).symlink_to(found)
+    add(commands, "python3", python("3.13"))
+    (tmp_path / "venv" / "bin").mkdir(parents=True)
+    calls, report = tmp_path / "calls", tmp_path / "report.json"
+    add(
+        tmp_path / "venv" / "bin",
+        "python",
+        f"""
+case "$*" in
+    "-m pip --version" | "-c " | *"import dartpy"*) exit 0 ;;
+    *'version("torch")'*) [ ! -e {report} ]; exit ;;
+    *--dry-run*) exec cat {report} ;;
+    "-m pip install"*) echo "$*" >>{calls}; [ ! -e {tmp_path}/broken ]; exit ;;
+    *) exec {sys.executable} "$@" ;;
+esac""",
+    )
+    return calls
+
+
+def installed(calls):
+    """Extras of the last call of pip."""
+    if not calls.exists():
+        return None
+    (extras,) = re.findall(r"-e \.\[([\w,]+)\]$", calls.read_text().splitlines()[-1])
+    calls.unlink()
+    return set(extras.split(","))
+
+
+def test_installs_what_is_asked_for_and_nothing_twice(commands, tmp_path, environment):
+    def after(*extras):
+        done = set_up(commands, tmp_path, *extras)
+        assert done.returncode == 0, done.stderr
+        return installed(environment)
+
+    assert after() == {"study", "walk", "pages"}
+    assert after() is None
+    more = after("test", "peers")
+    assert more is not None
+    assert {"study", "test", "peers", "cohort", "accelerator"} <= more
+    assert "lint" not in more
+    assert after("test") is after("cohort") is after() is None  # the tests' brought it
+    assert after("docs") == {*more, "docs"}
+    assert after("peers", "docs") is None
+
+
+def test_an_extra_that_is_not_there_is_named_before_any_work(commands, tmp_path, environment):
+    done = set_up(commands, tmp_path, "cohrt")
+    assert done.returncode == 2
+    assert "'cohrt'" in done.stderr
+    assert "cohort" in done.stderr
+    assert installed(environment) is None
+
+
+def test_what_was_interrupted_is_made_anew(commands, tmp_path, environment):
+    (tmp_path / "broken").touch()
+    done = set_up(commands, tmp_path)
+    assert done.returncode == 2
+    assert "pip failed" in done.stderr
+    again = set_up(commands, tmp_path)
+    assert f"-m venv --clear {tmp_path}/venv" in again.stdout
+
+
+@pytest.mark.skipif(Path("/dev/nvidia0").exists(), reason="a graphics card")
+def test_says_how_to_do_without_cuda_before_it_is_downloaded(commands, tmp_path, environment):
+    def said(needs):
+        report = {"install": [{"metadata": {"requires_dist": needs}}]}
+        (tmp_path / "report.json").write_text(json.dumps(report))
+        (tmp_path / "venv" / ".gaitval-installed").unlink(missing_ok=True)
+        done = set_up(commands, tmp_path)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    with_cuda = said(["filelock", "nvidia-cudnn-cu13==9.1; platform_system == 'Linux'"])
+    line = "PIP_EXTRA_INDEX_URL=ADDRESS make setup"
+    if sys.platform == "linux":
+        assert with_cuda.index(line) < with_cuda.index("installing the Python packages")
+    assert line not in said(["filelock", "sympy"])
+    add(commands, "nvidia-smi", "")
+    assert line not in said(["nvidia-cudnn-cu13==9.1"])
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
+@pytest.mark.parametrize(
+    ("targets", "extras"),
+    [
+        ("subject", set()),
+        ("check", set()),
+        ("-j2 lint docs", {"lint", "docs"}),
+        ("test SLOW=1", {"test", "peers"}),
+        ("setup FOR=cohort", {"cohort"}),
+    ],
+)
+def test_a_target_sets_up_what_it_needs_and_all_at_once(targets, extras):
+    """`make -j2 lint docs` would run two pips in one environment if each set up its own."""
+    done = subprocess.run(
+        ["make", "-n", *targets.split()], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    (line,) = re.findall(r"^bash scripts/setup\.sh(.*)$", done.stdout, re.MULTILINE)
+    assert set(line.split()) == extras

@@ -28,7 +28,7 @@ from gaitval.apps.cohort.store import SUMMARY, Store, alone
 from gaitval.apps.cohort.table import Study
 from gaitval.artefacts import growing, write_json
 from gaitval.errors import GaitvalError
-from gaitval.memory import seldom_search, share_heap
+from gaitval.memory import give_back_now, seldom_search, share_heap
 from gaitval.study.stage import Observer
 
 FORKS: Final = sys.platform == "linux"
@@ -143,8 +143,9 @@ def make_ready(function: str) -> None:
     ready = getattr(importlib.import_module(function.partition(":")[0]), "ready", None)
     if ready is not None:
         ready()
-    # A search would write to every page that is shared with this process.
     gc.collect()
+    give_back_now()  # or each study would write into what is free here, and hold it once more
+    # A search would write to every page that is shared with this process.
     gc.freeze()
 
 
