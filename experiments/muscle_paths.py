@@ -28,6 +28,7 @@ import pickle
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import opensim as osim
@@ -317,7 +318,7 @@ def smooth_part(
     return (off < JUMP) & (steep < JUMP_OF_ARM)
 
 
-def samples(path: str, leg: Leg, poses: np.ndarray) -> tuple:
+def samples(path: str, leg: Leg, poses: np.ndarray) -> tuple[Any, ...]:
     """What is measured on the model: lengths, slopes, pulls, parts of each bone, and joints."""
     length, slope = leg.lengths(poses), derivatives(leg, poses)
     print("lengths and slopes sampled", flush=True)
@@ -346,7 +347,7 @@ def samples(path: str, leg: Leg, poses: np.ndarray) -> tuple:
         for other, factor in zip(legs, (1 + SIZE, 1 - SIZE), strict=True):
             other.scaled({bone: factor})
 
-        def grown(some, only=None, legs=legs):
+        def grown(some: np.ndarray, only: Any = None, legs: list[Leg] = legs) -> np.ndarray:
             return (legs[0].lengths(some, only) - legs[1].lengths(some, only)) / (2 * SIZE)
 
         by_bone[bone] = where_it_matters(grown, poses)
