@@ -44,7 +44,7 @@ _SHORTEST = 0.3
 
 @dataclass(frozen=True)
 class LegForces:
-    """One leg; T frames, 40 muscles in the order of `muscles.names`.
+    """One leg; T frames, 40 muscles in the order of the names in `muscles`.
 
     Attributes
     ----------

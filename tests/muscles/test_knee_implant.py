@@ -1,7 +1,8 @@
 """Contact force of a knee that measures it: three walks of one man, through the import.
 
 He has an instrumented left knee (Fregly et al. 2012, J Orthop Res 30:503; 75 kg, 1.80 m). Nothing
-was chosen on him: the criterion's weights are 1. His trials show one cycle of the left side.
+was chosen on him: the criterion's weights are of ten other people. His trials show one cycle of the
+left side.
 """
 
 import csv
@@ -141,10 +142,10 @@ def test_the_knee_carries_what_it_measures(progress, gait_data):
             expert = np.sqrt(np.mean((measured["expert"] - measured["total"]) ** 2))
             assert errors[trial]["total"] < expert
     # The import says of ss3 that both feet are on one plate in early stance; the expert is .49 off.
-    assert np.mean([each["total"] for each in errors.values()]) < 0.365
+    assert np.mean([each["total"] for each in errors.values()]) < 0.37
     assert np.mean([errors[n]["total"] for n in ("ss1", "ss11")]) < 0.28
     assert np.mean([each["lateral"] for each in errors.values()]) < 0.30
-    assert np.mean([each["medial"] for each in errors.values()]) < 0.34
+    assert np.mean([each["medial"] for each in errors.values()]) < 0.39
     assert min(correlations) > 0.90
 
 
