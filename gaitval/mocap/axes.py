@@ -465,8 +465,11 @@ def _check_walks(
     recording: Recording, landmarks: Mapping[str, str], pelvis: Array, velocity: Array
 ) -> None:
     """Refuse a person who runs with a `velocity` (2,) m/s, by the path (T, 3) m of the `pelvis`."""
-    right, left = (_path(recording, landmarks, (f"{side}.Heel",)) for side in "RL")
-    apart = np.abs((right - left)[:, :2] @ unit_vector(velocity))
+    for name in ("Heel", "Ankle", *_TOES):
+        right, left = (_path(recording, landmarks, (f"{side}.{name}",)) for side in "RL")
+        apart = np.abs((right - left)[:, :2] @ unit_vector(velocity))
+        if np.isfinite(apart).any():
+            break
     seen = np.isfinite(apart + pelvis[:, 2])
     if (
         np.count_nonzero(seen) < 2
@@ -518,16 +521,21 @@ def _ground_velocity(recording: Recording, landmarks: Mapping[str, str]) -> Arra
 
 def _check_facing(recording: Recording, landmarks: Mapping[str, str]) -> None:
     """Refuse a person who walks along +x but does not face it."""
-    front, rear = _path(recording, landmarks, _FRONT), _path(recording, landmarks, _REAR)
-    facing = front[:, :2] - rear[:, :2]
-    facing = facing[np.isfinite(facing).all(axis=1)]
+    feet = [tuple(f"{side}.{name}" for side in "RL" for name in of) for of in (_TOES, _HEEL)]
+    for ahead, behind in ((_FRONT, _REAR), (feet[0], feet[1])):
+        front, rear = _path(recording, landmarks, ahead), _path(recording, landmarks, behind)
+        facing = front[:, :2] - rear[:, :2]
+        facing = facing[np.isfinite(facing).all(axis=1)]
+        if len(facing):
+            break
     if not len(facing):
         return
+    what = "pelvis faces" if ahead == _FRONT else "feet point"
     mean = facing.mean(axis=0)
     off = float(np.degrees(np.arccos(np.clip(mean[0] / np.linalg.norm(mean), -1, 1))))
     if off > 60.0:
         raise RecordError(
-            f"{recording.source}: the pelvis faces {off:.0f}° off the direction of walking: the "
+            f"{recording.source}: the {what} {off:.0f}° off the direction of walking: the "
             "person walks backwards or sideways, or front and rear markers of the pelvis (ASIS, "
             "PSIS) are exchanged. Only forward walking can be analysed; check the markers' names."
         )

@@ -289,8 +289,13 @@ class TestWalkingDirection:
         np.testing.assert_allclose(found.markers, recording.markers, atol=1e-12)
 
     def test_walking_backwards(self):
-        with pytest.raises(RecordError, match="backwards"):
-            turn_to_walking_direction(walking(-1.2, belt=False), LANDMARKS)
+        recording = walking(-1.2, belt=False)
+        with pytest.raises(RecordError, match=r"pelvis faces .*backwards"):
+            turn_to_walking_direction(recording, LANDMARKS)
+        names = [name for name in recording.names if not name.endswith("_ASIS")]
+        fewer = recording.with_markers(names, recording.columns(names))
+        with pytest.raises(RecordError, match=r"feet point .*backwards"):
+            turn_to_walking_direction(fewer, LANDMARKS)
 
     @pytest.mark.parametrize(("speed", "rises"), [(3.5, True), (3.5, False), (1.0, True)])
     def test_who_runs_is_highest_when_the_feet_are_furthest_apart(self, speed, rises):
