@@ -10,7 +10,7 @@ import pytest
 import quick_study
 from verdict_words import rows_of
 
-from gaitval.apps.cohort.report import context_of, strategies, write_report
+from gaitval.apps.cohort.report import _distributions, context_of, strategies, write_report
 from gaitval.apps.cohort.results import COLUMNS, people_of, records_of, tables_of
 from gaitval.apps.cohort.store import SUMMARY, Store
 from gaitval.apps.cohort.study import summary_of
@@ -249,3 +249,15 @@ def test_what_searches_found_is_listed_by_study():
         ("b", 0.4, 0.3),
     ]
     assert strategies(pd.DataFrame([], columns=COLUMNS["devices"])) == []
+
+
+def test_a_distribution_is_its_quartiles_by_hand():
+    """Of 0, 1, 2, 3 and 9: quartiles 1, 2 and 3; worst is the largest error, the least skill."""
+    rows = pd.DataFrame(
+        {"name": ["a"] * 5 + ["b"] * 5, "unit": "deg", "kind": ["error"] * 5 + ["skill"] * 5,
+         "record": list("pqrst") * 2, "value": [3.0, 0.0, 9.0, 2.0, 1.0] * 2}
+    )  # fmt: skip
+    first, second = _distributions(rows)
+    for found, worst in ((first, 9.0), (second, 0.0)):
+        assert (found["low"], found["median"], found["high"]) == (1.0, 2.0, 3.0)
+        assert (found["count"], found["worst"]) == (5, worst)

@@ -11,7 +11,7 @@ from simulation_fixtures import mujoco_mass_matrix
 from gaitval.apps.export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import Walked
-from gaitval.coordinates import RANGES
+from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.simulation.mujoco_body import MujocoBody
 
@@ -115,8 +115,19 @@ def test_its_energy_is_that_of_the_walk(walked: Walked, peer, walk) -> None:
 
 
 def test_joint_powers_are_those_of_the_walk(walked: Walked, walk) -> None:
-    """A sign that is missing in a moment or a rate would turn a power."""
+    """Of each: a sign that is missing in a moment or a rate would turn its power."""
     acting = walked.walk.moments[walked.acting]
-    ours = (acting * walked.walk.velocities[walked.rows, 6:]).sum(axis=1)
-    np.testing.assert_allclose((walk["tau"] * walk["qdot"]).sum(axis=0), ours, atol=1e-9)
-    assert np.abs(ours).max() > 50.0
+    ours = acting * walked.walk.velocities[walked.rows, 6:]
+    theirs = dict(zip(walk["names"], walk["tau"] * walk["qdot"], strict=True))
+    for column, name in enumerate(ACTUATED):
+        np.testing.assert_allclose(theirs[name], ours[:, column], atol=1e-9, err_msg=name)
+    assert np.abs(ours.sum(axis=1)).max() > 50.0
+
+
+def test_rates_are_slopes_of_the_coordinates_over_its_time_in_seconds(walked, walk) -> None:
+    """From a row to the next: a step takes the rate at its end, so a landing is in both."""
+    steps = np.diff(walk["time"])
+    np.testing.assert_allclose(steps, walked.environment.walker.physics_step, rtol=1e-9)
+    slopes, rates = np.diff(walk["q"], axis=1) / steps, walk["qdot"][:, 1:]
+    for name, slope, rate in zip(walk["names"], slopes, rates, strict=True):
+        assert np.sqrt(np.mean((slope - rate) ** 2)) < 0.05 * np.std(rate) + 1e-9, name
