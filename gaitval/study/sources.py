@@ -23,11 +23,14 @@ from gaitval.errors import ArtefactError, ConfigurationError
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
+    "gaitval.apps.devices.page": ("apps/devices/device.html.j2",),
+    "gaitval.identification.offsets": ("identification/offsets.json",),
     "gaitval.learning_control.slopes": ("learning_control/*.safetensors",),
     "gaitval.gait.healthy_controls": ("gait/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),
     "gaitval.metrics.norms": ("metrics/norms.csv",),
+    "gaitval.prediction.deviations": ("prediction/fits.json",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.checklist": ("reporting/checklist.toml",),
