@@ -21,7 +21,6 @@ from gaitval.model.tree import ACTUATED_COUNT, COORDINATE_COUNT, ROOT_DOFS
 from gaitval.policy.judgement import judge, take_action
 from gaitval.policy.observation import (
     ACTION_COUNT,
-    ERROR_COUNT,
     MIRROR_ORDER,
     MIRROR_SIGNS,
     OBSERVATION_SIZES,
@@ -31,7 +30,7 @@ from gaitval.policy.observation import (
     measure_workspace,
     targets_of,
 )
-from gaitval.policy.reward import reward_numbers
+from gaitval.policy.reward import ERRORS, REWARD_TERMS, reward_numbers
 from gaitval.simulation.tables import read_row
 from gaitval.simulation.walker import Engine, Trajectory, Walker, WalkerArrays, WalkingTask
 
@@ -57,7 +56,8 @@ def episode_arrays(constants: EnvironmentSettings, *many: int) -> EpisodeArrays:
     observation, `many` is the number of environments, as leading axes; none for a single one.
     """
     seen = OBSERVATION_SIZES[constants.observation]
-    sizes = ACTION_COUNT, ACTION_COUNT, len(PARAMETERS), seen, ERROR_COUNT, 10, ROOT_DOFS
+    errors, terms = len(ERRORS), len(REWARD_TERMS)
+    sizes = ACTION_COUNT, ACTION_COUNT, len(PARAMETERS), seen, errors, terms, ROOT_DOFS
     return EpisodeArrays(*(np.zeros((*many, size)) for size in sizes))
 
 

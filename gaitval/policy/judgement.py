@@ -10,6 +10,7 @@ from gaitval.compiled import njit_borrowing
 from gaitval.lanes import where
 from gaitval.model.tree import ACTUATED_COUNT, Tree
 from gaitval.policy.observation import (
+    ACTION_COUNT,
     ACTION_ORDER,
     ACTION_SIGNS,
     EpisodeArrays,
@@ -18,7 +19,7 @@ from gaitval.policy.observation import (
     diverged,
     measure,
 )
-from gaitval.policy.reward import weighted_reward
+from gaitval.policy.reward import HEIGHT, weighted_reward
 
 
 @njit_borrowing
@@ -30,7 +31,7 @@ def take_action(
     `shares` (26,) that reach the body. `action` and `before` (26,) are in and out: `before`
     receives the action so far, `action` the new one.
     """
-    for i in range(26):
+    for i in range(ACTION_COUNT):
         before[i] = action[i]
         source = ACTION_ORDER[i] if mirrored else i
         # A policy that does not choose the pace asks for 25 numbers: the 26th is 0, a pace of 1.
@@ -44,9 +45,9 @@ def take_action(
 @njit_borrowing
 def _mean_square_change(action: Array, before: Array) -> Any:
     total: Any = 0.0
-    for i in range(26):
+    for i in range(ACTION_COUNT):
         total += (action[i] - before[i]) * (action[i] - before[i])
-    return total / 26.0
+    return total / float(ACTION_COUNT)
 
 
 @njit_borrowing
@@ -96,7 +97,7 @@ def judge(
     reward = weighted_reward(yardstick.weights, yardstick.sharpness, errors, effort, episode.terms)
     fell: Any = 0.0
     for i in range(3):
-        # Elements 9 to 11 are height, rotation and drift, in the order of the tolerances.
-        within = errors[9 + i] < tolerance_share * yardstick.tolerances[i]
+        # height, rotation and drift are in the order of the tolerances
+        within = errors[HEIGHT + i] < tolerance_share * yardstick.tolerances[i]
         fell = where(within, fell, 1.0)
     return reward, where(diverged(state) > 0.0, 2.0, fell)

@@ -1,29 +1,15 @@
 """Observations of a walking body, and how far it is from the reference.
 
 The paper's 71 numbers (section III-A), or an `extended` observation (docs/decisions.md), and its
-mirror image in the sagittal plane. World axes, rad, m and s:
-
-| elements | content; "difference": from the reference, only in the extended observation |
-|---|---|
-| 0 - 24 | joint angles; difference |
-| 25 - 49 | joint velocities; difference, in tens of rad/s |
-| 50 - 52 | velocity of the centre of mass |
-| 53 - 55 | angular velocity of the whole body |
-| 56 | phase of the right gait cycle, 0 to 1 |
-| 57 - 70 | body parameters mu; extended: scaled to -1 ... 1 |
-| 71 - 74 | sine and cosine of the phase, and of twice the phase (from here on extended only) |
-| 75 - 80 | pelvis: rotation vector and position; difference |
-| 81 - 86 | pelvis: angular velocity and velocity; difference |
-| 87 - 92 | right and left foot relative to the pelvis; difference |
-| 93 - 98 | ground reaction on right and left foot, body weights, mean over the last action |
-| 99 | walking speed over the square root of gravity times leg length |
-| 100 - 125 | last action: 25 joints, pace |
+mirror image in the sagittal plane: the parts of `PARTS`, in their order, in world axes, rad, m and
+s. The paper's ends with the body parameters.
 
 It is long because whatever a policy is shown of a body, and compared by, is measured at once.
 """
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,21 +34,15 @@ from gaitval.model.tree import (
     turned_inertia,
     velocities,
 )
+from gaitval.policy import reward
 from gaitval.reference.motion import END_EFFECTORS, ReferenceMotion
 from gaitval.simulation.servo import closed_cycle
 from gaitval.simulation.tables import read_table
 
-OBSERVATION_SIZES = {"paper": 71, "extended": 126}
-
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped at this, during and after training."""
 
-PARAMETERS_OBSERVED = slice(57, 71)
-"""Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
-
 EFFECTOR_COUNT = len(END_EFFECTORS)
-ERROR_COUNT = 12
-"""Numbers of `measure`'s errors."""
 ACTION_COUNT = ACTUATED_COUNT + 1
 """Numbers of an action with a pace."""
 _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
@@ -85,42 +65,92 @@ _LARGEST_STATE = 1e3
 statistics of the whole training."""
 
 
+class Part(NamedTuple):
+    """A part of an observation.
+
+    Attributes
+    ----------
+    name : "difference" in the comments of `PARTS` is from the reference, and only in the extended
+        observation; the paper's has the coordinates themselves.
+    mirrors, signs : of each element, which element of the part takes its place in the mirror image
+        in the sagittal plane, and its sign.
+    """
+
+    name: str
+    mirrors: Sequence[int]
+    signs: Sequence[int]
+
+
+def _unchanged(name: str, count: int) -> Part:
+    return Part(name, range(count), [1] * count)
+
+
+# Mirrored in the plane y = 0, a polar vector (position, velocity, force) changes the sign of y; an
+# axial vector (rotation, angular velocity) changes those of x and z. Joint coordinates have the
+# same sign on both sides (`coordinates`), so legs and arms only change places.
+_POLAR, _AXIAL = [1, -1, 1], [-1, 1, -1]
+_BOTH_FEET = [3, 4, 5, 0, 1, 2]
+_JOINTS = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
+_JOINT_SIGNS = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
+
+PARTS: Final = (
+    Part("joint_angles", _JOINTS, _JOINT_SIGNS),  # difference
+    Part("joint_velocities", _JOINTS, _JOINT_SIGNS),  # difference, in tens of rad/s
+    Part("centre_of_mass_velocity", range(3), _POLAR),
+    Part("angular_velocity", range(3), _AXIAL),  # of the whole body
+    _unchanged("phase", 1),  # of the right gait cycle, 0 to 1
+    _unchanged("parameters", len(PARAMETERS)),  # mu; extended: scaled to -1 ... 1
+    # from here on extended only
+    _unchanged("waves", 4),  # sine and cosine of the phase, and of twice the phase
+    Part("pelvis_rotation", range(3), _AXIAL),  # vector; difference
+    Part("pelvis_position", range(3), _POLAR),  # difference
+    Part("pelvis_angular_velocity", range(3), _AXIAL),  # difference
+    Part("pelvis_velocity", range(3), _POLAR),  # difference
+    Part("feet", _BOTH_FEET, _POLAR * 2),  # right and left, from the pelvis; difference
+    Part("ground_reaction", _BOTH_FEET, _POLAR * 2),  # body weights, mean over the last action
+    _unchanged("speed", 1),  # of walking, over the square root of gravity times leg length
+    Part("action", [*_JOINTS, ACTUATED_COUNT], [*_JOINT_SIGNS, 1]),  # last: 25 joints, pace
+)
+"""Of an observation, in order."""
+
+
+def _places() -> dict[str, slice]:
+    found, start = {}, 0
+    for part in PARTS:
+        found[part.name] = slice(start, start := start + len(part.signs))
+    return found
+
+
+OBSERVED: Final = _places()
+"""Where each of `PARTS` is."""
+OBSERVATION_SIZES = {"paper": OBSERVED["parameters"].stop, "extended": OBSERVED["action"].stop}
+PARAMETERS_OBSERVED = OBSERVED["parameters"]
+"""Position of mu in both observations; in the extended one it is scaled to -1 ... 1."""
+
+# where parts begin: compiled code takes no dictionary
+_ANGLES: Final[int] = OBSERVED["joint_angles"].start
+_VELOCITIES: Final[int] = OBSERVED["joint_velocities"].start
+_COM_VELOCITY: Final[int] = OBSERVED["centre_of_mass_velocity"].start
+_SPIN: Final[int] = OBSERVED["angular_velocity"].start
+_PHASE: Final[int] = OBSERVED["phase"].start
+_MU: Final[int] = OBSERVED["parameters"].start
+_WAVES: Final[int] = OBSERVED["waves"].start
+_TURN: Final[int] = OBSERVED["pelvis_rotation"].start
+_PLACE: Final[int] = OBSERVED["pelvis_position"].start
+_TURNING: Final[int] = OBSERVED["pelvis_angular_velocity"].start
+_MOVING: Final[int] = OBSERVED["pelvis_velocity"].start
+_FEET: Final[int] = OBSERVED["feet"].start
+_GROUND: Final[int] = OBSERVED["ground_reaction"].start
+_SPEED: Final[int] = OBSERVED["speed"].start
+_ACTION: Final[int] = OBSERVED["action"].start
+
+
 def _mirror() -> tuple[Index, Array]:
     """Order (126,) and signs (126,) that turn an extended observation into its mirror image in the
     sagittal plane. The last 26 mirror an action.
     """
-    joints = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
-    joint_signs = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
-    # Mirrored in the plane y = 0, a polar vector (position, velocity, force) changes the sign of y;
-    # an axial vector (rotation, angular velocity) changes those of x and z. Joint coordinates have
-    # the same sign on both sides (`coordinates`), so legs and arms only change places.
-    polar, axial = [1, -1, 1], [-1, 1, -1]
-    order: list[int] = []
-    signs: list[int] = []
-
-    def add(block: list[int], block_signs: list[int]) -> None:
-        start = len(order)
-        order.extend(start + i for i in block)
-        signs.extend(block_signs)
-
-    # Blocks are appended in the order in which `measure` fills the observation.
-    same, swapped = [0, 1, 2], [3, 4, 5, 0, 1, 2]
-    add(joints, joint_signs)  # joint angles
-    add(joints, joint_signs)  # joint velocities
-    add(same, polar)  # velocity of the centre of mass
-    add(same, axial)  # angular velocity of the body
-    add([0], [1])  # phase
-    add(list(range(len(PARAMETERS))), [1] * len(PARAMETERS))  # mu
-    add(list(range(4)), [1] * 4)  # sines and cosines of the phase
-    add(same, axial)  # pelvis rotation
-    add(same, polar)  # pelvis position
-    add(same, axial)  # pelvis angular velocity
-    add(same, polar)  # pelvis velocity
-    add(swapped, polar * 2)  # feet
-    add(swapped, polar * 2)  # ground reaction
-    add([0], [1])  # walking speed
-    add(joints, joint_signs)  # last action
-    add([0], [1])  # its pace
+    order = [OBSERVED[part.name].start + i for part in PARTS for i in part.mirrors]
+    signs = [sign for part in PARTS for sign in part.signs]
     return np.array(order), np.array(signs, dtype=float)
 
 
@@ -240,8 +270,8 @@ class EpisodeArrays(NamedTuple):
     action, before : (26,) the last action as it acts, and the one before.
     parameters : (14,) the observed mu.
     observation : (size,), before it is mirrored.
-    errors : (12,) squared errors of the first nine `REWARD_TERMS`, then height m, rotation rad and
-        drift m of the pelvis, for termination.
+    errors : of `reward.ERRORS`: squared errors of all `REWARD_TERMS` but the torque, then height m,
+        rotation rad and drift m of the pelvis, for termination.
     terms : (10,) as in `weighted_reward`.
     root_force : (6,) Nm, N, of the push.
     """
@@ -458,58 +488,58 @@ def measure(
     read_table(targets.ground_reaction, middle, grf_ref)
     read_table(targets.moments, middle, moment_ref)
 
-    errors[0] = _square(joint)
-    errors[1] = _square(joint_rate)
+    errors[reward.JOINT_POSITIONS] = _square(joint)
+    errors[reward.JOINT_VELOCITIES] = _square(joint_rate)
     for i in range(3):
         com_ref[i] = motion[0, i] - com_ref[i]
-    errors[2] = _square(com_ref)
-    errors[3] = _square(turn)
-    errors[4] = _square(effector)
+    errors[reward.CENTRE_OF_MASS] = _square(com_ref)
+    errors[reward.PELVIS_ROTATION] = _square(turn)
+    errors[reward.END_EFFECTORS] = _square(effector)
     for i in range(6):
         # Body weights here, Nm/kg below: the reward does not depend on a person's size.
         grf_ref[i] = _FORCE_WEIGHTS[i % 3] * (ground[i // 3, i % 3] / weight - grf_ref[i])
-    errors[5] = _square(grf_ref)
-    errors[6] = 0.0
+    errors[reward.GROUND_REACTION] = _square(grf_ref)
+    errors[reward.JOINT_MOMENTS] = 0.0
     for i in range(ACTUATED_COUNT):
         off = moments[i] / mass - moment_ref[i]
-        errors[6] += targets.has_moment[i] * (off * off)
-    errors[7] = (pace - 1.0) * (pace - 1.0)
-    errors[8] = change
+        errors[reward.JOINT_MOMENTS] += targets.has_moment[i] * (off * off)
+    errors[reward.PACE] = (pace - 1.0) * (pace - 1.0)
+    errors[reward.ACTION_CHANGE] = change
     forward_drift, left_drift = q[3] - q_ref[3], q[4] - q_ref[4]
-    errors[9] = magnitude(q[5] - q_ref[5])
-    errors[10] = sqrt(errors[3])
-    errors[11] = sqrt(forward_drift * forward_drift + left_drift * left_drift)
+    errors[reward.HEIGHT] = magnitude(q[5] - q_ref[5])
+    errors[reward.ROTATION] = sqrt(errors[reward.PELVIS_ROTATION])
+    errors[reward.DRIFT] = sqrt(forward_drift * forward_drift + left_drift * left_drift)
 
     for i in range(ACTUATED_COUNT):
         # Relative to the reference, so that the same numbers mean the same for every person; the
         # paper's observation has the coordinates themselves.
-        observation[i] = joint[i] if extended else q[6 + i]
+        observation[_ANGLES + i] = joint[i] if extended else q[6 + i]
         rate = _VELOCITY_SCALE * joint_rate[i] if extended else qd[6 + i]
-        observation[ACTUATED_COUNT + i] = rate
+        observation[_VELOCITIES + i] = rate
     for i in range(3):
-        observation[50 + i] = motion[1, i]
-        observation[53 + i] = motion[2, i]
+        observation[_COM_VELOCITY + i] = motion[1, i]
+        observation[_SPIN + i] = motion[2, i]
     # The phase says which leg is which even if the policy sees half cycles, because a person's two
     # sides are not the same.
     seen = phase - floor(phase)
-    observation[56] = seen
+    observation[_PHASE] = seen
     for i in range(parameters.shape[0]):
-        observation[57 + i] = parameters[i]  # PARAMETERS_OBSERVED
+        observation[_MU + i] = parameters[i]
     if not extended:
         return
     if yardstick.mirrors:
         seen = remainder(seen + MIRROR_FROM, 0.5)
     angle = 2.0 * np.pi * seen
-    observation[71], observation[72] = sine_cosine(angle)
-    observation[73], observation[74] = sine_cosine(2.0 * angle)
+    observation[_WAVES], observation[_WAVES + 1] = sine_cosine(angle)
+    observation[_WAVES + 2], observation[_WAVES + 3] = sine_cosine(2.0 * angle)
     for i in range(3):
-        observation[75 + i] = turn[i]
-        observation[78 + i] = q[3 + i] - q_ref[3 + i]
-        observation[81 + i] = qd[i] - qd_ref[i]
-        observation[84 + i] = qd[3 + i] - qd_ref[3 + i]
+        observation[_TURN + i] = turn[i]
+        observation[_PLACE + i] = q[3 + i] - q_ref[3 + i]
+        observation[_TURNING + i] = qd[i] - qd_ref[i]
+        observation[_MOVING + i] = qd[3 + i] - qd_ref[3 + i]
     for i in range(6):
-        observation[87 + i] = effector[i]
-        observation[93 + i] = ground[i // 3, i % 3] / weight
-    observation[99] = targets.speed
+        observation[_FEET + i] = effector[i]
+        observation[_GROUND + i] = ground[i // 3, i % 3] / weight
+    observation[_SPEED] = targets.speed
     for i in range(action.shape[0]):
-        observation[100 + i] = action[i]
+        observation[_ACTION + i] = action[i]

@@ -10,6 +10,7 @@ from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters, parameter_bounds
 from gaitval.policy.environment import WalkingEnvironment
+from gaitval.policy.observation import OBSERVED, PARTS
 from gaitval.reference.motion import END_EFFECTORS
 from gaitval.simulation.walker import WalkingTask
 
@@ -182,3 +183,11 @@ def test_the_papers_observation_is_never_mirrored(task):
     ]
     first, second = (environment.reset(seed=1, options={"phase": 0.7})[0] for environment in both)
     np.testing.assert_array_equal(first, second)
+
+
+def test_the_parts_of_an_observation_follow_each_other():
+    places = [OBSERVED[part.name] for part in PARTS]
+    assert [place.start for place in places] == [0, *(place.stop for place in places[:-1])]
+    assert OBSERVED["speed"] == slice(99, 100)  # stored policies were trained on this order
+    assert OBSERVED["feet"] == slice(87, 93)
+    assert all(len(part.mirrors) == len(part.signs) for part in PARTS)

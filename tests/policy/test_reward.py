@@ -9,6 +9,7 @@ from walking_states import put, reference_at, restless
 from gaitval.coordinates import ACTUATED
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import nominal_parameters
+from gaitval.policy import reward
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.observation import is_mirrored
 from gaitval.policy.reward import REWARD_TERMS
@@ -125,3 +126,9 @@ def test_weights_and_sharpness_come_from_the_configuration(task):
     _, reward, _, _, info, _ = restless(environment, 2)
     sharpness = task.configuration.reward.joint_positions_sharpness
     assert reward == pytest.approx(np.exp(-sharpness * info["errors"][0]), rel=1e-12)
+
+
+def test_each_term_and_error_has_its_name():
+    """The names that compiled code writes by are those of the tables."""
+    assert [getattr(reward, name.upper()) for name in REWARD_TERMS] == [*range(len(REWARD_TERMS))]
+    assert [getattr(reward, name.upper()) for name in reward.ERRORS] == [*range(len(reward.ERRORS))]
