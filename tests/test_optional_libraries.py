@@ -13,13 +13,13 @@ from quick_settings import QUICK
 from typer.main import get_command
 
 from gaitval import plugins
-from gaitval.cli import app
 from gaitval.cli.commands import TABLE
 from gaitval.configuration import ContactSettings
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
 from gaitval.opensim.osim import write_osim
 from gaitval.scaling.scaling import scale_subject
+from gaitval.terminal.app import app
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
