@@ -161,11 +161,12 @@ def test_the_table_has_a_row_for_each_parameter_and_says_when_all_fell():
     once = Screened("hip_x", 0.008, np.array([[1.0, 0.1, 2.0]]), 0.9)
     header, first, second, third = table([some, none, once])
     assert len(header) == len(first) == 11
-    assert first == ["thigh_length", "0.04", "1", "2", "2", "1", "0.2", "0.1", "3", "1", "0.6"]
+    sd = "1.41"  # of two, their difference over the root of two
+    assert first == ["thigh_length", "0.04", "1", "2", "2", sd, "0.2", "0.141", "3", sd, "0.6"]
     assert second[3:-1] == ["0"] + ["nan"] * 6
     assert third[1:4] == ["0.008", "m", "1"]
     assert third[4:-1] == ["1", "nan", "0.1", "nan", "2", "nan"]  # no spread of one
     assert _shown(third)[1:4] == ["0.008 m", "1", "1"]
-    assert _shown(first)[1:4] == ["0.04", "2", "2 ± 1"]
+    assert _shown(first)[1:4] == ["0.04", "2", "2 ± 1.4"]
     assert _shown(second)[3] == "falls"
     assert set(UNITS) == set(NAMES)
