@@ -99,7 +99,7 @@ def test_the_code_of_training_and_of_this_study_is_among_it(monkeypatch):
 
     monkeypatch.setattr(identity, "code_of", code_of)
     of(subject="5")
-    assert {"gaitval/policy/learner.py", "gaitval.apps.cohort/study.py"} <= set(found)
+    assert {"gaitval/policy/learner.py", "gaitval/apps/cohort/study.py"} <= set(found)
 
 
 def test_processes_make_no_difference():

@@ -26,7 +26,7 @@ def test_a_person_without_devices_stays_who_they_are(tmp_path):
 
 def test_figures_are_those_of_the_page_with_what_a_search_found(tmp_path):
     worn = wearing(study("hip_exo", {"name": "afo", "sides": ["left"]}), PERSON)
-    assert [each["name"] for each in worn.devices] == ["hip_exo", "afo"]
+    assert [each.name for each in worn.devices] == ["hip_exo", "afo"]
     row = {"quantity": "speed", "of": "left, learned", "unit": "m/s", "value": 1.1}
     found = {"quantity": "hip_exo: work", "of": "without", "unit": "J/kg a stride", "value": 0.4}
     result = {"version": results.VERSION, "person": "S05", "walker": "5", "cycles": 20.0}
@@ -46,7 +46,7 @@ def test_code_and_whole_tables_count():
     named = identity_of(["hip_exo"])
     assert named == identity_of([{"name": "hip_exo"}])
     assert named["tables"][0]["hinges"]
-    assert "gaitval.apps.devices/search.py" in named["code"]
+    assert "gaitval/apps/devices/search.py" in named["code"]
     with pytest.raises(ConfigurationError, match="no such device"):
         identity_of(["jetpack"])
 
