@@ -9,6 +9,7 @@ import pytest
 from gaitval.apps.regression import pair_grids
 from gaitval.apps.regression.versions import Pair, StoredWalk, matched
 from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.reporting.grids import WITH_QUANTITIES
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 PERCENT = np.arange(101)
@@ -65,7 +66,7 @@ def test_a_single_stride_is_not_tested() -> None:
 def test_every_panel_has_both_walks_and_the_norm(pair: Pair) -> None:
     rows = pair_grids.panels(pair, {}, {})
     assert {name: (len(each), len(each[0])) for name, each in rows.items()} == {
-        "kinematics": (5, 3), "kinetics": (3, 3), "forces": (1, 3),
+        "kinematics": (5, 3), "kinetics": (len(WITH_QUANTITIES), 3), "forces": (1, 3),
     }  # fmt: skip
     knee = rows["kinematics"][2][0]
     assert [(each.side, each.which) for each in knee.curves] == [
@@ -77,6 +78,10 @@ def test_every_panel_has_both_walks_and_the_norm(pair: Pair) -> None:
     assert not knee.regions
     assert rows["kinetics"][0][2].name == "power/hip_flexion"
     assert len(rows["kinetics"][0][2].curves) == 4
+    # of stored walks that are older than the quantity
+    tendon = rows["kinetics"][3][0]
+    assert tendon.name == "tendon_force/achilles"
+    assert len(tendon.curves) == 4
 
 
 def test_stored_baselines_are_drawn_and_not_tested(pair: Pair) -> None:

@@ -157,8 +157,8 @@ def summary_of(metrics: Metrics, subject: Subject) -> Json:
         },
         "measures": [
             *(row.model_dump(include=kept) for row in metrics.measures if is_judged(row.origin)),
-            *_profile_scores(metrics.curve_statistics),
             *_figures(metrics),
+            *_profile_scores(metrics.curve_statistics),
         ],
         "groups": groups,
         "parameters": _parameters(metrics.identification),
