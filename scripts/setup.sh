@@ -215,7 +215,10 @@ echo "    ($size, some minutes)"
 rm -f "$stamp"
 touch "$unfinished"
 # --no-compile: Python compiles what is imported; to compile all takes longer, and 300 MB.
-"$bin/python" -m pip install --disable-pip-version-check --no-compile \
+# Where Python may not keep that (PYTHONDONTWRITEBYTECODE), pip compiles, or each start would.
+compile=--no-compile
+[ -z "${PYTHONDONTWRITEBYTECODE:-}" ] || compile=--compile
+"$bin/python" -m pip install --disable-pip-version-check "$compile" \
     -c constraints.txt -e ".[${asked//$newline/,}]" ||
     stop "pip failed. Its message is above; the same command starts over."
 "$bin/python" -c 'import dartpy, weasyprint' ||
