@@ -57,26 +57,7 @@ def read_storage(path: Path) -> StorageTable:
             f"{path}: not a MOT or STO file: no line `endheader`. Give a file in OpenSim's "
             "format; if this is one, it is truncated: export it again."
         )
-    header: dict[str, str] = {}
-    for line in lines[: ends[0]]:
-        # `key = value` of OpenSim, or `datarows 12` of SIMM.
-        found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
-            r"\s*(datacolumns|datarows)\s+(\d+)\s*$", line
-        )
-        if found:
-            header[found[1].lower()] = found[2].strip()
-    version = header.get("version", "1")
-    if version not in VERSIONS:
-        raise RecordError(
-            f"{path}: version is {version!r}, but OpenSim has written versions {VERSIONS[0]} to "
-            f"{VERSIONS[-1]} only; what another means is unknown. Correct the line, or export the "
-            "file again."
-        )
-    if header.get("datatype", "double").lower() != "double":
-        raise RecordError(
-            f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "
-            "be read. Export it with one column for each component."
-        )
+    header = _header(path, lines[: ends[0]])
     numbered = [(i, s) for i, s in enumerate(lines[ends[0] + 1 :], ends[0] + 2) if s.strip()]
     if not numbered:
         raise RecordError(f"{path}: nothing follows the header: truncated. Export it again.")
@@ -117,6 +98,31 @@ def read_storage(path: Path) -> StorageTable:
         in_degrees=_in_degrees(path, header.get("indegrees", "no")),
         name=name or path.stem,
     )
+
+
+def _header(path: Path, lines: Sequence[str]) -> dict[str, str]:
+    """What the `lines` before `endheader` say, by lower-case key; refused if it cannot be read."""
+    header: dict[str, str] = {}
+    for line in lines:
+        # `key = value` of OpenSim, or `datarows 12` of SIMM.
+        found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
+            r"\s*(datacolumns|datarows)\s+(\d+)\s*$", line
+        )
+        if found:
+            header[found[1].lower()] = found[2].strip()
+    version = header.get("version", "1")
+    if version not in VERSIONS:
+        raise RecordError(
+            f"{path}: version is {version!r}, but OpenSim has written versions {VERSIONS[0]} to "
+            f"{VERSIONS[-1]} only; what another means is unknown. Correct the line, or export the "
+            "file again."
+        )
+    if header.get("datatype", "double").lower() != "double":
+        raise RecordError(
+            f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "
+            "be read. Export it with one column for each component."
+        )
+    return header
 
 
 def _in_degrees(path: Path, said: str) -> bool:
