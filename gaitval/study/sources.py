@@ -2,7 +2,7 @@
 
 Imports are read from the package's syntax trees, not from a running interpreter, so checking a
 stage loads nothing. A module outside `study/` counts as a whole, with all that it imports, also
-inside functions. In `study/`, where one file contains all stages, only the definitions that a
+inside functions. In `study/`, where a file contains several stages, only the definitions that a
 stage's function reaches by name count. Comments, docstrings and layout do not count: changing them
 runs nothing again.
 """
