@@ -2,7 +2,7 @@
 
 import ast
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -49,11 +49,22 @@ def push_stage():
 }
 
 
+def forget() -> None:
+    """What this process has read of a package's sources."""
+    for cached in (*(sources._code, sources._tree, sources._file), sources._imported_by):
+        cached.cache_clear()
+    sources._kept_at.cache_clear()
+
+
 @pytest.fixture
-def package(tmp_path: Path) -> Path:
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A small package in the place of gaitval, with a cache of its own."""
     for name, text in FILES.items():
         write_text(tmp_path / "small" / name, text)
-    return tmp_path / "small"
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path / "small")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    yield tmp_path / "small"
+    forget()
 
 
 def function(name: str, module: str = "small.study.stages") -> Callable[[], None]:
@@ -69,9 +80,8 @@ def code(package: Path) -> Callable[[], dict[str, str]]:
     """The code of `scale_stage` as a new process finds it."""
 
     def found() -> dict[str, str]:
-        for cached in (sources._code, sources._tree, sources._file, sources._imported_by):
-            cached.cache_clear()
-        return code_of(function("scale_stage"), package)
+        forget()
+        return code_of(function("scale_stage"))
 
     return found
 
@@ -132,25 +142,16 @@ def test_what_was_read_of_the_sources_is_kept_for_them(
     package: Path, code, monkeypatch, tmp_path: Path, damage: str | None
 ) -> None:
     """By what they contain: changed ones are read again, and so are those of a damaged file."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(sources, "PACKAGE", package)
-
-    def read() -> dict[str, str]:
-        sources._kept_at.cache_clear()
-        return code()
-
-    first = read()
+    first, real = code(), sources._read_code
     (kept,) = (tmp_path / "cache" / "gaitval").iterdir()
     if damage is not None:
         kept.write_text(damage, encoding="utf-8")
     else:
         monkeypatch.setattr(sources, "_read_code", None)
-    assert read() == first
-    monkeypatch.undo()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(sources, "PACKAGE", package)
+    assert code() == first
+    monkeypatch.setattr(sources, "_read_code", real)
     write_text(package / "ground.py", "two = 3\n")
-    assert read() != first
+    assert code() != first
     assert len(list(kept.parent.iterdir())) == 2
 
 
@@ -158,10 +159,8 @@ def test_without_a_cache_the_sources_are_read_all_the_same(
     package: Path, code, monkeypatch, tmp_path: Path
 ) -> None:
     expected = code()
-    (tmp_path / "cache").write_text("a file", encoding="utf-8")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(sources, "PACKAGE", package)
-    sources._kept_at.cache_clear()
+    (tmp_path / "file").write_text("a file", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert code() == expected
 
 
@@ -210,7 +209,7 @@ def test_pieces_of_a_string_are_one_string() -> None:
 
 
 def test_functions_of_elsewhere_have_no_code_here(package: Path) -> None:
-    assert code_of(function("scale_stage", "tests.somewhere"), package) == {}
+    assert code_of(function("scale_stage", "tests.somewhere")) == {}
 
 
 STAGE_CODE = {
@@ -357,7 +356,7 @@ def test_what_other_code_began_is_not_resumed(folder: Path, scale) -> None:
     assert not (folder / "work" / "more.txt").exists()
 
 
-def test_a_wheel_has_the_names_of_a_checkout(tmp_path: Path) -> None:
+def test_a_wheel_has_the_names_of_a_checkout(tmp_path: Path, monkeypatch) -> None:
     """The body model lies inside the package there; its code is the same."""
     checkout, wheel = tmp_path / "checkout" / "gaitval", tmp_path / "wheel" / "gaitval"
     for package, models in (
@@ -373,5 +372,12 @@ def test_a_wheel_has_the_names_of_a_checkout(tmp_path: Path) -> None:
     def read() -> None: ...
 
     read.__module__, read.__qualname__ = "gaitval.model.urdf", "read"
-    assert code_of(read, wheel) == code_of(read, checkout)
-    assert "models/xacro/leg.xacro" in code_of(read, wheel)
+    found = []
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for package in (checkout, wheel):
+        monkeypatch.setattr(sources, "PACKAGE", package)
+        forget()
+        found.append(code_of(read))
+    forget()
+    assert found[0] == found[1]
+    assert "models/xacro/leg.xacro" in found[0]
