@@ -24,7 +24,7 @@ from gaitval.study.stage import Run
 
 R = TypeVar("R", bound="Result")
 
-SIMULATION_SECTIONS = ("seed", "contact", "servo", "environment")
+SIMULATION_SECTIONS: tuple[str, ...] = ("seed", "contact", "servo", "environment")
 """Sections of the configuration that every stage that walks depends on."""
 METRICS = "metrics.json"
 POLICY_FILES = ("policy.safetensors", "policy.json")

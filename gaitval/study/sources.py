@@ -23,18 +23,23 @@ from gaitval.errors import ArtefactError, ConfigurationError
 PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
+    "gaitval.apps.patients.sound_side": ("apps/patients/*.csv",),
+    "gaitval.identification.offsets": ("identification/offsets.json",),
     "gaitval.learning_control.slopes": ("learning_control/*.safetensors",),
     "gaitval.metrics.gait_profile": ("metrics/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),
     "gaitval.metrics.norms": ("metrics/norms.csv",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
+    "gaitval.prediction.deviations": ("prediction/fits.json",),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.checklist": ("reporting/checklist.toml",),
     "gaitval.reporting.credibility": ("reporting/claims.csv",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
     "gaitval.reporting.replay": ("reporting/vendor/*",),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
+    "gaitval.scaling.markers.body": ("scaling/markers/sites.toml",),
+    "gaitval.scaling.markers.names": ("scaling/markers/names.toml",),
 }
 """Data that a module reads, relative to the package; in a wheel the body model is inside it."""
 
