@@ -29,22 +29,14 @@ from gaitval.model.urdf import read_urdf
 from gaitval.prediction.known import told
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.request import Halves, ImportOptions
+from gaitval.study.identification_stages import choose_stage, evaluate_stage, identify_stage
+from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
 from gaitval.study.predicted_study import run_prediction, run_range
+from gaitval.study.report_stages import metrics_of
 from gaitval.study.run import choose_start
+from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Run, Stage, open_run, run_stage
-from gaitval.study.stages import (
-    choose_stage,
-    correct_stage,
-    evaluate_stage,
-    hand_on_stage,
-    identify_stage,
-    metrics_of,
-    need_stage,
-    reference_stage,
-    scale_stage,
-    simulate_stage,
-    train_stage,
-)
+from gaitval.study.walking_stages import correct_stage, simulate_stage
 from gaitval.terminal.display import live_view
 
 STORE = Path(__file__).resolve().parent.parent / "reports" / "held_out"

@@ -6,8 +6,9 @@ is planted in the forces acts on whatever the file gives: force with moment, or 
 pressure.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -116,154 +117,123 @@ def drawn_sizes(seed: int) -> Sizes:
 def faults(plates: Sequence[str], sizes: Sizes = Sizes()) -> tuple[Fault, ...]:
     """The list, for a session whose `plates` have these names. All plates of one are that one."""
     every = "all" if len(plates) > 1 else plates[0]
-    found = [
-        Fault(
-            f"forces {abs(ms):g} ms {'late' if ms > 0 else 'early'}",
-            ("delay",),
-            _walks(lambda r, s=ms / 1000: _delayed(r, s)),
-            size=ms / 1000,
+    return (
+        *(
+            Fault(
+                f"forces {abs(ms):g} ms {'late' if ms > 0 else 'early'}",
+                ("delay",),
+                _walks(partial(_delayed, seconds=ms / 1000)),
+                size=ms / 1000,
+            )
+            for ms in sizes.delays_ms
+        ),
+        *(
+            Fault(f"mass {100 * (f - 1):+.0f} %", ("mass",), unchanged, mass=f, size=f - 1)
+            for f in sizes.masses
+        ),
+        *_of_a_plate(plates, sizes),
+        *_of_all_plates(every, sizes),
+        *_of_filters(sizes),
+        *_of_laboratory(sizes),
+    )
+
+
+def _of_a_plate(plates: Sequence[str], sizes: Sizes) -> Iterator[Fault]:
+    """One plate that is turned, scaled, moved, or shows vertical forces along an axis."""
+
+    def fault(
+        place: int, words: str, kind: str, size: float, change: Callable[..., Recording]
+    ) -> Fault:
+        number = place % len(plates)
+        name = plates[number]
+        everywhere = _all(partial(change, plate=number))
+        return Fault(
+            f"plate {name} {words}", (f"{kind} {name}",), everywhere, size=size, plate=number
         )
-        for ms in sizes.delays_ms
-    ]
-    found += [
-        Fault(f"mass {100 * (f - 1):+.0f} %", ("mass",), unchanged, mass=f, size=f - 1)
-        for f in sizes.masses
-    ]
 
-    def number(place: int) -> int:
-        return place % len(plates)
-
-    one: list[tuple[str, str, float, int, Callable[[Plate], Plate]]] = []
     for degrees, p in sizes.rotations:
-        one.append(
-            (
-                f"rotated {degrees:g}°",
-                "rotation",
-                np.radians(degrees),
-                p,
-                lambda x, a=degrees: _rotated(x, np.radians(a)),
-            )
-        )
+        angle = float(np.radians(degrees))
+        yield fault(p, f"rotated {degrees:g}°", "rotation", angle, partial(rotated, angle=angle))
     for gain, p in sizes.gains:
-        one.append(
-            (
-                f"gain {100 * gain:+.0f} %",
-                "gain",
-                gain,
-                p,
-                lambda x, g=gain: _wrench(x, lambda f, m: (f * (1 + g), m * (1 + g))),
-            )
-        )
+        yield fault(p, f"gain {100 * gain:+.0f} %", "gain", gain, partial(gained, gain=gain))
     for mm, axis, p in sizes.places_mm:
-        one.append(
-            (
-                f"{mm:g} mm {'forward' if axis == 0 else 'left'}",
-                "place",
-                mm / 1000,
-                p,
-                lambda x, d=mm / 1000, a=axis: _moved(x, a, d),
-            )
-        )
+        words = f"{mm:g} mm {'forward' if axis == 0 else 'left'}"
+        change = partial(moved, axis=axis, metres=mm / 1000)
+        yield fault(p, words, "place", mm / 1000, change)
     for share, axis, p in sizes.crossed:
-        one.append(
-            (
-                f"cross-talk {100 * share:+.0f} % {'fore-aft' if axis == 0 else 'sideways'}",
-                "cross-talk",
-                share,
-                p,
-                lambda x, k=share, a=axis: _crossed(x, a, k),
-            )
-        )
-    for name, kind, size, place, change in one:
-        p = number(place)
-        causes = (f"{kind} {plates[p]}",)
-        found.append(
-            Fault(
-                f"plate {plates[p]} {name}",
-                causes,
-                _all(lambda r, q=p, c=change: _on_plate(r, q, c)),
-                size=size,
-                plate=p,
-            )
-        )
+        words = f"cross-talk {100 * share:+.0f} % {'fore-aft' if axis == 0 else 'sideways'}"
+        yield fault(p, words, "cross-talk", share, partial(crossed, axis=axis, share=share))
+
+
+def _of_all_plates(every: str, sizes: Sizes) -> Iterator[Fault]:
+    """All plates moved or turned together, beside the cameras; `every` is what they are called."""
     for mm, axis in sizes.places_of_all_mm:
-        found.append(
-            Fault(
-                f"all plates {mm:g} mm {'forward' if axis == 0 else 'left'}",
-                (f"place {every}",),
-                _all(lambda r, d=mm / 1000, a=axis: _on_all(r, lambda x: _moved(x, a, d))),
-                size=mm / 1000,
-            )
+        metres = mm / 1000
+        yield Fault(
+            f"all plates {mm:g} mm {'forward' if axis == 0 else 'left'}",
+            (f"place {every}",),
+            _all(partial(_on_all, change=partial(_moved, axis=axis, metres=metres))),
+            size=metres,
         )
     for degrees in sizes.turns_of_all:
-        found.append(
-            Fault(
-                f"all plates rotated {degrees:g}° beside the cameras",
-                (f"rotation {every}",),
-                _all(lambda r, a=degrees: _turned_about_origin(r, np.radians(a))),
-                size=np.radians(degrees),
-            )
+        angle = float(np.radians(degrees))
+        yield Fault(
+            f"all plates rotated {degrees:g}° beside the cameras",
+            (f"rotation {every}",),
+            _all(partial(_turned_about_origin, angle=angle)),
+            size=angle,
         )
+
+
+def _of_filters(sizes: Sizes) -> Iterator[Fault]:
+    """Forces or markers that were low-passed before they were stored."""
     for hertz in sizes.slow_forces_hz:
-        found.append(
-            Fault(
-                f"forces low-passed at {hertz:g} Hz",
-                ("forces low-passed",),
-                _walks(lambda r, h=hertz: _filtered(r, h)),
-                size=hertz,
-            )
+        yield Fault(
+            f"forces low-passed at {hertz:g} Hz",
+            ("forces low-passed",),
+            _walks(partial(_filtered, hertz=hertz)),
+            size=hertz,
         )
-    found.append(
-        Fault(
-            f"forces low-passed at {sizes.causal_hz:g} Hz, forwards only",
-            ("delay", "forces low-passed"),
-            _walks(lambda r: _filtered(r, sizes.causal_hz, causal=True)),
-            size=sizes.causal_hz,
-        )
+    yield Fault(
+        f"forces low-passed at {sizes.causal_hz:g} Hz, forwards only",
+        ("delay", "forces low-passed"),
+        _walks(partial(_filtered, hertz=sizes.causal_hz, causal=True)),
+        size=sizes.causal_hz,
     )
-    found.append(
-        Fault(
-            f"markers low-passed at {sizes.slow_markers_hz:g} Hz",
-            ("markers low-passed",),
-            _walks(
-                lambda r: replace(r, markers=_slow(r.markers, r.marker_rate, sizes.slow_markers_hz))
-            ),
-            size=sizes.slow_markers_hz,
-        )
+    slow = sizes.slow_markers_hz
+    yield Fault(
+        f"markers low-passed at {slow:g} Hz",
+        ("markers low-passed",),
+        _walks(lambda r: replace(r, markers=_slow(r.markers, r.marker_rate, slow))),
+        size=slow,
     )
+
+
+def _of_laboratory(sizes: Sizes) -> Iterator[Fault]:
+    """A wrong wand, a wrong clock, and a vertical that is not."""
+
+    def longer(recording: Recording, factor: float) -> Recording:
+        return replace(recording, markers=recording.markers * factor)
+
+    def faster(recording: Recording, factor: float) -> Recording:
+        rates = recording.marker_rate * factor, recording.force_rate * factor
+        return replace(recording, marker_rate=rates[0], force_rate=rates[1])
+
     for factor in sizes.wands:
-        found.append(
-            Fault(
-                f"wand {100 * (factor - 1):+.1f} %",
-                ("scale",),
-                _all(lambda r, f=factor: replace(r, markers=r.markers * f)),
-                size=factor - 1,
-            )
-        )
+        name = f"wand {100 * (factor - 1):+.1f} %"
+        yield Fault(name, ("scale",), _all(partial(longer, factor=factor)), size=factor - 1)
     for factor in sizes.rates:
-        found.append(
-            Fault(
-                f"rate of both {100 * (factor - 1):+.0f} %",
-                ("rate",),
-                _walks(
-                    lambda r, f=factor: replace(
-                        r, marker_rate=r.marker_rate * f, force_rate=r.force_rate * f
-                    )
-                ),
-                size=factor - 1,
-            )
-        )
+        name = f"rate of both {100 * (factor - 1):+.0f} %"
+        yield Fault(name, ("rate",), _walks(partial(faster, factor=factor)), size=factor - 1)
     for degrees, axis in sizes.tilts:
-        turn = Rotation.from_rotvec(np.radians(degrees) * np.eye(3)[axis]).as_matrix()
-        found.append(
-            Fault(
-                f"laboratory tilted {degrees:g}° about {'xy'[axis]}",
-                ("tilt",),
-                _all(lambda r, t=turn: r.turned(t)),
-                size=np.radians(degrees),
-            )
-        )
-    return tuple(found)
+        angle = float(np.radians(degrees))
+        turn = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
+        name = f"laboratory tilted {degrees:g}° about {'xy'[axis]}"
+        yield Fault(name, ("tilt",), _all(partial(_turned, turn=turn)), size=angle)
+
+
+def _turned(recording: Recording, turn: Array) -> Recording:
+    return recording.turned(turn)
 
 
 def moved(recording: Recording, plate: int, axis: int, metres: float) -> Recording:

@@ -4,12 +4,17 @@ import os
 import shlex
 import warnings
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from gaitval.errors import RecordError, ScalingError
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval.mocap.recording import Recording
+    from gaitval.scaling.markers.draft import Draft
 
 MOST: Final = 120
 """Points that are matched; more markers than anybody wears. With 144, most of them ends of muscles
@@ -52,14 +57,33 @@ def markers(
     is written as a comment for you to judge.
     """
     from gaitval.artefacts import write_text
-    from gaitval.errors import RecordError, ScalingError
-    from gaitval.mocap.reading import read_recording
-    from gaitval.scaling.landmarks import landmarks_of
-    from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME, draft_markers
-    from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, as_toml, said_of
+    from gaitval.scaling.markers.draft import draft_markers
+    from gaitval.scaling.markers.files import as_toml
     from gaitval.scaling.markers.picture import draw
 
-    target = out or Path(f"{file.stem}_markers.toml")
+    target, picture = _new_files(out or Path(f"{file.stem}_markers.toml"))
+    walking, still = _read(file, standing)
+    with warnings.catch_warnings():
+        # A marker that is never seen has no mean place: NaN, as it should be.
+        warnings.simplefilter("ignore", category=RuntimeWarning)
+        draft = draft_markers(walking, still)
+    title = f"Markers of {(standing or file).name}"
+    write_text(target, as_toml(draft, title, "drafted by gaitval markers"))
+    draw(draft, picture, title)
+    _say_guesses(draft)
+    _say_whether_complete(draft, target)
+    display.plain(f"Picture: {picture}")
+    given = ["gaitval", "import", "--trial", str(file), "--marker-set", str(target)]
+    if standing is not None:
+        given[2:2] = ["--static", str(standing)]
+    display.plain(
+        f"Look at it, correct {target}, and go on with: {shlex.join(given)} --mass KG --height M "
+        "--sex F|M --out FOLDER"
+    )
+
+
+def _new_files(target: Path) -> tuple[Path, Path]:
+    """The marker set and its picture, of which neither may be there."""
     if target.suffix != ".toml":
         raise RecordError(f"--out {target}: the name of a marker set ends in .toml.")
     picture = target.with_suffix(".svg")
@@ -69,6 +93,13 @@ def markers(
                 f"{path} is there, and may have been corrected by hand. Give another --out, or "
                 "remove it."
             )
+    return target, picture
+
+
+def _read(file: Path, standing: Path | None) -> "tuple[Recording, Recording | None]":
+    """The walking and the standing trial, of no more markers than anybody wears."""
+    from gaitval.mocap.reading import read_recording
+
     walking = read_recording(file, plates=False)
     still = None if standing is None else read_recording(standing, plates=False)
     count = len((still or walking).names)
@@ -78,16 +109,14 @@ def markers(
             "Most must be what a program computed, such as joint centres or the ends of muscles: "
             "export the trial with its labelled markers only."
         )
-    with warnings.catch_warnings():
-        # A marker that is never seen has no mean place: NaN, as it should be.
-        warnings.simplefilter("ignore", category=RuntimeWarning)
-        draft = draft_markers(walking, still)
-    title = f"Markers of {(standing or file).name}"
-    write_text(target, as_toml(draft, title, "drafted by gaitval markers"))
-    draw(draft, picture, title)
+    return walking, still
 
-    used = [guess for guess in draft.guesses if guess.used]
-    left = [guess for guess in draft.guesses if not guess.used]
+
+def _say_guesses(draft: "Draft") -> None:
+    """How many guesses are used, which are not, and whether names and person helped."""
+    from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME
+    from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, said_of
+
     if draft.mirrored:
         display.plain(MIRRORED)
     elif not draft.names_count and draft.names_agree == draft.names_agree:
@@ -97,18 +126,25 @@ def markers(
         )
     if not (draft.recognised or draft.mirrored):
         display.plain(f"{UNRECOGNISED} Give a --standing in which the person does.")
+    used = sum(guess.used for guess in draft.guesses)
     display.plain(
-        f"{len(used)} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, or "
+        f"{used} of {len(draft.guesses)} markers: at least {CERTAIN:.0%} certain, or "
         f"{CERTAIN_BY_NAME:.0%} where the name says the same place; used. On arms and forefeet, "
         "and where the other side has none, only if the name says so."
     )
-    for guess in left:
-        display.plain(f"  not used: {guess.name}: {said_of(guess)}")
+    for guess in draft.guesses:
+        if not guess.used:
+            display.plain(f"  not used: {guess.name}: {said_of(guess)}")
+
+
+def _say_whether_complete(draft: "Draft", target: Path) -> None:
+    """Whether the guesses that are used are enough to import with the set at `target`."""
+    from gaitval.scaling.landmarks import landmarks_of
+
+    sites = [(each.site, each.at) for each in draft.guesses if each.used]
     try:
         landmarks_of(
-            {each.site.landmark: each.at for each in used if each.site and each.site.landmark},
-            None,
-            None,
+            {site.landmark: at for site, at in sites if site and site.landmark}, None, None
         )
     except ScalingError as error:
         display.plain(
@@ -116,11 +152,3 @@ def markers(
             f"lines of {target} that are right; without medial markers give --knee-width and "
             "--ankle-width."
         )
-    display.plain(f"Picture: {picture}")
-    given = ["gaitval", "import", "--trial", str(file), "--marker-set", str(target)]
-    if standing is not None:
-        given[2:2] = ["--static", str(standing)]
-    display.plain(
-        f"Look at it, correct {target}, and go on with: {shlex.join(given)} --mass KG --height M "
-        "--sex F|M --out FOLDER"
-    )

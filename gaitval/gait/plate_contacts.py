@@ -95,41 +95,19 @@ def judge_contact(
     """Findings where a contact on a `plate` of `recording` (in the project's axes), from force
     sample `begin` to before `end` (n), is not one foot's only, or not completely on the plates.
 
-    It is long because every reason against a contact stands beside what it does to the foot.
-
     `feet` are of `feet_of`, `owner` (n,) of `owners_of`, `distances` (n, 2) m of
     `distances_to_feet`, `sharing` (T,) of `shared_by_both` over the whole trial. `halved` (T,) is
     where the force is divided between the feet, None if that is not asked for. `valid` (T, 2) is
     set to False in place where a foot's force is not known.
     """
     findings = []
-    plates = [other for other in recording.plates if np.isfinite(other.corners).all()]
     whole = sharing if halved is None else sharing & ~halved
     for start, stop in zip(*runs(whole[begin:end]), strict=True):
         first, last = begin + int(start), begin + int(stop)
-        points = [
-            (over_plate(plate, feet.outlines[c][first:last]) & feet.low[c][first:last]).mean(axis=0)
-            for c in (0, 1)
-        ]
-        # The foot with the smaller part on this plate has come onto the other one's.
-        guest = int(np.argmin([share.mean() for share in points]))
-        partly = any(
-            other is not plate
-            and (
-                over_plate(other, feet.outlines[guest][first:last]) & feet.low[guest][first:last]
-            ).any()
-            for other in plates
-        )
-        action = (
-            f"the {SIDES[guest]} foot crosses onto this plate, where the {SIDES[1 - guest]} one "
-            "is standing; forces not used"
-            if partly
-            else "both feet on this plate; forces not used"
-            + (", or divided with --divide-plates" if halved is None else ": it is cut off")
-        )
         # Of both feet: a plate measures the sum of two forces.
         valid[first:last] = False
         names = (f"plate {plate.name}", *(f"{side} foot" for side in SIDES))
+        action = _why_shared(recording, plate, feet, slice(first, last), cut_off=halved is not None)
         findings.append(finding(recording, "contact", names, first, last, action))
     load = plate.force[begin:end, 2]
     heavy = load > WELL_LOADED * load.max()
@@ -139,29 +117,78 @@ def judge_contact(
             continue
         first, last = begin + int(np.argmax(mine)), begin + len(mine) - int(np.argmax(mine[::-1]))
         names = (f"plate {plate.name}", f"{side} foot")
-        # Only under load: a small force has an uncertain centre of pressure.
-        known = mine & heavy & np.isfinite(distances[:, column])
-        away = distances[known, column] > OUTSIDE_FOOT
-        if len(away) and away.mean() > OUTSIDE_SHARE:
-            valid[first:last, column] = False
-            action = (
-                f"the centre of pressure is up to {100 * distances[known, column].max():.0f} cm "
-                f"{OUTSIDE}, in {100 * away.mean():.0f} % of the loaded time (another foot "
-                "or person on the plate, or wrong corners or axes); forces not used"
-            )
-            findings.append(finding(recording, "contact", names, first, last, action))
-        if len(plates) < len(recording.plates):
-            continue  # a plate whose position is unknown may carry what seems to be beside it
-        # Within 2 cm of an edge the centre of pressure, judged above, knows better than markers.
-        on_any = np.any(
-            [over_plate(other, feet.outlines[column], margin=EDGE_M) for other in plates], axis=0
-        )
-        beside = (feet.low[column] & ~on_any).any(axis=1)[begin:end] & mine & heavy
-        if beside.mean() * len(beside) > SHORTEST_SHARED_SECONDS * recording.force_rate:
-            valid[first:last, column] = False
-            action = "part of the foot is beside the plates; forces not used"
-            findings.append(finding(recording, "contact", names, first, last, action))
+        for reason in (
+            _why_outside(distances[:, column], mine & heavy),
+            _why_beside(recording, feet, column, begin, mine & heavy),
+        ):
+            if reason is not None:
+                valid[first:last, column] = False
+                findings.append(finding(recording, "contact", names, first, last, reason))
     return findings
+
+
+def _placed_plates(recording: Recording) -> list[Plate]:
+    """The plates whose position is known."""
+    return [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
+
+
+def _why_shared(
+    recording: Recording, plate: Plate, feet: Feet, samples: slice, *, cut_off: bool
+) -> str:
+    """Why both feet are on a `plate` in these `samples`, in which no force is divided; `cut_off` if
+    others are.
+    """
+    points = [
+        (over_plate(plate, feet.outlines[c][samples]) & feet.low[c][samples]).mean(axis=0)
+        for c in (0, 1)
+    ]
+    # The foot with the smaller part on this plate has come onto the other one's.
+    guest = int(np.argmin([share.mean() for share in points]))
+    if any(
+        other is not plate
+        and (over_plate(other, feet.outlines[guest][samples]) & feet.low[guest][samples]).any()
+        for other in _placed_plates(recording)
+    ):
+        return (
+            f"the {SIDES[guest]} foot crosses onto this plate, where the {SIDES[1 - guest]} one "
+            "is standing; forces not used"
+        )
+    return "both feet on this plate; forces not used" + (
+        ": it is cut off" if cut_off else ", or divided with --divide-plates"
+    )
+
+
+def _why_outside(distances: Array, loaded: Flags) -> str | None:
+    """Why the centre of pressure is not this foot's, by its `distances` (n,) m from the foot where
+    the plate is well `loaded` (n,); None if it is. A small force has an uncertain one.
+    """
+    known = distances[loaded & np.isfinite(distances)]
+    away = known > OUTSIDE_FOOT
+    if not len(away) or away.mean() <= OUTSIDE_SHARE:
+        return None
+    return (
+        f"the centre of pressure is up to {100 * known.max():.0f} cm "
+        f"{OUTSIDE}, in {100 * away.mean():.0f} % of the loaded time (another foot "
+        "or person on the plate, or wrong corners or axes); forces not used"
+    )
+
+
+def _why_beside(
+    recording: Recording, feet: Feet, column: int, begin: int, loaded: Flags
+) -> str | None:
+    """Whether part of the foot is beside all plates while one is well `loaded` (n,), from sample
+    `begin`; None if not, or if a plate whose position is unknown may carry that part.
+    """
+    plates = _placed_plates(recording)
+    if len(plates) < len(recording.plates):
+        return None
+    # Within 2 cm of an edge the centre of pressure knows better than markers.
+    on_any = np.any(
+        [over_plate(other, feet.outlines[column], margin=EDGE_M) for other in plates], axis=0
+    )
+    off = (feet.low[column] & ~on_any).any(axis=1)[begin : begin + len(loaded)] & loaded
+    few = off.mean() * len(off) <= SHORTEST_SHARED_SECONDS * recording.force_rate
+    return None if few else "part of the foot is beside the plates; forces not used"
 
 
 def judge_brushes(

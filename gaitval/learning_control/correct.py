@@ -224,8 +224,6 @@ def correct(
 ) -> Corrected:
     """Find the change of the reference with which a policy walks most like its target.
 
-    It is long because the search and the walks that decide on its use share one pool.
-
     The walks are deterministic, without pushes, from the first of `validation.start_phases`. The
     correction is used only if `search.harm` finds none in a walk from half a cycle later, which the
     search has not seen, and if of long walks (`rollouts.walked_far`) no more fall than without it.
@@ -251,9 +249,6 @@ def correct(
         if on_progress is not None:
             on_progress({"steps": number, "total": settings.steps, "error": found})
 
-    def allowed(point: Array) -> bool:
-        return correction_of(sd * point).largest() <= settings.largest
-
     with RolloutPool(task, workers=task.configuration.training.workers) as pool:
 
         def walk(points: Sequence[Array], *phases: float) -> list[Walked | None]:
@@ -271,7 +266,7 @@ def correct(
             changed = adjusted(task.reference, task.reference_body, change)
             return walked_far(pool.with_task(replace(task, reference=changed)), policy, mu, start)
 
-        from gaitval.learning_control.search import harm, search
+        from gaitval.learning_control.search import search
 
         none = np.zeros_like(sd)
         speed = targets_of(task.reference, task.model).speed
@@ -279,37 +274,53 @@ def correct(
             lambda points: walk(points, start),
             (slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES)).scaled(sd),
             steps=settings.steps,
-            allowed=allowed,
+            allowed=lambda point: correction_of(sd * point).largest() <= settings.largest,
             on_step=progress,
         )
         # Without it and with each share of it, from the start phase and from half a cycle later:
         # eight walks, which take no longer than one.
         points = [none, *(share * found.point for share in _SHARES)]
         walks = walk(points, start, (start + 0.5) % 1.0)
-        here, other = walks[: len(points)], walks[len(points) :]
-        starting = phases
-        for used in range(1, len(points)):
-            refused = None
-            if points[used].any():
-                refused = harm(here[0], here[used], other[0], other[used])
-            if refused is None:
-                starts = far(used, starting)
-                falls = _falls(starts)
-                before = _falls(far(0, starting)) if falls else 0
-                if falls <= before:
-                    break
-                refused = f"{falls} of {len(starts)} long walks fall with it, {before} without"
-                # Near a fall it is luck from which it falls: as many that no validation walks from.
-                starting = (*phases, *((phase + 0.5 / len(phases)) % 1.0 for phase in phases))
-        else:
-            used, starts = 0, far(0, phases)
+        used, starts, refused = _usable(walks, points, far, phases)
     return Corrected(
         correction=correction_of(sd * points[used]),
         errors=found.errors,
         share=(0.0, *_SHARES)[used],
         effective_number=found.effective_number if settings.steps else 0.0,
         refused=refused,
-        before=here[0],
-        after=here[used],
+        before=walks[0],
+        after=walks[used],
         starts=starts[: len(phases)],
     )
+
+
+def _usable(
+    walks: Sequence[Walked | None],
+    points: Sequence[Array],
+    far: Callable[[int, tuple[float, ...]], tuple[Endurance, ...]],
+    phases: tuple[float, ...],
+) -> tuple[int, tuple[Endurance, ...], str | None]:
+    """The first of `points` that does no harm, its long walks, and why all are refused if they are.
+
+    Point 0 is no change, which is used if all others do harm. `walks` are at every point from the
+    start phase, and then from half a cycle later; `far` walks far at a point's number from given
+    phases, at first `phases`.
+    """
+    from gaitval.learning_control.search import harm
+
+    here, other = walks[: len(points)], walks[len(points) :]
+    starting, refused = phases, None
+    for used in range(1, len(points)):
+        refused = None
+        if points[used].any():
+            refused = harm(here[0], here[used], other[0], other[used])
+        if refused is None:
+            starts = far(used, starting)
+            falls = _falls(starts)
+            before = _falls(far(0, starting)) if falls else 0
+            if falls <= before:
+                return used, starts, None
+            refused = f"{falls} of {len(starts)} long walks fall with it, {before} without"
+            # Near a fall it is luck from which it falls: as many that no validation walks from.
+            starting = (*phases, *((phase + 0.5 / len(phases)) % 1.0 for phase in phases))
+    return 0, far(0, phases), refused

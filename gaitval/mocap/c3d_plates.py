@@ -74,48 +74,18 @@ def read_plates(
 def _plate(
     path: Path, contents: Contents, index: int, markers: Array, per_frame: int
 ) -> Plate | None:
-    """Plate number `index`; None without data. It is long because each step needs the last."""
+    """Plate number `index`; None without data."""
     where = f"{path}: force plate {index + 1}"
-    types = contents.of_plate("TYPE", index)
-    kind = 0 if types is None else int(types)
-    if kind not in CHANNELS:
-        raise RecordError(
-            f"{where} is of type {kind or 'unknown'}, but only types 1 to 7 can be read. "
-            "Export the trial with forces and moments (type 2) instead."
-        )
-    listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
-    numbers = [] if listed is None else [int(n) for n in listed]
-    # All channels are 0: the plate is declared but was not recorded.
-    if numbers and not any(numbers):
+    kind, numbers = _channel_numbers(where, contents, index)
+    if not numbers:
         return None
-    if not numbers or not all(1 <= n <= contents.analogs.shape[1] for n in numbers):
-        raise RecordError(
-            f"{where} (type {kind}) needs {CHANNELS[kind]} of the {contents.analogs.shape[1]} "
-            f"analog channels, but FORCE_PLATFORM:CHANNEL names {numbers}. Export it again."
-        )
     metres = unit_factor(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
-    stored = contents.of_plate("CORNERS", index, 3, 4)
-    # The file has a column for each corner.
-    corners = np.zeros((4, 3)) if stored is None else stored.T * metres
-    if not _span(corners):
-        seen = "are missing" if stored is None else f"are {np.round(corners, 3).tolist()} m"
-        raise RecordError(
-            f"{where}: its corners (FORCE_PLATFORM:CORNERS) {seen}; they do not span a plate, so "
-            "the plate's position is unknown. Enter them in the recording program and export "
-            "again."
-        )
-    to_origin = contents.of_plate("ORIGIN", index, 3)
-    # Type 1 measures its centre of pressure itself, so it needs no origin.
-    if to_origin is None and kind != 1:
-        raise RecordError(
-            f"{where}: FORCE_PLATFORM:ORIGIN is missing, so the moments have no point of "
-            "reference. Enter it in the recording program and export again."
-        )
-    origin = np.zeros(3) if to_origin is None else to_origin * metres
+    corners = _corners(where, contents, index, metres)
     centre = corners.mean(axis=0)
     # The person is above the plate, whichever way the plate's own z points.
     person = np.nanmedian(markers.reshape(-1, 3), axis=0) - centre
     side = np.sign(plate_axes(corners)[:, 2] @ person)
+    origin = _origin(where, contents, index, kind, metres)
     # The surface is above the sensors; many files have the opposite vector, or the depth.
     if origin[2] * (1.0 if side > 0 else -1.0) < 0:
         origin = -origin
@@ -124,25 +94,9 @@ def _plate(
         from gaitval.mocap.plate_sensors import stored_calibration
 
         calibration = stored_calibration(where, contents, kind, index, CALIBRATIONS[kind])
-    channels = _unwrapped(where, contents, numbers)
-    if kind == 1:
-        # Its programs divide by the force, and have no centre of pressure without one.
-        idle = np.abs(channels[:, 2:3]) < UNLOADED_N
-        channels[:, 3:] = np.where(idle & np.isnan(channels[:, 3:]), 0.0, channels[:, 3:])
-    if not np.isfinite(channels).all():
-        missing = np.asarray(~np.isfinite(channels).all(axis=1))
-        longest = max(end - begin for begin, end in zip(*runs(missing), strict=True))
-        short = longest <= LONGEST_MISSING * per_frame * contents.number("POINT", "RATE")
-        passed_over(
-            f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
-            f"numbers; {'they are put between those around them' if short else 'it is left out'}. "
-            "Export the trial again"
-        )
-        if not short:
-            return None
-        there = np.flatnonzero(~missing)
-        for column in channels.T:
-            column[:] = np.interp(np.arange(len(column)), there, column[there])
+    channels = _numbers_only(where, contents, kind, _unwrapped(where, contents, numbers), per_frame)
+    if channels is None:
+        return None
     if calibration is None:
         channels = channels * _channel_units(path, where, contents, kind, numbers, metres, channels)
     # A matrix gives newtons, and newtons times POINT:UNITS; ANALOG:UNITS does not apply.
@@ -162,6 +116,81 @@ def _plate(
     sensed = plate_wrench(kind, channels, np.zeros(3), calibration)
     _check_moments(where, kind, plate, centre, sensed[1] * unit)
     return plate
+
+
+def _channel_numbers(where: str, contents: Contents, index: int) -> tuple[int, list[int]]:
+    """A plate's type and its channels, counted from 1; none if it was not recorded."""
+    types = contents.of_plate("TYPE", index)
+    kind = 0 if types is None else int(types)
+    if kind not in CHANNELS:
+        raise RecordError(
+            f"{where} is of type {kind or 'unknown'}, but only types 1 to 7 can be read. "
+            "Export the trial with forces and moments (type 2) instead."
+        )
+    listed = contents.of_plate("CHANNEL", index, CHANNELS[kind])
+    numbers = [] if listed is None else [int(n) for n in listed]
+    # All channels are 0: the plate is declared but was not recorded.
+    if numbers and not any(numbers):
+        return kind, []
+    if not numbers or not all(1 <= n <= contents.analogs.shape[1] for n in numbers):
+        raise RecordError(
+            f"{where} (type {kind}) needs {CHANNELS[kind]} of the {contents.analogs.shape[1]} "
+            f"analog channels, but FORCE_PLATFORM:CHANNEL names {numbers}. Export it again."
+        )
+    return kind, numbers
+
+
+def _corners(where: str, contents: Contents, index: int, metres: float) -> Array:
+    """Corners (4, 3) m of a plate, of a file whose lengths are in `metres`."""
+    stored = contents.of_plate("CORNERS", index, 3, 4)
+    # The file has a column for each corner.
+    corners = np.zeros((4, 3)) if stored is None else stored.T * metres
+    if not _span(corners):
+        seen = "are missing" if stored is None else f"are {np.round(corners, 3).tolist()} m"
+        raise RecordError(
+            f"{where}: its corners (FORCE_PLATFORM:CORNERS) {seen}; they do not span a plate, so "
+            "the plate's position is unknown. Enter them in the recording program and export "
+            "again."
+        )
+    return corners
+
+
+def _origin(where: str, contents: Contents, index: int, kind: int, metres: float) -> Array:
+    """The stored origin (3,) m of a plate's sensors, either way; zero if it needs none."""
+    stored = contents.of_plate("ORIGIN", index, 3)
+    # Type 1 measures its centre of pressure itself, so it needs no origin.
+    if stored is None and kind != 1:
+        raise RecordError(
+            f"{where}: FORCE_PLATFORM:ORIGIN is missing, so the moments have no point of "
+            "reference. Enter it in the recording program and export again."
+        )
+    return np.zeros(3) if stored is None else stored * metres
+
+
+def _numbers_only(
+    where: str, contents: Contents, kind: int, channels: Array, per_frame: int
+) -> Array | None:
+    """The channels (T, C), in which short gaps are filled; None if they have a long one."""
+    if kind == 1:
+        # Its programs divide by the force, and have no centre of pressure without one.
+        idle = np.abs(channels[:, 2:3]) < UNLOADED_N
+        channels[:, 3:] = np.where(idle & np.isnan(channels[:, 3:]), 0.0, channels[:, 3:])
+    if np.isfinite(channels).all():
+        return channels
+    missing = np.asarray(~np.isfinite(channels).all(axis=1))
+    longest = max(end - begin for begin, end in zip(*runs(missing), strict=True))
+    short = longest <= LONGEST_MISSING * per_frame * contents.number("POINT", "RATE")
+    passed_over(
+        f"{where}: {np.count_nonzero(~np.isfinite(channels))} values in its channels are not "
+        f"numbers; {'they are put between those around them' if short else 'it is left out'}. "
+        "Export the trial again"
+    )
+    if not short:
+        return None
+    there = np.flatnonzero(~missing)
+    for column in channels.T:
+        column[:] = np.interp(np.arange(len(column)), there, column[there])
+    return channels
 
 
 def _unwrapped(where: str, contents: Contents, numbers: Sequence[int]) -> Array:

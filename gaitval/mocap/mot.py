@@ -64,29 +64,7 @@ def read_storage(path: Path) -> StorageTable:
             f"{path}: not a MOT or STO file: no line `endheader`. Give a file in OpenSim's "
             "format; if this is one, it is truncated: export it again."
         )
-    header: dict[str, str] = {}
-    words: list[str] = []
-    for line in lines[: ends[0]]:
-        # `key = value` of OpenSim, or `datarows 12` of SIMM.
-        found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
-            rf"\s*({KEYS})\s+(\S.*)$", line, flags=re.IGNORECASE
-        )
-        if found:
-            header[found[1].lower()] = found[2].strip()
-        elif said := re.search(r"angles\s+are\s+in\s+(degrees|radians)", line, re.IGNORECASE):
-            words.append(said[1].lower())
-    version = header.get("version", "1")
-    if version not in VERSIONS:
-        raise RecordError(
-            f"{path}: version is {version!r}, but OpenSim has written versions {VERSIONS[0]} to "
-            f"{VERSIONS[-1]} only; what another means is unknown. Correct the line, or export the "
-            "file again."
-        )
-    if header.get("datatype", "double").lower() != "double":
-        raise RecordError(
-            f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "
-            "be read. Export it with one column for each component."
-        )
+    header, words = _header(path, lines[: ends[0]])
     numbered = [(i, s) for i, s in enumerate(lines[ends[0] + 1 :], ends[0] + 2) if s.strip()]
     if not numbered:
         raise RecordError(f"{path}: nothing follows the header: truncated. Export it again.")
@@ -139,6 +117,36 @@ def read_storage(path: Path) -> StorageTable:
 
 KEYS: Final = "name|datacolumns|datarows|ncolumns|nrows|indegrees|version|range|datarate|datatype"
 """Keys of headers that a blank may part from their value."""
+
+
+def _header(path: Path, lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
+    """What the `lines` before `endheader` say, by lower-case key, and the units of angles that they
+    say in words; refused if it cannot be read.
+    """
+    header: dict[str, str] = {}
+    words: list[str] = []
+    for line in lines:
+        # `key = value` of OpenSim, or `datarows 12` of SIMM.
+        found = re.match(r"\s*([A-Za-z]\w*)\s*=\s*(.*)$", line) or re.match(
+            rf"\s*({KEYS})\s+(\S.*)$", line, flags=re.IGNORECASE
+        )
+        if found:
+            header[found[1].lower()] = found[2].strip()
+        elif said := re.search(r"angles\s+are\s+in\s+(degrees|radians)", line, re.IGNORECASE):
+            words.append(said[1].lower())
+    version = header.get("version", "1")
+    if version not in VERSIONS:
+        raise RecordError(
+            f"{path}: version is {version!r}, but OpenSim has written versions {VERSIONS[0]} to "
+            f"{VERSIONS[-1]} only; what another means is unknown. Correct the line, or export the "
+            "file again."
+        )
+    if header.get("datatype", "double").lower() != "double":
+        raise RecordError(
+            f"{path}: DataType is {header['datatype']}, but only tables of numbers (double) can "
+            "be read. Export it with one column for each component."
+        )
+    return header, words
 
 
 def _range(path: Path, said: str, rows: int) -> Array:

@@ -11,7 +11,7 @@ from gaitval.configuration import RandomisationSettings
 from gaitval.errors import ModelError
 from gaitval.model.body import BodyModel, ContactSphere, Segment
 
-PARAMETERS: Final = (
+PARAMETERS: Final[tuple[str, ...]] = (
     "damping",
     "friction",
     "foot_length",

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from gaitval.identification.body_report import bars
 from gaitval.identification.body_words import next_trials, sentences
@@ -11,6 +11,7 @@ from gaitval.identification.joints import judged_lengths
 from gaitval.identification.shared_errors import BODY_ERRORS, NAMES, Shared
 from gaitval.identification.verdicts import Judged, judged
 from gaitval.model.body import BodyModel
+from gaitval.model.parameters import nominal_parameters
 from gaitval.number_text import number
 from gaitval.reporting.body_bars import draw
 from gaitval.reporting.page import write_html
@@ -62,3 +63,27 @@ def write_body_page(path: Path, name: str, found: Shared, model: BodyModel) -> P
         "drawings": {"body": partial(draw, bars(found, model))},
     }
     return write_html(path.parent, path.stem, "body.html.j2", context)
+
+
+def as_dict(found: Shared, model: BodyModel) -> dict[str, Any]:
+    """All of it for JSON: the sentences, parameters, errors, and what a further trial would add."""
+    trials = tables(found, model)[-1][1]
+    return {
+        "said": sentences(found, model),
+        "parameters": {
+            each.name: {"scaled": float(scaled), "expected": each.prior_mean,
+                        "prior_sd": each.prior_sd, "found": each.mean, "sd": each.sd,
+                        "verdict": each.verdict}
+            for each, scaled in zip(judged(found.posterior), nominal_parameters(), strict=True)
+        },
+        "left_leg_longer_m": {
+            **dict(zip(("mean", "sd"), found.legs.estimate, strict=True)),
+            "odds_of_more_than_people_s": found.legs.odds,
+            "more_than_people_s": found.legs.differ,
+        },
+        "errors": {
+            name: {"mean": float(value), "sd": float(sd)}
+            for name, value, sd in zip(NAMES, found.values, found.sd, strict=True)
+        },
+        "trials": [dict(zip(trials[0], row, strict=True)) for row in trials[1:]],
+    }  # fmt: skip

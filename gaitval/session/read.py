@@ -1,7 +1,7 @@
 """Read the trials of a session: name the markers, turn the axes and clean the trajectories."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -57,24 +57,10 @@ def read_session(
     """Read all trials of `request`, bring them into the project's axes and clean them by
     `processing`; `tell` is called with each decision.
 
-    It is long because what each file lacks decides how the next is read.
-
     Raises RecordError if a file cannot be used, or the files do not belong together.
     """
     _check_files(request)
-    walking = []
-    for i, trial in enumerate(request.trials):
-        with of_trial(i):
-            forces = request.forces[i] if request.forces else None
-            part = request.time_of(i)
-            found = _read(tell, trial, forces=forces, part=part)
-            if part is not None:
-                found = replace(found, source=f"{found.source}, {part_text(part)}")
-            if request.no_plate or request.plate or request.plate_axis:
-                from gaitval.session.said_plates import as_said
-
-                found = as_said(found, request)
-            walking.append(_sound(found, request, tell))
+    walking = [_walk_of_file(request, number, tell) for number in range(len(request.trials))]
     standing = _standing_file(request, walking, tell)
     for recording in (*(() if request.stands_in_walk else (standing,)), *walking):
         tell("read", _described(recording))
@@ -90,17 +76,8 @@ def read_session(
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
             tell("markers", f"{request.called(number)}: without {', '.join(lacking)}")
-    landmarks = marker_set.landmarks
-    if request.axes is None:
-        # From the standing trial, in which the person is upright.
-        axes = detect_axes(standing, landmarks)
-    else:
-        from gaitval.mocap.given_axes import check_axes, parse_axes
-
-        axes = parse_axes(request.axes)
-        check_axes(axes, standing, landmarks)
+    axes = _axes(request, standing, marker_set.landmarks)
     tell("axes", axes.description)
-    doubts: list[tuple[str, QualityFlag]] = []
 
     def walked(number: int) -> Recording:
         recording, trial = walking[number].turned(axes.rotation), request.trials[number]
@@ -121,27 +98,15 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, tell
     )
-    doubts += [(request.called(0), doubt) for doubt in of_walk]
+    doubts = [(request.called(0), doubt) for doubt in of_walk]
     turned = []
-    for number in range(len(walking)):
+    for number, named_walk in enumerate(walking):
         with of_trial(number):
             recording = walked(number) if first is None or number > 0 else first
-            distances = check_same_person(
-                trajectories(standing),
-                trajectories(recording),
-                marker_set,
-                names=(str(request.static), recording.source),
-            )
-            moved = displaced(distances, marker_set)
-            for doubt in marker_doubts(walking[number], standing, recording, landmarks, moved):
+            for doubt in _doubts_beside(request, marker_set, standing, recording, named_walk):
                 tell("warnings", f"{request.called(number)}: {doubt}")
                 doubts.append((request.called(number), doubt))
-            if not recording.plates and not request.kinematics_only:
-                raise RecordError(
-                    f"{recording.source}: no force plates in the trial, so there are no moments "
-                    "and no ground reaction. Give the file of the forces with --forces, or use "
-                    "--kinematics-only: the walk then predicts moments and forces."
-                ).with_way_on("--kinematics-only")
+            _check_plates(request, recording)
         turned.append(recording)
     return SessionRecordings(
         marker_set=marker_set,
@@ -150,6 +115,64 @@ def read_session(
         walking=tuple(turned),
         doubts=tuple(doubts),
     )
+
+
+def _walk_of_file(request: Request, number: int, tell: Tell) -> Recording:
+    """A walking trial as read: the part, the plates and their axes that the user says."""
+    with of_trial(number):
+        forces = request.forces[number] if request.forces else None
+        part = request.time_of(number)
+        found = _read(tell, request.trials[number], forces=forces, part=part)
+        if part is not None:
+            found = replace(found, source=f"{found.source}, {part_text(part)}")
+        if request.no_plate or request.plate or request.plate_axis:
+            from gaitval.session.said_plates import as_said
+
+            found = as_said(found, request)
+        return _sound(found, request, tell)
+
+
+def _axes(request: Request, standing: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
+    """The laboratory's axes: as the user says, else by the standing trial, in which the person is
+    upright.
+    """
+    if request.axes is None:
+        return detect_axes(standing, landmarks)
+    from gaitval.mocap.given_axes import check_axes, parse_axes
+
+    axes = parse_axes(request.axes)
+    check_axes(axes, standing, landmarks)
+    return axes
+
+
+def _doubts_beside(
+    request: Request,
+    marker_set: MarkerSet,
+    standing: Recording,
+    walk: Recording,
+    as_recorded: Recording,
+) -> Iterable[QualityFlag]:
+    """Warnings about the markers of a `walk` beside those in standing; RecordError if they are of
+    another person. `as_recorded` is the walk before it was cleaned.
+    """
+    distances = check_same_person(
+        trajectories(standing),
+        trajectories(walk),
+        marker_set,
+        names=(str(request.static), walk.source),
+    )
+    moved = displaced(distances, marker_set)
+    return marker_doubts(as_recorded, standing, walk, marker_set.landmarks, moved)
+
+
+def _check_plates(request: Request, recording: Recording) -> None:
+    """Refuse a trial without force plates, unless only its kinematics are asked for."""
+    if not recording.plates and not request.kinematics_only:
+        raise RecordError(
+            f"{recording.source}: no force plates in the trial, so there are no moments "
+            "and no ground reaction. Give the file of the forces with --forces, or use "
+            "--kinematics-only: the walk then predicts moments and forces."
+        ).with_way_on("--kinematics-only")
 
 
 def _marker_set(request: Request, standing: Recording, tell: Tell) -> MarkerSet:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -72,60 +72,21 @@ def scale_body(
     hip_centres: Mapping[str, Array] | None = None,
     symmetric: bool = True,
 ) -> FittedBody:
-    """Scale the body by the standing trial of `session`, then fit it to both trials.
-
-    It is long because each measurement replaces a guess of the one before.
+    """Scale the body by the standing trial of `session`, then fit it to both trials: each
+    measurement replaces a guess of the one before.
 
     `request` has mass, stature and widths, `processing` the filter of the walk; `tell` is called
     with each decision. `hip_centres` (3,) m in standing replace the regression of sides ("R", "L").
     `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
     """
-    places = standing_places(session.standing)
-    marker_set = session.marker_set
-    on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
-    with about_file(str(request.static)):
-        measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
-        measured = replace(measured, symmetric=symmetric)
-        if "midfoot" in measured.sources.get("foot", ""):
-            tell("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
-        scaled = build_body(request, measured)
-        odd = [*_odd_lengths(scaled), *_odd_stature(scaled, request), *_odd_widths(request)]
-        for doubt in odd:
-            tell("warnings", str(doubt))
-        placement = place_markers(
-            scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
-        )
+    stood = _by_standing(request, session, tell, hip_centres, symmetric=symmetric)
+    odd = list(stood.odd)
+    model, placement = stood.scaled.model, stood.placement
     checked = []
     for number in range(len(session.walking)):
         with of_trial(number):
-            checked.append(
-                _with_right_labels(scaled.model, placement, session, number, request, tell)
-            )
-    first = checked[0][0]
-    names = [marker.name for marker in placement.markers]
-    stood = session.standing.columns(names)
-    stood[:, [name in placement.moved for name in names]] = np.nan
-    smooth = low_pass(
-        first.markers,
-        rate=first.marker_rate,
-        cutoff_hz=processing.marker_cutoff_hz,
-        order=processing.filter_order,
-    )
-    fitted = partial(
-        fit_model,
-        scaled.model,
-        placement.markers,
-        stood,
-        replace(first, markers=smooth).columns(names),
-        placement_sd={
-            name: ANATOMICAL_SD for name in names if marker_set.markers[name].role == "anatomical"
-        },
-    )
-    fit, tissue = fitted(), SOFT_TISSUE_SD
-    # Without a standing trial, only the walk can show that its markers move less than skin does.
-    while request.stands_in_walk and TISSUE_OVER_RESIDUAL * fit.measurement_sd < 0.95 * tissue:
-        tissue = TISSUE_OVER_RESIDUAL * fit.measurement_sd
-        fit = fitted(soft_tissue_sd=tissue)
+            checked.append(_with_right_labels(model, placement, session, number, request, tell))
+    fit = _fit_to_trials(request, processing, session, checked[0][0], model, placement)
     tell(
         "scaling",
         f"joint fit: marker RMS from {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
@@ -140,30 +101,10 @@ def scale_body(
             )
         )  # fmt: skip
         tell("warnings", str(odd[-1]))
-    for remark in knee_axis_remarks(fit, marker_set.landmarks):
+    for remark in knee_axis_remarks(fit, session.marker_set.landmarks):
         tell("scaling", remark)
-    # Arms without markers keep de Leva's lengths; trunk and shoulders depend on the hips, which the
-    # fit moves.
-    taken = {
-        length.name: length.fitted
-        for length in fit.lengths
-        if length.fitted != length.prior
-        or length.name in ("lumbar_forward", "lumbar_up", "shoulder_up")
-    }
-    chosen = with_fitted_lengths(measured, taken, "joint fit to standing and walking")
-
-    with about_file(str(request.static)):
-        by_pairs, factors = scale_by_pairs(
-            {
-                landmark: session.standing.marker(name)
-                for landmark, name in marker_set.landmarks.items()
-                if name in places
-            },
-            height_m=request.height_m,
-            sex=request.sex,
-            **request.widths,
-        )
-        paired = build_body(request, by_pairs)
+    chosen = _with_lengths_of(fit, stood.measured)
+    factors, paired = _by_pairs(request, session, stood.places)
     return FittedBody(
         chosen=chosen,
         scaled=build_body(request, chosen),
@@ -175,11 +116,112 @@ def scale_body(
         doubts=tuple(
             (*(odd if number == 0 else ()), *doubts) for number, (_, doubts) in enumerate(checked)
         ),
-        paired=(
-            paired.model,
-            place_markers(paired.model, by_pairs, places, marker_set, **request.widths),
-        ),
+        paired=paired,
     )
+
+
+class _Standing(NamedTuple):
+    """The body by the standing trial alone, where its markers are, m, and warnings about it."""
+
+    places: Mapping[str, Array]
+    measured: Measurements
+    scaled: ScaledBody
+    odd: tuple[QualityFlag, ...]
+    placement: MarkerPlacement
+
+
+def _by_standing(
+    request: Request,
+    session: SessionRecordings,
+    tell: Tell,
+    hip_centres: Mapping[str, Array] | None,
+    *,
+    symmetric: bool,
+) -> _Standing:
+    """The body by the landmarks of the standing trial."""
+    places, marker_set = standing_places(session.standing), session.marker_set
+    on_landmarks = marker_set.on_landmarks({name: at.tolist() for name, at in places.items()})
+    with about_file(str(request.static)):
+        measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
+        measured = replace(measured, symmetric=symmetric)
+        if "midfoot" in measured.sources.get("foot", ""):
+            tell("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
+        scaled = build_body(request, measured)
+        odd = (*_odd_lengths(scaled), *_odd_stature(scaled, request), *_odd_widths(request))
+        for doubt in odd:
+            tell("warnings", str(doubt))
+        placement = place_markers(
+            scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
+        )
+    return _Standing(places, measured, scaled, odd, placement)
+
+
+def _fit_to_trials(
+    request: Request,
+    processing: ProcessingSettings,
+    session: SessionRecordings,
+    walking: Recording,
+    model: BodyModel,
+    placement: MarkerPlacement,
+) -> ModelFit:
+    """The joint fit of lengths and places of markers to the standing and one `walking` trial."""
+    names = [marker.name for marker in placement.markers]
+    stood = session.standing.columns(names)
+    stood[:, [name in placement.moved for name in names]] = np.nan
+    smooth = low_pass(
+        walking.markers,
+        rate=walking.marker_rate,
+        cutoff_hz=processing.marker_cutoff_hz,
+        order=processing.filter_order,
+    )
+    roles = session.marker_set.markers
+    fitted = partial(
+        fit_model,
+        model,
+        placement.markers,
+        stood,
+        replace(walking, markers=smooth).columns(names),
+        placement_sd={name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"},
+    )
+    fit, tissue = fitted(), SOFT_TISSUE_SD
+    # Without a standing trial, only the walk can show that its markers move less than skin does.
+    while request.stands_in_walk and TISSUE_OVER_RESIDUAL * fit.measurement_sd < 0.95 * tissue:
+        tissue = TISSUE_OVER_RESIDUAL * fit.measurement_sd
+        fit = fitted(soft_tissue_sd=tissue)
+    return fit
+
+
+def _with_lengths_of(fit: ModelFit, measured: Measurements) -> Measurements:
+    """Measurements with the lengths of the joint fit. Arms without markers keep de Leva's; trunk
+    and shoulders depend on the hips, which the fit moves.
+    """
+    taken = {
+        length.name: length.fitted
+        for length in fit.lengths
+        if length.fitted != length.prior
+        or length.name in ("lumbar_forward", "lumbar_up", "shoulder_up")
+    }
+    return with_fitted_lengths(measured, taken, "joint fit to standing and walking")
+
+
+def _by_pairs(
+    request: Request, session: SessionRecordings, places: Mapping[str, Array]
+) -> tuple[Mapping[str, float], tuple[BodyModel, MarkerPlacement]]:
+    """The factors of the marker pairs in standing, and the body scaled by them with its markers."""
+    marker_set = session.marker_set
+    with about_file(str(request.static)):
+        by_pairs, factors = scale_by_pairs(
+            {
+                landmark: session.standing.marker(name)
+                for landmark, name in marker_set.landmarks.items()
+                if name in places
+            },
+            height_m=request.height_m,
+            sex=request.sex,
+            **request.widths,
+        )
+        model = build_body(request, by_pairs).model
+    return factors, (model, place_markers(model, by_pairs, places, marker_set, **request.widths))
 
 
 def _odd_lengths(scaled: ScaledBody) -> Iterator[QualityFlag]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -111,7 +111,7 @@ def work_out_trial(
     stride: "WholeStride | None" = None,
 ) -> WalkingTrial:
     """Kinematics, forces, dynamics and cycles of one walking trial (`name`) of `session` on the
-    scaled `body`, by `request` and `processing`. It is long because each step uses the last's.
+    scaled `body`, by `request` and `processing`.
 
     `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial that
     is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
@@ -122,33 +122,13 @@ def work_out_trial(
     kinematics = anchoring.kinematics
     shown = {side: leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
     _tell_motion(tell, name, anchoring)
-    model, placement = body.paired
-    placed = [marker for marker in placement.markers if marker.name in recording.names]
-    # The same trial on the body scaled by marker pairs, for the comparison on the page.
-    compared = inverse_kinematics(model, placed, motion.measured)
-
-    forces = loads = dynamics = consistent = measured = None
-    findings: tuple[Finding, ...] = ()
+    ground = _Ground(recording)
     if recording.plates and not request.kinematics_only:
-        carried = trial_loads(recording, processing, landmarks, shown, divide=request.divide_plates)
-        recording, forces, loads = carried.recording, carried.forces, carried.loads
-        findings = carried.findings
-        for finding in findings:
-            tell("forces", f"{name}: {finding}")
-        dynamics = inverse_dynamics(body.model, recording.time, positions, *carried.wrenches)
-        measured = forces, loads, dynamics
-        if request.consistent:
-            tell("dynamics", f"{name}: finding the smallest change that lowers the residuals")
-            from gaitval.inverse.residual_reduction import reduce_residuals
-
-            consistent = reduce_residuals(
-                body.model,
-                recording.time,
-                positions,
-                *carried.wrenches,
-                motion.markers,
-                known=carried.known,
-            )
+        ground = _on_plates(
+            request, processing, body.model, recording, motion, landmarks, shown,
+            lambda topic, text: tell(topic, f"{name}: {text}"),
+        )  # fmt: skip
+    recording, forces = ground.recording, ground.forces
 
     events = find_events(recording, forces, processing, landmarks=landmarks)
     cycles = _cycles(recording, events, forces, shown, processing)
@@ -166,7 +146,7 @@ def work_out_trial(
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
     found = trial_doubts(
-        recording, landmarks, events, findings, measured,
+        recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
     )  # fmt: skip
     doubts = (*of_file, *unsolved(kinematics, recording), *belt_doubts(belt, feet), *found)
@@ -177,13 +157,13 @@ def work_out_trial(
         recording=recording,
         kinematics=kinematics,
         anchoring=anchoring,
-        compared=compared,
+        compared=_on_paired_body(body, given, motion),
         positions=positions,
         events=events,
         forces=forces,
-        loads=loads,
-        dynamics=dynamics,
-        consistent=consistent,
+        loads=ground.loads,
+        dynamics=ground.dynamics,
+        consistent=ground.consistent,
         belt=belt,
         cycles=cycles,
         gait={
@@ -192,7 +172,7 @@ def work_out_trial(
             )
             for side in SIDES
         },
-        findings=findings,
+        findings=ground.findings,
         stored_events=stored,
         doubts=doubts,
     )
@@ -211,6 +191,59 @@ def _belt(
         if any(cycle.kinematics_valid for side in SIDES for cycle in cycles[side]):
             raise
         return float("nan")
+
+
+def _on_paired_body(
+    body: FittedBody, recording: Recording, motion: "TrialMotion"
+) -> InverseKinematics:
+    """The same trial on the body scaled by marker pairs, for the comparison on the page."""
+    model, placement = body.paired
+    placed = [marker for marker in placement.markers if marker.name in recording.names]
+    return inverse_kinematics(model, placed, motion.measured)
+
+
+class _Ground(NamedTuple):
+    """Forces, and what follows from them; empty without plates."""
+
+    recording: Recording
+    forces: FootForces | None = None
+    loads: FootForces | None = None
+    dynamics: InverseDynamics | None = None
+    consistent: "ConsistentMotion | None" = None
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def measured(self) -> tuple[FootForces, FootForces, InverseDynamics] | None:
+        """Forces, loads and dynamics, for the checks."""
+        if self.forces is None or self.loads is None or self.dynamics is None:
+            return None
+        return self.forces, self.loads, self.dynamics
+
+
+def _on_plates(
+    request: Request,
+    processing: ProcessingSettings,
+    model: BodyModel,
+    recording: Recording,
+    motion: "TrialMotion",
+    landmarks: Mapping[str, str],
+    shown: Mapping[Side, Flags],
+    tell: Tell,
+) -> _Ground:
+    """The forces on the feet, their inverse dynamics, and the consistent motion if asked for."""
+    carried = trial_loads(recording, processing, landmarks, shown, divide=request.divide_plates)
+    for finding in carried.findings:
+        tell("forces", str(finding))
+    mechanics = (model, carried.recording.time, motion.positions, *carried.wrenches)
+    dynamics, consistent = inverse_dynamics(*mechanics), None
+    if request.consistent:
+        tell("dynamics", "finding the smallest change that lowers the residuals")
+        from gaitval.inverse.residual_reduction import reduce_residuals
+
+        consistent = reduce_residuals(*mechanics, motion.markers, known=carried.known)
+    return _Ground(
+        carried.recording, carried.forces, carried.loads, dynamics, consistent, carried.findings
+    )
 
 
 def _stored_events(

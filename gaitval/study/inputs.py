@@ -13,6 +13,7 @@ from gaitval.model.urdf import model_hash, read_urdf
 
 if TYPE_CHECKING:
     from gaitval.configuration import Start
+    from gaitval.metrics.round_errors import RoundErrors
     from gaitval.metrics.typed import Result
     from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
@@ -23,6 +24,8 @@ from gaitval.study.stage import Run
 
 R = TypeVar("R", bound="Result")
 
+SIMULATION_SECTIONS: tuple[str, ...] = ("seed", "contact", "servo", "environment")
+"""Sections of the configuration that every stage that walks depends on."""
 METRICS = "metrics.json"
 POLICY_FILES = ("policy.safetensors", "policy.json")
 """A stored policy: its weights, and everything else about it."""
@@ -166,3 +169,10 @@ def body_parameters(identification: Path, which: str = "identified") -> NDArray[
 
     found = identification_from(read_json(identification), str(identification))
     return np.array(found.nominal if which == "nominal" else found.identified, dtype=float)
+
+
+def round_errors(run: Run, round_number: int) -> "RoundErrors":
+    """Epsilon of the finished round `round_number` of `run`."""
+    from gaitval.metrics.round_errors import read_round
+
+    return read_round(run.folder / f"rounds/{round_number}")

@@ -3,9 +3,10 @@
 from itertools import takewhile
 
 from gaitval.errors import ArtefactError
+from gaitval.study.identification_stages import identify_stage
+from gaitval.study.learning_stages import need_stage, train_stage
 from gaitval.study.run import choose_start, plan
 from gaitval.study.stage import Run, Stage, run_stage, why_run
-from gaitval.study.stages import identify_stage, need_stage, train_stage
 
 FOLLOWING = ("need", "keep", "evaluate", "choose", "repeat", "body")
 """Short stages without a command: they run automatically before what depends on them."""

@@ -16,32 +16,27 @@ from gaitval.study.inputs import (
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
+    SIMULATION_SECTIONS,
     STARTS,
     WALKS,
     stored,
     stored_policy,
     walking_task,
 )
-from gaitval.study.predicted_tasks import predicted_task, range_stage, range_task, speeds_of
-from gaitval.study.run import choose_start
-from gaitval.study.stage import Run, Stage, run_stage
-from gaitval.study.stages import (
+from gaitval.study.learning_stages import (
     LEARNING_SECTIONS,
-    SIMULATION_SECTIONS,
     hand_on_stage,
     learned,
-    metrics_of,
     need_files,
     need_stage,
-    reference_stage,
-    repeat_stage,
-    report_stage,
-    save_correction,
-    scale_stage,
-    simulate_stage,
-    validate_stage,
 )
+from gaitval.study.predicted_tasks import predicted_task, range_stage, range_task, speeds_of
+from gaitval.study.report_stages import metrics_of, report_stage, validate_stage
+from gaitval.study.run import choose_start
+from gaitval.study.scaling_stages import reference_stage, scale_stage
+from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.unread import say_unread
+from gaitval.study.walking_stages import repeat_stage, save_correction, simulate_stage
 
 
 def train_range_stage(run: Run) -> Stage:

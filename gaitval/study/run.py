@@ -22,29 +22,20 @@ from gaitval.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
 from gaitval.study import estimate_stage
-from gaitval.study.inputs import GAIN, POLICY_FILES, start_policy, stored
-from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
-from gaitval.study.stages import (
-    body_stages,
+from gaitval.study.identification_stages import (
     choose_stage,
-    correct_stage,
     evaluate_stage,
-    hand_on_stage,
     identify_stage,
-    need_stage,
-    push_stage,
-    reference_stage,
-    repeat_stage,
-    report_stage,
-    round_errors,
     round_gained,
-    scale_stage,
-    simulate_stage,
-    train_stage,
-    validate_stage,
 )
+from gaitval.study.inputs import GAIN, POLICY_FILES, round_errors, start_policy, stored
+from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
+from gaitval.study.report_stages import body_stages, report_stage, validate_stage
+from gaitval.study.scaling_stages import reference_stage, scale_stage
+from gaitval.study.stage import INTERRUPTED, Observer, Run, Stage, run_stage, why_run
 from gaitval.study.stored_policy import general_policy
 from gaitval.study.unread import given, say_unread
+from gaitval.study.walking_stages import correct_stage, push_stage, repeat_stage, simulate_stage
 
 if TYPE_CHECKING:
     pass

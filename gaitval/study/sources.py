@@ -2,7 +2,7 @@
 
 Imports are read from the package's syntax trees, not from a running interpreter, so checking a
 stage loads nothing. A module outside `study/` counts as a whole, with all that it imports, also
-inside functions. In `study/`, where one file contains all stages, only the definitions that a
+inside functions. In `study/`, where a file contains several stages, only the definitions that a
 stage's function reaches by name count. Comments, docstrings and layout do not count: changing them
 runs nothing again.
 """
@@ -24,20 +24,23 @@ PACKAGE: Final = Path(__file__).parents[1]
 
 DATA: Final = {
     "gaitval.apps.devices.page": ("apps/devices/device.html.j2",),
+    "gaitval.apps.patients.sound_side": ("apps/patients/*.csv",),
     "gaitval.identification.offsets": ("identification/offsets.json",),
     "gaitval.learning_control.slopes": ("learning_control/*.safetensors",),
     "gaitval.gait.healthy_controls": ("gait/gps_controls.csv",),
     "gaitval.metrics.tolerances": ("metrics/tolerances.toml",),
     "gaitval.metrics.healthy_bands": ("metrics/*_bands.csv",),
     "gaitval.metrics.norms": ("metrics/norms.csv",),
-    "gaitval.prediction.deviations": ("prediction/fits.json",),
     "gaitval.model.urdf": ("models/xacro/*.xacro", "../models/xacro/*.xacro"),
+    "gaitval.prediction.deviations": ("prediction/fits.json",),
     "gaitval.reporting.translated": ("reporting/languages/*.po", "reporting/texts.txt"),
     "gaitval.reporting.checklist": ("reporting/checklist.toml",),
     "gaitval.reporting.credibility": ("reporting/claims.csv",),
     "gaitval.reporting.page": ("reporting/*.j2", "reporting/*.css", "reporting/*.js"),
     "gaitval.reporting.replay": ("reporting/vendor/*",),
     "gaitval.scaling.marker_sets": ("scaling/markersets/*.toml",),
+    "gaitval.scaling.markers.body": ("scaling/markers/sites.toml",),
+    "gaitval.scaling.markers.names": ("scaling/markers/names.toml",),
 }
 """Data that a module reads, relative to the package; in a wheel the body model is inside it."""
 

@@ -17,7 +17,7 @@ from gaitval.metrics.identified_body import MOST, identified_model, with_legs
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
-from gaitval.study import stages, stored_policy
+from gaitval.study import identification_stages, stored_policy
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))
@@ -73,7 +73,7 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
         return "found"
 
     monkeypatch.setattr(methods, "rollouts_identification", rollouts)
-    monkeypatch.setattr(stages, "read_urdf", lambda path: "model")
+    monkeypatch.setattr(identification_stages, "read_urdf", lambda path: "model")
     monkeypatch.setattr(ReferenceMotion, "load", lambda path: path.name)
     monkeypatch.setattr(stored_policy, "general_walker", lambda environment: "walker")
     begun = ("fit", "held")
@@ -83,7 +83,7 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
         subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
         folder=tmp_path, told=lambda: SimpleNamespace(record="record"),
     )  # fmt: skip
-    assert stages._searched(run, SD, tmp_path) == "found"
+    assert identification_stages._searched(run, SD, tmp_path) == "found"
     assert asked == [("fit", "record", "model", "walker", configuration, "told")]
 
 

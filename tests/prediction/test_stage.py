@@ -25,8 +25,8 @@ from gaitval.study.estimate_stage import (
     of_run,
     stage,
 )
+from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Observer, open_run, run_stage, why_run
-from gaitval.study.stages import reference_stage, scale_stage
 
 BASELINE = Path(__file__).parents[2] / "reports" / "S07" / "baseline" / "metrics.json"
 

@@ -40,22 +40,17 @@ from gaitval.simulation.walker import WalkingTask
 from gaitval.study import body_stage, one_stage
 from gaitval.study import run as study
 from gaitval.study import stage as stage_module
+from gaitval.study.identification_stages import choose_stage, identify_stage
 from gaitval.study.inputs import STORED_FILES
+from gaitval.study.learning_stages import learned, train_stage
 from gaitval.study.one_stage import finished_rounds, run_one
 from gaitval.study.own_start import start_from
+from gaitval.study.report_stages import validate_stage
 from gaitval.study.run import plan, run_subject
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, fingerprint, open_run, run_stage, why_run
-from gaitval.study.stages import (
-    choose_stage,
-    identify_stage,
-    learned,
-    push_stage,
-    simulate_stage,
-    train_stage,
-    validate_stage,
-)
 from gaitval.study.stored_policy import stored_baseline
+from gaitval.study.walking_stages import push_stage, simulate_stage
 
 FOUND = {
     "names": PARAMETERS,

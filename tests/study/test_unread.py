@@ -7,8 +7,8 @@ import pytest
 from gaitval.configuration import SAMPLES_FROM, load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.run import plan
+from gaitval.study.scaling_stages import scale_stage
 from gaitval.study.stage import Observer, Run
-from gaitval.study.stages import scale_stage
 from gaitval.study.unread import given, unread
 
 

@@ -40,8 +40,8 @@ from gaitval.metrics.tolerances import evaluate, load_registry, measured
 from gaitval.metrics.verdicts import target_text
 from gaitval.metrics.walk_results import StoredPushes
 from gaitval.reporting.report import write_report
+from gaitval.study.report_stages import metrics_of
 from gaitval.study.stage import Run
-from gaitval.study.stages import metrics_of
 from gaitval.terminal import display
 
 Json = Mapping[str, Any]

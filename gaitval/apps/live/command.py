@@ -1,5 +1,6 @@
 """The command that lets a person walk now, in a local page."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,20 @@ from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.live.log import Log
+    from gaitval.apps.live.person import Person
     from gaitval.apps.live.walk import LiveWalk
+    from gaitval.datasets.subject import Subject
+
+DeviceOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--device",
+        metavar="DEVICE",
+        help="A shipped device's name or a file, that is put on and taken off in the page. May be "
+        "repeated.",
+        show_default=False,
+    ),
+]
 
 
 @added_command(
@@ -52,16 +66,7 @@ def live(
             show_default=False,
         ),
     ] = None,
-    device: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--device",
-            metavar="DEVICE",
-            help="A shipped device's name or a file, that is put on and taken off in the page. May "
-            "be repeated.",
-            show_default=False,
-        ),
-    ] = None,
+    device: DeviceOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -89,41 +94,58 @@ def live(
     first start takes half a minute, for references at six speeds, and minutes of who has a
     prosthesis. What is done is logged, and can be walked again. Ctrl-C ends it.
     """
-    from gaitval.apps.live.log import check_person, read_log
     from gaitval.apps.live.person import folder_of, prepared
-    from gaitval.datasets.subject_file import load_subject
 
-    if (subject is None) == (replay is None):
-        raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
-    if check and replay is None:
-        raise ConfigurationError("--check: walks a log again. Give it, with --replay.")
-    if device and replay is not None:
-        raise ConfigurationError("--device: the log says what was worn. Leave it out.")
-    log = None if replay is None else read_log(replay)
-    person = load_subject(str(subject)) if log is None else log.subject
-    if device:
-        from gaitval.apps.devices.of_subject import wearing
-
-        person = wearing(person, device)
+    person, log = _who_walks(subject, replay, device or [], check=check)
     folder = out or folder_of(person)
     with (
         display.live_view() as view,
         prepared(person, folder, view, policy=policy) as found,
     ):
         from gaitval.apps.live.page import show
-        from gaitval.apps.live.walk import LiveWalk
 
-        if log is not None and replay is not None:
-            check_person(log, found, replay)
-            walk = LiveWalk(found, log.speed, log.devices)
-            if check:
-                _check(log, walk, replay)
-                return
-        else:
-            walk = LiveWalk(found, devices=tables_of(person.devices))
+        walk = _walk(found, person, log, replay)
+        if check and log is not None and replay is not None:
+            _check(log, walk, replay)
+            return
         written = show(found, walk, log, port=port, browser=not no_browser, say=_say)
     if written is not None:
         display.plain(f"What was done: {written}. Walk it again: gaitval live --replay {written}")
+
+
+def _who_walks(
+    subject: str | None, replay: Path | None, devices: Sequence[str], *, check: bool
+) -> "tuple[Subject, Log | None]":
+    """The person with its devices, and the log where one is walked again."""
+    from gaitval.apps.live.log import read_log
+    from gaitval.datasets.subject_file import load_subject
+
+    if (subject is None) == (replay is None):
+        raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
+    if check and replay is None:
+        raise ConfigurationError("--check: walks a log again. Give it, with --replay.")
+    if devices and replay is not None:
+        raise ConfigurationError("--device: the log says what was worn. Leave it out.")
+    log = None if replay is None else read_log(replay)
+    person = load_subject(str(subject)) if log is None else log.subject
+    if devices:
+        from gaitval.apps.devices.of_subject import wearing
+
+        person = wearing(person, devices)
+    return person, log
+
+
+def _walk(
+    found: "Person", subject: "Subject", log: "Log | None", replay: Path | None
+) -> "LiveWalk":
+    """A new walk of a person (`found`, the `subject`), or the one of a log, at `replay`."""
+    from gaitval.apps.live.log import check_person
+    from gaitval.apps.live.walk import LiveWalk
+
+    if log is None or replay is None:
+        return LiveWalk(found, devices=tables_of(subject.devices))
+    check_person(log, found, replay)
+    return LiveWalk(found, log.speed, log.devices)
 
 
 def _say(text: str) -> None:

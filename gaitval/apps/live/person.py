@@ -21,9 +21,9 @@ from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import stored_policy
 from gaitval.study.predicted_tasks import range_stage, range_task
+from gaitval.study.scaling_stages import scale_stage
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
-from gaitval.study.stages import scale_stage
 from gaitval.study.stored_policy import general_walker
 
 GENERAL: Final = "general"

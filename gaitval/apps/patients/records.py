@@ -19,7 +19,7 @@ from gaitval.apps.patients.estimates import Estimate
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
 from gaitval.apps.patients.people import Person, person_of
 from gaitval.apps.patients.prosthesis import with_prosthesis
-from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
+from gaitval.apps.patients.rolling_foot import STANCE_BIAS, Feet, feet
 from gaitval.apps.patients.sound_side import expected_of
 from gaitval.apps.patients.strides import Strides
 from gaitval.coordinates import SIDES, Side, opposite
@@ -122,26 +122,8 @@ def patient(
     SubjectError : a value is not plausible, or a child's stature or mass is not known.
     """
     person, state = person_of(strides.subject, people)
-    lacking = [name for name in ("height", "mass") if getattr(person, name) is None]
-    if lacking and person.age is not None and person.age < ADULT_YEARS:
-        raise SubjectError(
-            f"{strides.subject}: {person.age:g} years old, and no {' and no '.join(lacking)}: what "
-            "is not recorded is estimated from adults. Give it in the table of people."
-        )
-    found: dict[str, Estimate] = {}
-    mean, sd = _STATURE[person.sex]
-    height = _known(person.height, mean, sd, "the mean of adults")
-    mass = _known(
-        person.mass,
-        _BMI[0] * height.value**2,
-        # Of the index, and of the square of a stature that was not recorded.
-        float(np.hypot(_BMI[1] * height.value**2, 2.0 * _BMI[0] * height.value * height.sd)),
-        "a body mass index of 26",
-    )
-    leg = estimates.leg_length(height, person.leg_length)
-    found |= {"height": height, "mass": mass, "leg_length": leg}
-    if person.legs is not None:
-        found["leg_difference"] = estimates.leg_difference(person.legs)
+    found = _size(strides, person)
+    height, mass, leg = found["height"], found["mass"], found["leg_length"]
     smoothing = {name: smoothed(np.radians(values)) for name, values in strides.angles.items()}
     curves = {name: each.curve for name, each in smoothing.items()} | expected_angles()
     angles = {name: each.periodic() for name, each in curves.items()}
@@ -171,22 +153,11 @@ def patient(
     draft = make_subject(values, strides.subject)
     model = scale_subject(draft, symmetric=not two_sided(person)).model
     on_ground = feet(angles, strike.phase, model)
-    length = Estimate(
-        on_ground.stride_length,
-        float(np.hypot(on_ground.sd, on_ground.stride_length * leg.sd / leg.value)),
-        "the way of the ball of the foot under the pelvis",
-    )
-    known = person.speed if speed is None else speed
-    went = estimates.pace(length, leg, known, patient=not healthy)
-    found |= {
-        "speed": went.speed if speed is None else went.speed._replace(how="given"),
-        "stride_time": went.stride_time,
-        "stride_length": went.stride_length,
-        **_stances(on_ground.stance, values["identifier"], person.amputation),
-    }
+    found |= _way(on_ground, leg, person, speed, healthy=healthy)
+    found |= _stances(on_ground.stance, values["identifier"], person.amputation)
     values |= {
-        "walking_speed_m_s": went.speed.value,
-        "stride_time_s": went.stride_time.value,
+        "walking_speed_m_s": found["speed"].value,
+        "stride_time_s": found["stride_time"].value,
         "stance_fraction": StanceFraction(
             right=found["stance_right"].value, left=found["stance_left"].value
         ),
@@ -203,6 +174,50 @@ def patient(
         strike.mismatch,
         affected,
     )
+
+
+def _size(strides: Strides, person: Person) -> dict[str, Estimate]:
+    """Stature, mass and leg length, and by how much the legs differ if that is recorded; of a child
+    SubjectError if they would have to be estimated.
+    """
+    lacking = [name for name in ("height", "mass") if getattr(person, name) is None]
+    if lacking and person.age is not None and person.age < ADULT_YEARS:
+        raise SubjectError(
+            f"{strides.subject}: {person.age:g} years old, and no {' and no '.join(lacking)}: what "
+            "is not recorded is estimated from adults. Give it in the table of people."
+        )
+    mean, sd = _STATURE[person.sex]
+    height = _known(person.height, mean, sd, "the mean of adults")
+    mass = _known(
+        person.mass,
+        _BMI[0] * height.value**2,
+        # Of the index, and of the square of a stature that was not recorded.
+        float(np.hypot(_BMI[1] * height.value**2, 2.0 * _BMI[0] * height.value * height.sd)),
+        "a body mass index of 26",
+    )
+    leg = estimates.leg_length(height, person.leg_length)
+    found = {"height": height, "mass": mass, "leg_length": leg}
+    if person.legs is not None:
+        found["leg_difference"] = estimates.leg_difference(person.legs)
+    return found
+
+
+def _way(
+    on_ground: Feet, leg: Estimate, person: Person, speed: float | None, *, healthy: bool
+) -> dict[str, Estimate]:
+    """Speed, stride time and stride length, by the feet `on_ground` or a given `speed`, m/s."""
+    length = Estimate(
+        on_ground.stride_length,
+        float(np.hypot(on_ground.sd, on_ground.stride_length * leg.sd / leg.value)),
+        "the way of the ball of the foot under the pelvis",
+    )
+    known = person.speed if speed is None else speed
+    went = estimates.pace(length, leg, known, patient=not healthy)
+    return {
+        "speed": went.speed if speed is None else went.speed._replace(how="given"),
+        "stride_time": went.stride_time,
+        "stride_length": went.stride_length,
+    }
 
 
 @cache

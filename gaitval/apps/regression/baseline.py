@@ -29,6 +29,7 @@ from gaitval.errors import ArtefactError, GaitvalError, SubjectError
 from gaitval.folder_lock import held
 from gaitval.metrics.typed import OpenResult, Size
 from gaitval.metrics.walk_results import StoredStarts
+from gaitval.study.identification_stages import save_identified_reference
 from gaitval.study.inputs import (
     IDENTIFIED,
     METRICS,
@@ -38,18 +39,11 @@ from gaitval.study.inputs import (
     stored_policy,
     validated_task,
 )
+from gaitval.study.report_stages import metrics_of, validate_stage
+from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
-from gaitval.study.stages import (
-    metrics_of,
-    push_stage,
-    reference_stage,
-    repeat_stage,
-    save_identified_reference,
-    scale_stage,
-    simulate_stage,
-    validate_stage,
-)
+from gaitval.study.walking_stages import push_stage, repeat_stage, simulate_stage
 
 if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics

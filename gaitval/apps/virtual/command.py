@@ -72,20 +72,11 @@ def virtual(
     markers and force plates, to be imported; only the lengths of foot, shank and thigh are drawn
     then. About half a minute.
     """
-    from gaitval.apps.virtual.person import virtual_person
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import load_subject
     from gaitval.study.stored_policy import general_walker
 
-    if by not in ("markers", "stature"):
-        raise ConfigurationError(f"--by {by}: give markers or stature.")
-    if world not in ("plain", "harsh"):
-        raise ConfigurationError(f"--world {world}: give plain or harsh.")
-    if c3d and world == "harsh":
-        raise ConfigurationError(
-            "--world harsh writes mean curves, not --c3d: markers on moving skin are not made yet. "
-            "Leave out one of the two."
-        )
+    _check_options(by, world, c3d=c3d)
     configuration = load_configuration(config, settings=settings or ())
     person = load_subject(around)
     if by == "stature":
@@ -95,23 +86,43 @@ def virtual(
         f"Walking: virtual person {number} of seed {seed}, drawn around {person.identifier} "
         f"({person.source}).",
     )
+    drawn = (number, seed, person, policy, configuration)
     if c3d:
         from gaitval.apps.virtual.recording import recorded_person
 
-        made = recorded_person(number, seed, person, policy, configuration)
-        _write_recording(out / f"V{seed}_{number:03d}", made)
-        return
-    if world == "harsh":
+        _write_recording(out / f"V{seed}_{number:03d}", recorded_person(*drawn))
+    elif world == "harsh":
         from gaitval.apps.virtual.harsh import harsh_person
-        from gaitval.artefacts import write_json
 
-        harsh = harsh_person(number, seed, person, policy, configuration)
+        harsh = harsh_person(*drawn)
         _write_person(out, harsh)
-        faults = out / f"{harsh.subject.identifier}-faults.json"
-        write_json(faults, harsh.about())
-        display.plain(f"What else is wrong with the record: {faults}")
-        return
-    _write_person(out, virtual_person(number, seed, person, policy, configuration))
+        _write_faults(out, harsh)
+    else:
+        from gaitval.apps.virtual.person import virtual_person
+
+        _write_person(out, virtual_person(*drawn))
+
+
+def _check_options(by: str, world: str, *, c3d: bool) -> None:
+    """Refuse options that are unknown, or do not go together."""
+    if by not in ("markers", "stature"):
+        raise ConfigurationError(f"--by {by}: give markers or stature.")
+    if world not in ("plain", "harsh"):
+        raise ConfigurationError(f"--world {world}: give plain or harsh.")
+    if c3d and world == "harsh":
+        raise ConfigurationError(
+            "--world harsh writes mean curves, not --c3d: markers on moving skin are not made yet. "
+            "Leave out one of the two."
+        )
+
+
+def _write_faults(out: Path, found: "HarshPerson") -> None:
+    """What is wrong with the record beyond noise."""
+    from gaitval.artefacts import write_json
+
+    faults = out / f"{found.subject.identifier}-faults.json"
+    write_json(faults, found.about())
+    display.plain(f"What else is wrong with the record: {faults}")
 
 
 def _write_person(out: Path, found: "VirtualPerson | HarshPerson") -> None:

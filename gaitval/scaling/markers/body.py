@@ -8,11 +8,11 @@ how high the hip is, how far the foot is turned out says where its toes are, and
 """
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -216,48 +216,90 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
     )
     for side, sign in (("R", -1.0), ("L", 1.0)):
         hip = hips + _across(sign * lengths["hip_half_width"])
-        thigh = (
-            _yaw(sign * angle(POSTURE["turn"]))
-            @ _roll(sign * (wide + angle(POSTURE["abduction"])))
-            @ _pitch(sign * stride - angle(POSTURE["hip"]) - bent / 2.0)
-        )
-        knee = hip - _up(thigh, lengths["hip_height"] - lengths["knee_height"])
-        shank = thigh @ _pitch(angle(POSTURE["knee"], KNEE_FLEXION_DEG) + bent)
-        ankle = knee - _up(shank, lengths["knee_height"] - lengths["ankle_height"])
-        # Feet stand on the floor.
-        ankle[:, 2] = lengths["ankle_height"]
-        floor = ankle * [1, 1, 0]
-        # The malleoli turn outwards with the foot, not with the knee.
-        out = sign * (angle(POSTURE["toe_out"], TOE_OUT_DEG))
-        foot = _yaw(out) @ _pitch(angle(POSTURE["pitch"]))
-        malleoli = _yaw(out + sign * angle(POSTURE["ankle"]))
-        torso = frames["torso"][1]
-        shoulder = hips + np.einsum(
-            "nij,nj->ni",
-            torso,
-            np.stack(
-                [
-                    np.full(n, -0.012),
-                    sign * lengths["shoulder_half_width"],
-                    lengths["trunk"] * 0.87,
-                ],
-                axis=1,
-            ),
-        )
-        abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in arms)
-        arm = torso @ _roll(sign * abduction) @ _pitch(-flexion) @ _yaw(-sign * inwards)
-        elbow = shoulder - _up(arm, lengths["upper_arm"])
-        carried = _roll(sign * angle(*CARRYING[::-1]))
-        forearm = arm @ _pitch(-bend) @ carried @ _yaw(sign * turn)
-        for part, origin, axes in (
-            ("thigh", hip, thigh),
-            ("shank", knee, shank),
-            ("ankle", ankle, malleoli),
-            ("foot", floor, foot),
-            ("upper_arm", shoulder, arm),
-            ("forearm", elbow, forearm),
-        ):
-            frames[f"{part}_{side}"] = (origin, axes)
+        parts = _leg(lengths, hip, sign, angle, (stride, wide, bent))
+        parts |= _arm(lengths, hips, frames["torso"][1], sign, angle, arms)
+        frames |= {f"{part}_{side}": frame for part, frame in parts.items()}
+    found = _sites_on(frames, lengths, random, placed=placed) * stature[:, None, None]
+    # Nobody knows exactly which way the person faces, nor where between the feet the hips are.
+    turned = _yaw(angle(POSTURE["facing"]))
+    stood = np.stack([random.normal(0.0, sd, n) for sd in PLACE_SD_M], axis=1)
+    return np.einsum("nij,nkj->nki", turned, found) + stood[:, None], stature
+
+
+class _Angle(Protocol):
+    """Draws an angle (N,) rad of each person, of this deviation and mean in degrees."""
+
+    def __call__(self, deviation: float, mean: float = ..., /) -> Array: ...
+
+
+_Frame = tuple[Array, Array]
+"""Of a segment of each person: where its origin is (N, 3), and its axes as columns (N, 3, 3)."""
+
+
+def _leg(
+    lengths: Mapping[str, Array],
+    hip: Array,
+    sign: float,
+    angle: _Angle,
+    held: tuple[Array, Array, Array],
+) -> dict[str, _Frame]:
+    """Segments of a leg below the `hip`, `held` as in `UPRIGHT`, rad. `sign` is that of y."""
+    stride, wide, bent = held
+    thigh = (
+        _yaw(sign * angle(POSTURE["turn"]))
+        @ _roll(sign * (wide + angle(POSTURE["abduction"])))
+        @ _pitch(sign * stride - angle(POSTURE["hip"]) - bent / 2.0)
+    )
+    knee = hip - _up(thigh, lengths["hip_height"] - lengths["knee_height"])
+    shank = thigh @ _pitch(angle(POSTURE["knee"], KNEE_FLEXION_DEG) + bent)
+    ankle = knee - _up(shank, lengths["knee_height"] - lengths["ankle_height"])
+    # Feet stand on the floor.
+    ankle[:, 2] = lengths["ankle_height"]
+    # The malleoli turn outwards with the foot, not with the knee.
+    out = sign * (angle(POSTURE["toe_out"], TOE_OUT_DEG))
+    foot = _yaw(out) @ _pitch(angle(POSTURE["pitch"]))
+    malleoli = _yaw(out + sign * angle(POSTURE["ankle"]))
+    return {
+        "thigh": (hip, thigh),
+        "shank": (knee, shank),
+        "ankle": (ankle, malleoli),
+        "foot": (ankle * [1, 1, 0], foot),
+    }
+
+
+def _arm(
+    lengths: Mapping[str, Array],
+    hips: Array,
+    torso: Array,
+    sign: float,
+    angle: _Angle,
+    held: Sequence[tuple[float, float]],
+) -> dict[str, _Frame]:
+    """Segments of an arm on the `torso` (its axes), which is `held` as in `HANG`."""
+    at = [
+        np.full(len(hips), -0.012),
+        sign * lengths["shoulder_half_width"],
+        lengths["trunk"] * 0.87,
+    ]
+    shoulder = hips + np.einsum("nij,nj->ni", torso, np.stack(at, axis=1))
+    abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in held)
+    arm = torso @ _roll(sign * abduction) @ _pitch(-flexion) @ _yaw(-sign * inwards)
+    elbow = shoulder - _up(arm, lengths["upper_arm"])
+    carried = _roll(sign * angle(*CARRYING[::-1]))
+    forearm = arm @ _pitch(-bend) @ carried @ _yaw(sign * turn)
+    return {"upper_arm": (shoulder, arm), "forearm": (elbow, forearm)}
+
+
+def _sites_on(
+    frames: Mapping[str, _Frame],
+    lengths: Mapping[str, Array],
+    random: np.random.Generator,
+    *,
+    placed: bool,
+) -> Array:
+    """Places (N, K, 3) of all sites on people with these segments, in statures; of markers that
+    somebody has `placed`, with the errors of that.
+    """
     wide, foot_size = lengths["width"][:, None], lengths["foot"][:, None]
     scale = {
         "thigh": (lengths["hip_height"] - lengths["knee_height"]) / 0.234,
@@ -266,6 +308,7 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
         "upper_arm": lengths["upper_arm"] / 0.180,
         "forearm": lengths["forearm"] / 0.150,
     }
+    n = len(wide)
     found = []
     for site in sites():
         at = np.repeat(site.at[None], n, axis=0)
@@ -278,11 +321,8 @@ def _people(random: np.random.Generator, pose: str, *, placed: bool) -> tuple[Ar
             at = at * [1, -1, 1]
         key = site.part if site.part in frames else f"{site.part}_{site.side}"
         origin, axes = frames[key]
-        found.append((origin + np.einsum("nij,nj->ni", axes, at)) * stature[:, None])
-    # Nobody knows exactly which way the person faces, nor where between the feet the hips are.
-    turned = _yaw(angle(POSTURE["facing"]))
-    stood = np.stack([random.normal(0.0, sd, n) for sd in PLACE_SD_M], axis=1)
-    return np.einsum("nij,nkj->nki", turned, np.stack(found, axis=1)) + stood[:, None], stature
+        found.append(origin + np.einsum("nij,nj->ni", axes, at))
+    return np.stack(found, axis=1)
 
 
 def _across(y: Array) -> Array:

@@ -11,6 +11,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import plain_name
 from gaitval.scaling.markers.body import Site, sites
+from gaitval.scaling.markers.forefeet import FOREFOOT
 from gaitval.scaling.markers.frame import apart, stands, stood
 from gaitval.scaling.markers.match import Match, matched
 from gaitval.scaling.markers.names import Said, agreement, computed, likelihoods, read_names
@@ -22,9 +23,6 @@ of results contains, so that none of their wrong guesses reaches it."""
 CERTAIN_BY_NAME: Final = 0.8
 """The same where the name says the place and not the next likely one; of the sets on which it was
 chosen all such guesses between the two are right."""
-
-FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
-"""Places of which one marker is taken for another's: a user is asked where no name says which."""
 
 NAMES_COUNT: Final = 0.6
 """Share of the names that must say what the places of their markers say; below it the labels are

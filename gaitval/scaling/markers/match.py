@@ -6,8 +6,6 @@ and of the names. A first assignment comes from each place's own distribution (H
 Kuhn 1955) for every stature, direction and way to stand; changes of one marker, of two, or
 of a left and right pair then raise the score until none does. A marker's certainty is the
 probability of its place against all changes that were tried.
-
-It is long because the changes, their likelihood and what it is made of are read together.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,6 +18,7 @@ from scipy.optimize import linear_sum_assignment
 
 from gaitval.arrays import Array, Index
 from gaitval.scaling.markers.body import MIDDLE, Population, Site, populations
+from gaitval.scaling.markers.forefeet import FOREFOOT, forefeet_excess
 from gaitval.scaling.markers.frame import frames_of, middle_of
 from gaitval.scaling.markers.nearby import Nearby
 
@@ -52,22 +51,6 @@ cervical vertebra and both shoulders: what is there is on the head."""
 NO_BACK: Final = -4.0
 """Log probability of markers on the pelvis of which none is on a posterior spine or on the sacrum:
 without one of these a pelvis has no frame, and every built-in marker set has one."""
-
-FOREFOOT: Final = ("MT1", "MT2", "MT5", "Toe")
-FOREFEET: Final = (
-    *(("MT2",),) * 8,
-    *(("MT1", "MT2", "MT5"),) * 6,
-    *(("MT1", "MT5"),) * 3,
-    *(("MT5", "Toe"),) * 2,
-    *(("MT2", "MT5"),) * 3,
-    *(("MT5",),) * 4,
-    *(("MT1", "MT5", "Toe"),) * 2,
-    FOREFOOT,
-)
-"""Which of `FOREFOOT` a foot has in the built-in marker sets (`gaitval.scaling.marker_sets`) and in
-the own sets of laboratories on which this was chosen (listed at version 0.2); Plug-in Gait
-and Helen Hayes, which half of the laboratories use, count twice. Where there is one, it is between
-the toes or on the outer side; where there are two, one is on the outer side."""
 
 HARD_M: Final = 0.008
 SOFT_M: Final = {"thigh": 0.014, "torso": 0.016, "pelvi": 0.010, "upper": 0.012}
@@ -308,21 +291,6 @@ def _far(one: str, other: str) -> bool:
     return not (neighbours and (side == across or "" in (side, across)))
 
 
-def _forefeet(alone: Array) -> Array:
-    """(16,) what the logarithm of the probability of the places of `FOREFOOT` with a marker, the
-    bits of the index, is above the sum of what they have `alone`; 0 for none. Half is by the
-    built-in sets, half as if the places had nothing to do with each other.
-    """
-    bits = (np.arange(1 << len(FOREFOOT))[:, None] >> np.arange(len(FOREFOOT))) & 1
-    apart = np.exp(bits @ alone)
-    apart /= apart.sum()
-    seen = np.zeros(len(bits))
-    for names in FOREFEET:
-        seen[sum(1 << FOREFOOT.index(name) for name in names)] += 1.0 / len(FOREFEET)
-    excess = np.log(0.5 * (seen + apart) / apart)
-    return np.asarray(excess - excess[0])
-
-
 def _presence(site: Site) -> float:
     return ANOTHER if site.many else float(np.log(site.there / (1.0 - site.there)))
 
@@ -377,7 +345,7 @@ class _Search:
         for number, name in enumerate(FOREFOOT):
             for side in range(2):
                 self.fore[side, labels[f"{'RL'[side]}.{name}"]] = 1 << number
-        self.forefoot = _forefeet(self.presence[self.fore[0] > 0])
+        self.forefoot = forefeet_excess(self.presence[self.fore[0] > 0])
         outputs = [(site.segment, site.landmark) for site in people.sites]
         kinds = {each: number for number, each in enumerate(dict.fromkeys([*outputs, ("", None)]))}
         self.kind = np.array([*(kinds[each] for each in outputs), kinds["", None]])

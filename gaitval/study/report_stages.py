@@ -1,0 +1,137 @@
+"""The stages that judge the walk and report it."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from gaitval import file_gate
+from gaitval.artefacts import read_json, value_hash, write_json
+from gaitval.datasets.subject_file import builtin_subjects
+from gaitval.errors import ArtefactError
+from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, StoredWalks
+from gaitval.model.urdf import read_urdf
+from gaitval.policy.processes import kept_workers
+from gaitval.study import body_stage
+from gaitval.study.inputs import GAIN, METRICS, PUSHED, REPEATS, ROLLOUTS, WALKS, WITNESS, stored
+from gaitval.study.stage import Run, Stage
+
+if TYPE_CHECKING:
+    from gaitval.metrics.results import Metrics
+    from gaitval.metrics.walk_results import PushRecovery
+
+
+def body_stages(run: Run) -> list[Stage]:
+    """What the record of `run` says of the body, in words for the report; none if nothing is to be
+    identified.
+    """
+    nothing = run.configuration.identification.method == "none"
+    return [] if nothing else [body_stage.stage(run)]
+
+
+def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
+    """The walks in the folder of `run`, and its `pushes`, against record and tolerances."""
+    from gaitval.metrics.learning_gain import LearningGain
+    from gaitval.metrics.results import CorrectionResult, IdentificationResult
+    from gaitval.metrics.rollouts import Rollouts
+    from gaitval.metrics.validation import validate
+    from gaitval.prediction.known import is_unrecorded
+    from gaitval.simulation.rollout import Rollout
+
+    def rollouts(name: str, went: "Sequence[Endurance] | None") -> Rollouts | None:
+        return Rollouts(Rollout.load(run.folder / name), tuple(went)) if went else None
+
+    walks = stored(run, WALKS, StoredWalks)
+    nominal = rollouts(ROLLOUTS["nominal"], walks.nominal)
+    assert nominal is not None
+    repeats = read_json(run.folder / REPEATS) if (run.folder / REPEATS).is_file() else []
+    settings, people = run.configuration.record, builtin_subjects()
+    expected_errors = None
+    if is_unrecorded(settings):
+        from gaitval.metrics.held_out import prediction_errors
+
+        expected_errors = prediction_errors(run.subject, settings, people)
+    found = validate(
+        *run.compared(),
+        read_urdf(run.folder / "model.urdf"),
+        nominal,
+        rollouts(ROLLOUTS["identified"], walks.identified),
+        run.configuration,
+        identification=stored(run, "identification.json", IdentificationResult)
+        if walks.identified
+        else None,
+        correction=stored(run, "correction.json", CorrectionResult),
+        pushes=pushes,
+        others=people,
+        torque_shares=walks.torque_shares,
+        witness=rollouts(WITNESS, None if walks.witness is None else [walks.witness]),
+        repeats=[Repeat.model_validate(each) for each in repeats],
+        centring=walks.centring,
+        prediction_errors=expected_errors,
+        training=stored(run, f"policy/{GAIN}", LearningGain),
+    )
+    # of the file beside it, which has neither devices nor the trial that is held out as its own
+    path = run.folder / "subject.toml"
+    subject = value_hash(file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN))
+    own = found.provenance.model_copy(update={"subject": subject})
+    return found.model_copy(update={"provenance": own})
+
+
+def validate_stage(run: Run) -> Stage:
+    """Rollouts and pushes of `run`, compared with the record and the tolerances → metrics.json."""
+    from gaitval.metrics.results import SCHEMA_VERSION
+
+    def validate() -> None:
+        pushes = stored(run, "push.json", StoredPushes)
+        write_json(run.folder / METRICS, metrics_of(run, pushes=pushes.recovery).as_dict())
+
+    return Stage(
+        "validate",
+        validate,
+        inputs=(
+            "subject.toml",
+            "model.urdf",
+            "identification.json",
+            "correction.json",
+            *ROLLOUTS.values(),
+            WITNESS,
+            WALKS,
+            REPEATS,
+            "push.json",
+            f"policy/{GAIN}",
+        ),
+        outputs=(METRICS,),
+        values={
+            **run.sections("seed", "record", "contact", "validation"),
+            # metrics of an earlier version cannot be read, so they are written again
+            "schema_version": SCHEMA_VERSION,
+        },
+    )
+
+
+def report_stage(run: Run) -> Stage:
+    """Everything in the folder of `run` → report.html, report.pdf and the cited claims.csv."""
+
+    def report() -> None:
+        from gaitval.reporting.report import write_report
+
+        kept_workers()
+        write_report(run.folder)
+
+    return Stage(
+        "report",
+        report,
+        inputs=(
+            "subject.toml",
+            "configuration.toml",
+            "model.urdf",
+            "scaling.csv",
+            "reference.npz",
+            "policy/training.csv",
+            "identification.json",
+            "metrics.json",
+            "push.json",
+            *PUSHED,
+            *ROLLOUTS.values(),
+            *(name for each in body_stages(run) for name in each.outputs),
+        ),
+        outputs=("report.html", "report.pdf", "claims.csv"),
+    )
