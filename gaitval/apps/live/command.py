@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitval.errors import ConfigurationError, RecordError, ToleranceError
-from gaitval.model.devices.device import tables_of
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
@@ -92,6 +91,7 @@ def live(
     from gaitval.apps.live.log import check_person, read_log
     from gaitval.apps.live.person import folder_of, prepared
     from gaitval.datasets.subject_file import load_subject
+    from gaitval.model.devices.device import tables_of
 
     if (subject is None) == (replay is None):
         raise ConfigurationError("give one of SUBJECT, who walks, and --replay, a log.")
