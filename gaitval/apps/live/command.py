@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitval.errors import ConfigurationError, RecordError, ToleranceError
-from gaitval.model.devices.device import tables_of
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
