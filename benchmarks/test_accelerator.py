@@ -45,22 +45,22 @@ def accelerated(task, device, many):
             together.advance(*inputs)
         together.synchronize()
 
-    def begun():
+    def started():
         together.enter()
         together.synchronize()
         return walk
 
-    begun()()  # compiles
-    return begun
+    started()()  # compiles
+    return started
 
 
 @pytest.mark.benchmark(group=f"{STEPS} physics steps on an accelerator")
 @pytest.mark.parametrize(("device", "many"), CASES)
 def test_accelerator(benchmark, task, device, many):
-    begun, ours = accelerated(task, device, many), walking_side_by_side(task)
+    started, ours = accelerated(task, device, many), walking_side_by_side(task)
 
     def ratio():
-        times = speed_ratio(begun, ours, their_rounds=5, our_rounds=50)
+        times = speed_ratio(started, ours, their_rounds=5, our_rounds=50)
         return (many / WIDTH) / times
 
     times_compiled = benchmark.pedantic(ratio)

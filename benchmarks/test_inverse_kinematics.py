@@ -26,7 +26,7 @@ class Kinematics(Trial):
         super().__init__(walk, folder)
         self.model = folder / "model.osim"
         self.markers = folder / "walk.trc"
-        write_osim(self.model, walk.model, walk.markers, ContactSettings(), 0.8, held=walk.held)
+        write_osim(self.model, walk.model, walk.markers, ContactSettings(), 0.8, locked=walk.fixed)
         write_markers(self.markers, walk.trial)
 
     def with_opensims_tool(self):
@@ -62,7 +62,7 @@ class Kinematics(Trial):
 
     def solve(self, markers):
         return inverse_kinematics(
-            self.walk.model, self.walk.markers, markers, held=self.walk.held
+            self.walk.model, self.walk.markers, markers, fixed=self.walk.fixed
         ).positions
 
     def alone(self):

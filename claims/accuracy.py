@@ -29,22 +29,22 @@ LARGEST = {
     "arm_work_share": ("positive work of the arms over that of the legs", "%"),
 }
 STORED = ("reports/S??/baseline/metrics.json",)
-Stored = dict[str, Any]
-Curves = Callable[[Stored, str, str], NDArray[np.float64]]
+_Stored = dict[str, Any]
+_CurvesOf = Callable[[_Stored, str, str], NDArray[np.float64]]
 
 
-def corrected(stored: Stored, kind: str, curve: str) -> NDArray[np.float64]:
+def corrected(stored: _Stored, kind: str, curve: str) -> NDArray[np.float64]:
     """A recorded curve without the faults of the plates."""
     return np.array(stored["record"]["curves"][kind][curve])
 
 
-def measured(stored: Stored, kind: str, curve: str) -> NDArray[np.float64]:
+def measured(stored: _Stored, kind: str, curve: str) -> NDArray[np.float64]:
     """A recorded curve as measured."""
     found = stored["record"]["as_measured"] or stored["record"]["curves"]
     return np.array(found[kind][curve])
 
 
-def stored_baselines() -> list[Stored]:
+def stored_baselines() -> list[_Stored]:
     """`metrics.json` of the ten."""
     return [
         json.loads((ROOT / f"reports/S{number:02d}/baseline/metrics.json").read_text())
@@ -59,7 +59,7 @@ def baselines(_: claims.Given) -> list[Claim]:
     return [*_errors(stored), *_skills(stored), *_means(stored), *_goals(stored)]
 
 
-def _errors(stored: list[Stored]) -> Iterator[Claim]:
+def _errors(stored: list[_Stored]) -> Iterator[Claim]:
     people = [metrics_from(each, f"S{person:02d}") for person, each in enumerate(stored, 1)]
     by_person = [{row.group: row for row in group_rows(each)} for each in people]
     for group, (_, names) in GROUPS.items():
@@ -68,7 +68,7 @@ def _errors(stored: list[Stored]) -> Iterator[Claim]:
         yield Claim(f"fitted walk: {group}, RMSE", mean, rows[0].unit, 2 * len(names) * len(rows))
 
 
-def _skills(stored: list[Stored]) -> Iterator[Claim]:
+def _skills(stored: list[_Stored]) -> Iterator[Claim]:
     curves = [(f"{name} force", "forces", name) for name in FORCES]
     curves += [(f"{joint} moment", "moments", name) for name, joint in MOMENTS.items()]
     for which, of in (("record corrected", corrected), ("record as measured", measured)):
@@ -77,7 +77,7 @@ def _skills(stored: list[Stored]) -> Iterator[Claim]:
             yield Claim(what, skill_of(stored, kind, name, of), "1", 20)
 
 
-def skill_of(stored: list[Stored], kind: str, name: str, curves: Curves) -> float:
+def skill_of(stored: list[_Stored], kind: str, name: str, curves: _CurvesOf) -> float:
     """1 - mean error of the walkers / mean error of the guesses."""
     speed = np.array([dimensionless_speed(subject) for subject in builtin_subjects()])
     ours, guesses = [], []
@@ -93,7 +93,7 @@ def skill_of(stored: list[Stored], kind: str, name: str, curves: Curves) -> floa
     return float(1.0 - np.mean(ours) / np.mean(guesses))
 
 
-def _means(stored: list[Stored]) -> Iterator[Claim]:
+def _means(stored: list[_Stored]) -> Iterator[Claim]:
     for measure, (what, unit) in LARGEST.items():
         values = [
             row["value"] for each in stored for row in each["measures"] if row["measure"] == measure
@@ -101,7 +101,7 @@ def _means(stored: list[Stored]) -> Iterator[Claim]:
         yield Claim(what, float(np.mean(values)), unit, len(values))
 
 
-def _goals(stored: list[Stored]) -> Iterator[Claim]:
+def _goals(stored: list[_Stored]) -> Iterator[Claim]:
     reached, goals = (
         sum(each["summary"][name] for each in stored) for name in ("goals_reached", "goals")
     )

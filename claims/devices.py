@@ -95,12 +95,12 @@ def _walks(person: str, device: str, samples: int) -> dict[str, float]:
     from gaitval.apps.devices.tracking import torque_errors
     from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 
-    who, worn = _person(person), _device(device)
-    task = with_devices(who.task, [worn])
+    who, fitted = _person(person), _device(device)
+    task = with_devices(who.task, [fitted])
     environment = DeviceEnvironment(task)
     began = time.process_time()
     walk = walk_with(environment, who.policy, mu=who.mu, cycles=CYCLES)
-    errors = torque_errors(walk, worn) if not walk.rollout.fell[0] else {}
+    errors = torque_errors(walk, fitted) if not walk.rollout.fell[0] else {}
     found = {
         "cycles": float(walk.rollout.phase[-1]),
         "fell": float(walk.rollout.fell[0]),

@@ -19,7 +19,7 @@ from gaitval.metrics import groups
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.recorded import by_kind
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 
 STORE = ROOT / "reports" / "held_out"
 JOINTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
@@ -30,10 +30,10 @@ GROUPS = {
 }
 NEAR = 0.15
 """Change of speed up to which copying the nearest trial is hard to beat."""
-Stored = dict[str, Any]
+_Stored = dict[str, Any]
 
 
-def stored(kind: str) -> dict[str, Stored]:
+def stored(kind: str) -> dict[str, _Stored]:
     """What runs of a kind reached, by name."""
     return {
         path.stem: json.loads(path.read_text()) for path in sorted((STORE / kind).glob("*.json"))
@@ -46,12 +46,12 @@ def mean(errors: dict[str, Any], names: tuple[str, ...]) -> float:
     return float(np.mean([np.nan if value is None else value for value in values]))
 
 
-def falls(found: Stored) -> int:
+def falls(found: _Stored) -> int:
     """Walks that fell, or did not reach 100 cycles."""
     return sum(start["fell"] or start["cycles"]["right"] < 100 for start in found["starts"])
 
 
-def kinetics_rows(found: dict[str, Stored]) -> list[Claim]:
+def kinetics_rows(found: dict[str, _Stored]) -> list[Claim]:
     """Kinetics from kinematics: skills, and the angles that were known."""
     rows, count = [], 2 * len(found)
     skill_of = "kinetics from kinematics: skill"
@@ -77,7 +77,7 @@ def kinetics_rows(found: dict[str, Stored]) -> list[Claim]:
     return rows
 
 
-def guess(found: Stored, kind: str, name: str, which: str) -> float:
+def guess(found: _Stored, kind: str, name: str, which: str) -> float:
     """Error of the line through the nine others."""
     subject = load_subject(found["subject"]["identifier"])
     if "as measured" not in which:
@@ -91,7 +91,7 @@ def guess(found: Stored, kind: str, name: str, which: str) -> float:
     return float(np.mean([rms(drawn[f"{name}_{s}"] - raw[f"{name}_{s}"]) for s in "rl"]))
 
 
-def speed_rows(found: dict[str, Stored]) -> list[Claim]:
+def speed_rows(found: dict[str, _Stored]) -> list[Claim]:
     """Held-out trials at other speeds."""
     rows = []
     near, far = split_by_speed(found)
@@ -122,8 +122,8 @@ def speed_rows(found: dict[str, Stored]) -> list[Claim]:
 
 
 def split_by_speed(
-    found: dict[str, Stored], near_by: float = NEAR
-) -> tuple[dict[str, Stored], dict[str, Stored]]:
+    found: dict[str, _Stored], near_by: float = NEAR
+) -> tuple[dict[str, _Stored], dict[str, _Stored]]:
     """Trials within a fraction of a known speed, and the others."""
     near, far = {}, {}
     for name, each in found.items():
@@ -144,7 +144,7 @@ def fitted_error(name: str, kind: str, names: tuple[str, ...]) -> float:
     return mean({curve: error and error["rmse"] for curve, error in errors.items()}, names)
 
 
-def rmse_of(found: Stored, prediction: str) -> dict[str, Any]:
+def rmse_of(found: _Stored, prediction: str) -> dict[str, Any]:
     """Errors of a prediction without a model."""
     rmse: dict[str, Any] = next(
         each["rmse"] for each in found["predictions"] if each["name"] == prediction
@@ -152,7 +152,7 @@ def rmse_of(found: Stored, prediction: str) -> dict[str, Any]:
     return rmse
 
 
-def halves_rows(found: dict[str, Stored]) -> list[Claim]:
+def halves_rows(found: dict[str, _Stored]) -> list[Claim]:
     """The half of a session's cycles that was held out; and without what the person's own two
     halves differ by, which no walk of one half can foresee.
     """
@@ -201,7 +201,7 @@ def speeds(_: claims.Given) -> list[Claim]:
 def predicted_errors(person: str, trial: str) -> dict[str, dict[str, float]]:
     """RMSE of what other trials predict of one, without a model."""
     subject = load_subject(person)
-    known = told(subject, RecordSettings(holdout=trial), builtin_subjects()).record
+    known = known_record(subject, RecordSettings(holdout=trial), builtin_subjects()).record
     truth = by_kind(recorded_curves(subject.on_trial(trial).record()))
     return {
         kind: {name: rms(curve - truth[kind][name]) for name, curve in curves.items()}

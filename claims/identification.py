@@ -240,9 +240,9 @@ def between_trials(stored: dict[str, Any]) -> tuple[float, int]:
     for i, one in enumerate(records):
         for other in records[:i]:
             if one["person"] == other["person"]:
-                told = [np.array(each["joint"]) for each in (one, other)]
+                resolved = [np.array(each["joint"]) for each in (one, other)]
                 # Of the posterior mean, what is error has the variance C - C².
-                variance = sum(np.diag(each - each @ each) for each in told)
+                variance = sum(np.diag(each - each @ each) for each in resolved)
                 apart = np.array(one["shift"]) - other["shift"]
                 ratios.append((apart / np.sqrt(variance.clip(1e-9)))[2:14])
     return rms(ratios), len(ratios)

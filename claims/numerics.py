@@ -61,7 +61,7 @@ def energy(tree: Tree, state: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Walk:
+class SettledWalk:
     """One walk after settling.
 
     Attributes
@@ -83,7 +83,7 @@ def with_step(task: WalkingTask, step: float) -> WalkingTask:
     return replace(task, configuration=Configuration.model_validate(values))
 
 
-def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
+def open_loop_walk(task: WalkingTask, step: float, phase: float) -> SettledWalk:
     """An open-loop walk from a state of the reference, with the reference as the servos'
     targets.
     """
@@ -110,7 +110,7 @@ def open_loop_walk(task: WalkingTask, step: float, phase: float) -> Walk:
         walker.tree, np.array([q[first], qd[first]])
     )
     force = recording.feet[first:, :, :3] / walker.weight
-    return Walk(
+    return SettledWalk(
         ground_reaction=force[:: round(GRID / step)],
         unexplained_energy=change - float(step * power.sum()) - work_of_ground,
         work=float(step * np.abs(power).sum()),

@@ -156,8 +156,8 @@ def walks(given: claims.Given) -> list[Claim]:
 def ankles(given: claims.Given) -> list[Claim]:
     """Amputees' ankle moments to expect before they are walked, a prosthetic foot's as springs'."""
     from gaitval.apps.patients.cohort import found_patients
+    from gaitval.apps.patients.known_record import expected_record
     from gaitval.apps.patients.passive_foot import expected_ankles
-    from gaitval.apps.patients.told import expected_record
     from gaitval.datasets.subject_file import builtin_subjects
 
     strides, people = tables(given.data)
@@ -217,7 +217,7 @@ def speed(given: claims.Given) -> list[Claim]:
         estimate = patient(each, without, healthy=True).estimates["speed"]
         low, high = estimate.interval()
         found.append((estimate.value / person.speed - 1.0, low <= person.speed <= high))
-    errors, held = np.array(found, dtype=float).T
+    errors, fixed = np.array(found, dtype=float).T
     what = "speed of a stride of healthy people"
     return [
         Claim(
@@ -227,5 +227,5 @@ def speed(given: claims.Given) -> list[Claim]:
             len(errors),
         ),
         Claim(f"{what}, bias", 100.0 * abs(float(errors.mean())), "%", len(errors)),
-        Claim(f"{what}, in the 90 % interval", 100.0 * float(held.mean()), "%", len(errors)),
+        Claim(f"{what}, in the 90 % interval", 100.0 * float(fixed.mean()), "%", len(errors)),
     ]

@@ -37,7 +37,7 @@ from gaitval.prediction.deviations import (
     units,
 )
 from gaitval.prediction.estimate import WIDER_ELSEWHERE, Estimate, estimate
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.servo import closed_cycle
@@ -63,7 +63,7 @@ def kinematics(_: claims.Given) -> list[Claim]:
     expected = []
     for person in found:
         subject = load_subject(person)
-        known = by_kind(recorded_curves(told(subject, settings, builtin_subjects()).record))
+        known = by_kind(recorded_curves(known_record(subject, settings, builtin_subjects()).record))
         expected.append((known, by_kind(recorded_curves(subject.record()))))
     for kind, name in SKILLS:
         noun = f"{MOMENTS[name]} moment" if kind == "moments" else f"{name} force"
@@ -149,7 +149,7 @@ def seen(given: claims.Given) -> list[Claim]:
     before, after, widths, laboratories = [], [], [], []
     for laboratory, known, truth in _without_plates(given.public):
         model, contact = scale_subject(known).model, load_configuration().contact
-        usual = told(known, RecordSettings(), builtin_subjects())
+        usual = known_record(known, RecordSettings(), builtin_subjects())
         for subject, errors in ((_without_markers_say(known), before), (known, after)):
             found = of_known(usual, subject, model, contact)
             errors.append(units(known.leg_length_m) * (found.kinetics - truth))

@@ -46,7 +46,7 @@ def measured(*folders: str, stored: Sequence[str] = ()) -> Callable[["Measure"],
     return marked
 
 
-class Measurement(NamedTuple):
+class RegisteredMeasurement(NamedTuple):
     """A function of this package that measures, and what it says of itself."""
 
     name: str
@@ -61,7 +61,7 @@ class Measurement(NamedTuple):
 
 
 @cache
-def measurements() -> dict[str, Measurement]:
+def measurements() -> dict[str, RegisteredMeasurement]:
     """Every measurement by its name, TOPIC.NAME, in the order of the files."""
     found = {}
     for path in sorted(Path(__file__).parent.rglob("*.py")):
@@ -72,7 +72,7 @@ def measurements() -> dict[str, Measurement]:
             if isinstance(node, ast.FunctionDef) and any(map(_marks, node.decorator_list)):
                 about = " ".join((ast.get_docstring(node) or "").partition("\n\n")[0].split())
                 name = f"{topic}.{node.name}"
-                found[name] = Measurement(name, module, node.name, about)
+                found[name] = RegisteredMeasurement(name, module, node.name, about)
     return found
 
 
@@ -81,7 +81,7 @@ def _marks(decorator: ast.expr) -> bool:
     return ast.unparse(called).rpartition(".")[2] == measured.__name__
 
 
-def chosen(names: Sequence[str]) -> list[Measurement]:
+def chosen(names: Sequence[str]) -> list[RegisteredMeasurement]:
     """The measurements of some topics or names; all if none is named.
 
     Raises
@@ -89,7 +89,7 @@ def chosen(names: Sequence[str]) -> list[Measurement]:
     SystemExit : there is none of that name; the message has those that there are.
     """
     every = measurements()
-    found: dict[str, Measurement] = {} if names else dict(every)
+    found: dict[str, RegisteredMeasurement] = {} if names else dict(every)
     for name in names:
         of_it = {each: every[each] for each in every if name in (each, each.partition(".")[0])}
         if not of_it:

@@ -244,12 +244,12 @@ def task_of(person: "Subject", speed: float | None = None) -> "WalkingTask":
     """What a person is to walk at a speed, m/s, or as recorded, with the default settings."""
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject_file import builtin_subjects
-    from gaitval.prediction.known import told
+    from gaitval.prediction.known import known_record
     from gaitval.scaling.scaling import scale_subject
     from gaitval.simulation.walker import WalkingTask
 
     configuration = Configuration()
-    known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
+    known = known_record(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
     body = scale_subject(person, symmetric=configuration.scaling.symmetric).model
     return WalkingTask.of(body, known.record, configuration, known.accuracy)
 

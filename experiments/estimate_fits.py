@@ -17,7 +17,7 @@ from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.prediction.deviations import UNIT, fit_of
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 from gaitval.reference.dynamic_fit import consistent_reference
 from gaitval.scaling.scaling import scale_subject
 
@@ -26,7 +26,7 @@ STORE = Path(gaitval.prediction.__file__).parent / "fits.json"
 
 def whole_numbers(subject: Subject) -> list[list[list[int]]]:
     """What is stored of the trial that `subject` is on."""
-    known = told(subject, RecordSettings(use="kinematics"), builtin_subjects())
+    known = known_record(subject, RecordSettings(use="kinematics"), builtin_subjects())
     model = scale_subject(subject).model
     reference = consistent_reference(known.record, model, ContactSettings(), known.accuracy)
     curves = reference_curves(reference, model.mass, known.record.left_phase)

@@ -35,8 +35,8 @@ from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subjec
 from gaitval.errors import ConfigurationError
 from gaitval.identification.prior import prior_sd
 from gaitval.policy.storage import Policy, load_start, save_policy
-from gaitval.policy.training import Progress, policy_of, run_training
-from gaitval.prediction.known import told
+from gaitval.policy.training import TrainingProgress, policy_of, run_training
+from gaitval.prediction.known import known_record
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
@@ -59,12 +59,14 @@ PUSHES: Final = (
 )
 """Settings of a training that starts from a general policy: fewer pushes that nobody survives."""
 
-Wanted = tuple[str, float, Configuration, tuple[str, ...]]
+_Wanted = tuple[str, float, Configuration, tuple[str, ...]]
 """A subject's name, a share of the speed or the number of a virtual person, the configuration, and
 the names of the people who are known."""
 
 
-def walking(subject: Subject, share: float, wanted: Wanted, mu: Array | None = None) -> WalkingTask:
+def walking(
+    subject: Subject, share: float, wanted: _Wanted, mu: Array | None = None
+) -> WalkingTask:
     """The walking task of a person, with the parameters mu (14,), at a share of their speed; what
     is not known is expected from the people named.
     """
@@ -72,18 +74,18 @@ def walking(subject: Subject, share: float, wanted: Wanted, mu: Array | None = N
     others = [each for each in builtin_subjects() if each.identifier in names]
     speed = None if share == 1.0 else share * subject.walking_speed_m_s
     first = subject.model_copy(update={"trials": ()})
-    known = told(first, configuration.record, others, speed=speed)
+    known = known_record(first, configuration.record, others, speed=speed)
     model = scale_subject(subject).model
     return WalkingTask.of(model, known.record, configuration, known.accuracy, mu=mu)
 
 
-def task_of(wanted: Wanted) -> WalkingTask:
+def task_of(wanted: _Wanted) -> WalkingTask:
     """The walking task of a subject at a share of the recorded speed."""
     name, share, *_ = wanted
     return walking(load_subject(name), share, wanted)
 
 
-def virtual_task_of(wanted: Wanted) -> WalkingTask:
+def virtual_task_of(wanted: _Wanted) -> WalkingTask:
     """The walking task of a virtual person, who is known by a subject's name and a number."""
     name, number, *_ = wanted
     random = np.random.default_rng([VIRTUAL_SEED, list(BUILTIN).index(name), int(number)])
@@ -97,14 +99,14 @@ def built_in(
     shares: Sequence[float],
     configuration: Configuration,
     known: Sequence[str],
-) -> list[Wanted]:
+) -> list[_Wanted]:
     """What `task_of` takes for each of these people at each share of their speed."""
     return [(name, share, configuration, tuple(known)) for name in names for share in shares]
 
 
 def virtual(
     names: Sequence[str], configuration: Configuration, known: Sequence[str]
-) -> list[Wanted]:
+) -> list[_Wanted]:
     """What `virtual_task_of` takes for each virtual person around these people."""
     return built_in(names, range(VIRTUAL), configuration, known)
 
@@ -143,7 +145,7 @@ def train_general(
     *,
     samples: int,
     start: Policy | None = None,
-    on_progress: Progress | None = None,
+    on_progress: TrainingProgress | None = None,
 ) -> Policy:
     """Train one policy on the bodies of several people, for trainings of each to start from.
 
@@ -177,7 +179,7 @@ def train_general(
     return policy_of(configuration, learner, {"general": True})
 
 
-def printed() -> Progress:
+def printed() -> TrainingProgress:
     """Prints how far a training is that begins now, and how fast."""
     began = time.monotonic()
 

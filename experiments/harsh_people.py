@@ -131,12 +131,12 @@ def one(number: int, seed: int) -> dict[str, Any]:
         return about | {"refused": str(error)}
     began = time.process_time()
     fit, model = fit_of(person.subject), scale_subject(person.subject).model
-    held = as_scaled(fit, person.subject)
-    found = identified(fit, held)
+    fixed = as_scaled(fit, person.subject)
+    found = identified(fit, fixed)
     seconds = time.process_time() - began
     if number < PLAIN:
         # The same record without shared errors among the unknowns, for comparison.
-        plain = fit.posterior(fit.mode(held))
+        plain = fit.posterior(fit.mode(fixed))
         about["plain"] = {
             "mean": plain.mean.tolist(),
             "sd": plain.sd.tolist(),
@@ -171,7 +171,7 @@ def one(number: int, seed: int) -> dict[str, Any]:
             "found_sd": found.legs.found_sd,
             "prior_sd": found.legs.prior_sd,
         },
-        "deviance": [held.cost, found.cost],
+        "deviance": [fixed.cost, found.cost],
         "left": found.left,
         "processor_seconds": seconds,
     }

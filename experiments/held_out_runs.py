@@ -26,7 +26,7 @@ from gaitval.metrics.comparison import rms
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.reference_curves import reference_curves
 from gaitval.model.urdf import read_urdf
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.request import Halves, ImportOptions
 from gaitval.study.identification_stages import choose_stage, evaluate_stage, identify_stage
@@ -50,10 +50,10 @@ def reference_errors(run: Run) -> dict[str, dict[str, float]]:
     mass = read_urdf(run.folder / "model.urdf").mass
     _, record = run.compared()
     truth = by_kind(recorded_curves(record))
-    asked = reference_curves(reference, mass, run.told().record.left_phase)
+    wanted = reference_curves(reference, mass, run.known_record().record.left_phase)
     return {
         kind: {name: rms(curve - truth[kind][name]) for name, curve in curves.items()}
-        for kind, curves in by_kind(asked).items()
+        for kind, curves in by_kind(wanted).items()
     }
 
 
@@ -145,7 +145,7 @@ def holdout(names: list[str], work: Path) -> None:
             settings = [f'record.holdout="{trial}"']
             configuration = load_configuration(settings=settings)
             try:
-                told(subject, configuration.record, builtin_subjects())
+                known_record(subject, configuration.record, builtin_subjects())
             except SubjectError as error:  # too far from every other speed
                 print(error, flush=True)
                 continue
@@ -175,7 +175,7 @@ def halves(names: list[str], work: Path) -> None:
             ),
             work / f"WBDS01-{which}",
             configuration=configuration,
-            tell=lambda step, text: print(f"{step}: {text}", flush=True),
+            notify=lambda step, text: print(f"{step}: {text}", flush=True),
         )
         subject: Subject = imported.subject
         folder = work / f"WBDS01-{which}"

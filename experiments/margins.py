@@ -34,7 +34,7 @@ from gaitval.metrics.results import (
     Metrics,
     read_metrics,
 )
-from gaitval.metrics.rollouts import Rollouts, begun_walk
+from gaitval.metrics.rollouts import Rollouts, started_walk
 from gaitval.metrics.validation import validate
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.rollouts import RolloutPool
@@ -80,7 +80,7 @@ def new_walks(baseline: Path, numbers: range) -> Iterator[tuple[int, Metrics]]:
         open_run(subject, configuration, Path(folder), Observer()) as run,
     ):
         copy_files(baseline, run.folder, STORED_FILES[2:-1])
-        for stage in walking_stages(run, witness=False)[:-1]:
+        for stage in walking_stages(run, second_engine=False)[:-1]:
             run_stage(stage, run.folder)
         yield from _walks(run, numbers)
 
@@ -122,7 +122,7 @@ def _walk(run: Run, task: WalkingTask, mu: Any, number: int) -> Rollouts:
     phase = run.configuration.validation.start_phases[0]
     body = mu * (1.0 + BODY * number)
     with RolloutPool(task, workers=1) as pool:
-        went, compared = begun_walk(pool, policy, body, phase, engine="dart")()
+        went, compared = started_walk(pool, policy, body, phase, engine="dart")()
     return Rollouts(compared, (went,))
 
 

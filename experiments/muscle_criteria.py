@@ -148,9 +148,9 @@ def main() -> None:
             mean = np.mean(each, axis=0)
             flat = np.ptp(mean) < 1e-9
             correlation.append(0.0 if flat else np.corrcoef(mean, emg[name])[0, 1])
-            on, said = mean > max(ON, OF_PEAK * mean.max()), emg[name] > OF_EMG
-            agree.append((on == said).mean())
-            both = on.mean() * said.mean() + (1 - on.mean()) * (1 - said.mean())
+            on, message = mean > max(ON, OF_PEAK * mean.max()), emg[name] > OF_EMG
+            agree.append((on == message).mean())
+            both = on.mean() * message.mean() + (1 - on.mean()) * (1 - message.mean())
             chance.append(both)
         hip, knee = (np.reshape(v, (-1, 2)).mean(axis=1) for v in (hips, knees))
         print(

@@ -246,7 +246,7 @@ def knee_motion(leg: Leg) -> dict[str, np.ndarray]:
 
 
 def bones(leg: Leg) -> dict[str, np.ndarray]:
-    """Joints and axes of the model, and its zero: see `gaitval.muscles.paths.Skeleton`."""
+    """Joints and axes of the model, and its zero: see `gaitval.muscles.paths.MuscleSkeleton`."""
     leg.pose(np.zeros(6))
     bodies = leg.model.getBodySet()
 
@@ -461,18 +461,18 @@ def main() -> None:
                 "force_error_95": {k: round(v, 4) for k, v in joints.items()},
             }
         )
-        said = table[-1]
+        message = table[-1]
         print(
             f"{name:10s} {count} degree {degree} ({len(powers)} terms), jumps in "
-            f"{said['jumps']:.2%}; mm: length {said['length_error_95_mm']}, arm "
-            f"{said['arm_error_95_mm']}, in gait {said['arm_error_gait_95_mm']}, at most "
-            f"{said['arm_error_gait_worst_mm']}; {said['force_error_95']}",
+            f"{message['jumps']:.2%}; mm: length {message['length_error_95_mm']}, arm "
+            f"{message['arm_error_95_mm']}, in gait {message['arm_error_gait_95_mm']}, at most "
+            f"{message['arm_error_gait_worst_mm']}; {message['force_error_95']}",
             flush=True,
         )
     for label, kind in enumerate(("length", "arms", "arms in gait")):
         off = np.concatenate([e[label] for e in errors]) * 1e3
-        said = ", ".join(f"{q:.0%} {np.quantile(off, q):.3f} mm" for q in (0.95, 0.99))
-        print(f"all {kind}: {said}")
+        message = ", ".join(f"{q:.0%} {np.quantile(off, q):.3f} mm" for q in (0.95, 0.99))
+        print(f"all {kind}: {message}")
     arrays["ranges"] = RANGES
     arrays["about"] = np.frombuffer(
         json.dumps({"coordinates": COORDINATES, "muscles": table}).encode(), dtype=np.uint8

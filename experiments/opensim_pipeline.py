@@ -18,7 +18,7 @@ CUTOFF_HZ: Final = 6.0
 
 
 @dataclass(frozen=True)
-class Results:
+class PipelineFiles:
     """The files of one run.
 
     Attributes
@@ -39,7 +39,7 @@ class Results:
     log: Path
 
 
-def run_pipeline(data: Path, generic: str, folder: Path) -> Results:
+def run_pipeline(data: Path, generic: str, folder: Path) -> PipelineFiles:
     """Scale a generic model to the person, then inverse kinematics and dynamics of the walk.
 
     Parameters
@@ -69,7 +69,7 @@ def run_pipeline(data: Path, generic: str, folder: Path) -> Results:
         _inverse_dynamics(folder)
     finally:
         opensim.Logger.removeFileSink()
-    return Results(
+    return PipelineFiles(
         model=folder / "Scale/subject_scaled_walk.osim",
         markers=folder / "ExpData/motion_capture_walk.trc",
         setup=folder / "IK/ik_setup_walk.xml",

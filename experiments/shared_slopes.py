@@ -38,7 +38,12 @@ from gaitval.artefacts import (
 from gaitval.configuration import Configuration
 from gaitval.gait.sampling import SAMPLES
 from gaitval.learning_control import slopes as rules
-from gaitval.learning_control.correct import Case, beside_reference, correction_of, prior_sd
+from gaitval.learning_control.correct import (
+    CorrectedWalk,
+    beside_reference,
+    correction_of,
+    prior_sd,
+)
 from gaitval.learning_control.search import search
 from gaitval.learning_control.slopes import EVERY, HARMONICS, SPEED, STORED, Slopes
 from gaitval.learning_control.walked import ACCURACY, Walked, fitted
@@ -78,7 +83,8 @@ class Stranger:
         """At each of the `points`, (326,) rad and m."""
         start = self.task.configuration.validation.start_phases[0]
         cases = [
-            Case(self.policy, nominal_parameters(), correction_of(each), start) for each in points
+            CorrectedWalk(self.policy, nominal_parameters(), correction_of(each), start)
+            for each in points
         ]
         groups = in_groups(cases)
         self.groups += len(groups)
@@ -113,24 +119,24 @@ def _measure(data: Path, folder: Path, number: int) -> str:
     return f"{number}: {about}"
 
 
-class Measured(NamedTuple):
+class MeasuredSlopes(NamedTuple):
     """A person's slopes (m, 326), at a dimensionless speed."""
 
     speed: float
     slopes: Array
 
 
-def _read(folder: Path) -> dict[int, Measured]:
+def _read(folder: Path) -> dict[int, MeasuredSlopes]:
     """What was measured, by the number of the person."""
     found = {}
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as arrays:
             speed = read_json(path.with_suffix(".json"))["dimensionless"]
-            found[int(path.stem)] = Measured(speed, arrays["slopes"])
+            found[int(path.stem)] = MeasuredSlopes(speed, arrays["slopes"])
     return found
 
 
-def shared(people: Sequence[Measured]) -> tuple[Array, Array, Array]:
+def shared(people: Sequence[MeasuredSlopes]) -> tuple[Array, Array, Array]:
     """Of people's slopes the straight line on speed, its value at `SPEED` and its slope (m, 326),
     and the covariance about it (326, 326).
     """
@@ -165,13 +171,13 @@ def _write(folder: Path) -> None:
             temporary,
         )
     about = read_json(ABOUT) if ABOUT.is_file() else {}
-    told = {f"{number}": read_json(folder / f"{number:03}.json") for number in sorted(people)}
-    (curves,) = {tuple(each.pop("curves")) for each in told.values()}
+    stored = {f"{number}": read_json(folder / f"{number:03}.json") for number in sorted(people)}
+    (curves,) = {tuple(each.pop("curves")) for each in stored.values()}
     write_json(
         ABOUT,
         about
         | {
-            "people": told,
+            "people": stored,
             "seed": SEED,
             "curves": curves,
             "accuracy": {kind: dict(values) for kind, values in ACCURACY.items()},
@@ -234,8 +240,8 @@ def main() -> None:
     with ProcessPoolExecutor(2) as pool:
         if arguments.what == "measure":
             work = partial(_measure, arguments.data, arguments.work)
-            for said in pool.map(work, range(arguments.people)):
-                print(said, flush=True)
+            for message in pool.map(work, range(arguments.people)):
+                print(message, flush=True)
             return
         chosen = sorted(_read(arguments.work))[:COMPARED]
         found = list(pool.map(partial(_compare, arguments.data, arguments.work), chosen))

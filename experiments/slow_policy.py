@@ -29,7 +29,7 @@ from gaitval.datasets.subject_file import BUILTIN, builtin_subjects, load_subjec
 from gaitval.gait.dimensionless import speed_unit, time_unit
 from gaitval.identification.prior import prior_sd
 from gaitval.policy.storage import Policy, load_start, save_policy
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import POLICY_FILES
@@ -55,11 +55,11 @@ SETTINGS: Final = (
 WALKED: Final = 50
 """Cycles of each start of the people whom policies are tried on."""
 
-Wanted = tuple[int, str, int, Configuration]
+_Wanted = tuple[int, str, int, Configuration]
 """A seed, a subject's name, a virtual person's number, and the configuration."""
 
 
-def task_of(wanted: Wanted) -> tuple[WalkingTask, float]:
+def task_of(wanted: _Wanted) -> tuple[WalkingTask, float]:
     """The walking task of a virtual person, and how long its stride is, √(leg length/g)."""
     seed, name, number, configuration = wanted
     random = np.random.default_rng([seed, list(BUILTIN).index(name), number])
@@ -68,7 +68,7 @@ def task_of(wanted: Wanted) -> tuple[WalkingTask, float]:
         person = of_another_size(load_subject(name), random)
     mu = drawn_parameters(prior_sd(person), random)
     speed = random.uniform(*SPEEDS) * speed_unit(person.leg_length_m)
-    known = told(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
+    known = known_record(person, configuration.record, builtin_subjects(), speed=speed, forced=True)
     longer = random.uniform(*LONGER)
     slow = replace(
         known.record,

@@ -17,10 +17,10 @@ import numpy as np
 from claims.patients import HEALTHY, SPEEDS, tables, true_moments
 from experiments.shipped import csv_text, parser_of, ship
 from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.known_record import expected_record, over_stance, rolled_ankle
 from gaitval.apps.patients.records import Patient, two_sided
 from gaitval.apps.patients.rolling_foot import feet
 from gaitval.apps.patients.sound_side import TABLE
-from gaitval.apps.patients.told import expected_record, over_stance, rolled_ankle
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects

@@ -55,11 +55,11 @@ def writing(path: Path) -> Iterator[None]:
     except Exception as error:
         from gaitval.disk_errors import is_of_another, why_unwritable
 
-        told = why_unwritable(error)
-        if told is None or is_of_another(error, Path(path)):
+        why = why_unwritable(error)
+        if why is None or is_of_another(error, Path(path)):
             raise
         raise ArtefactError(
-            f"{path}: cannot be written: {told}, or give another folder with --out; then run the "
+            f"{path}: cannot be written: {why}, or give another folder with --out; then run the "
             "same command again. What was there before is unchanged."
         ) from None
 
@@ -201,7 +201,7 @@ def read_json(path: Path) -> Any:
         return value
     except (ValueError, RecursionError) as error:
         raise ArtefactError(
-            f"{path}: cannot be read as JSON ({_told(error)}); it is truncated or was edited. "
+            f"{path}: cannot be read as JSON ({_reason(error)}); it is truncated or was edited. "
             "Delete it and run its stage again."
         ) from None
 
@@ -238,7 +238,7 @@ def parse_toml(text: str, origin: str, refusal: type[GaitvalError]) -> dict[str,
                 raise ValueError(f"an integer has more than {DIGITS} digits")
         return values
     except (ValueError, RecursionError) as error:
-        raise refusal(f"{origin}: not valid TOML: {_told(error)}. Correct that line.") from None
+        raise refusal(f"{origin}: not valid TOML: {_reason(error)}. Correct that line.") from None
 
 
 def _check_depth(value: Any, levels: int = DEPTH) -> None:
@@ -271,7 +271,7 @@ def _integer(digits: str) -> int:
     return int(digits)
 
 
-def _told(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     """What is wrong with a text, in words for whoever wrote it."""
     if isinstance(error, RecursionError):
         return "lists or tables lie too deep in each other"

@@ -80,8 +80,8 @@ def _cache_folder() -> Path:
     """The folder of what is compiled of these sources. Raises ConfigurationError if it is in one
     that others can write to.
     """
-    told = tuple(map(os.environ.get, ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME")))
-    return _own_folder(told) / f"numba-{_sources()}"
+    environment = tuple(map(os.environ.get, ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME")))
+    return _own_folder(environment) / f"numba-{_sources()}"
 
 
 class _WhenCompiling(event.Listener):

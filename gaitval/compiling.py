@@ -26,7 +26,7 @@ class Announcer(event.Listener):
 
     def __init__(self, *, first: bool) -> None:
         self._first = first
-        self._told = False
+        self._notified = False
         self._depth = 0
         self._since = self._spent = 0.0
 
@@ -37,7 +37,7 @@ class Announcer(event.Listener):
         if self._depth == 0:
             self._since = monotonic()
             if self._first:
-                self._tell("for the first time, once, about a minute")
+                self._notify("for the first time, once, about a minute")
         self._depth += 1
 
     def on_end(self, event: Any) -> None:
@@ -46,11 +46,11 @@ class Announcer(event.Listener):
         if self._depth == 0:
             self._spent += monotonic() - self._since
             if self._spent > WORTH_A_WORD:
-                self._tell("what was not used before, once, less than a minute")
+                self._notify("what was not used before, once, less than a minute")
 
-    def _tell(self, how: str) -> None:
+    def _notify(self, how: str) -> None:
         # A worker process would repeat what its parent has printed already.
-        if self._told or multiprocessing.parent_process() is not None:
+        if self._notified or multiprocessing.parent_process() is not None:
             return
-        self._told = True
+        self._notified = True
         print(f"gaitval: compiling {how} ...", file=sys.stderr, flush=True)

@@ -41,9 +41,9 @@ def without_linker() -> Iterator[None]:
     """While the block runs, libraries are looked up in the system's list alone."""
     from ctypes import util
 
-    asked = [name for name in ("_findLib_gcc", "_findLib_ld") if hasattr(util, name)]
-    before = {name: getattr(util, name) for name in asked}
-    for name in asked:
+    wanted = [name for name in ("_findLib_gcc", "_findLib_ld") if hasattr(util, name)]
+    before = {name: getattr(util, name) for name in wanted}
+    for name in wanted:
         setattr(util, name, lambda _: None)
     try:
         yield

@@ -25,12 +25,12 @@ def why_unwritable(error: Exception) -> str | None:
     """
     # Libraries in other languages (safetensors, in Rust) give the system's error only as text.
     number = error.errno if isinstance(error, OSError) else None
-    for kinds, told in (
+    for kinds, message in (
         (_FULL, "there is no space left for it. Free some space"),
         (_TOO_LONG, "its name is too long. Give a shorter one"),
         (_NOT_ALLOWED, "its folder may not be written to. Change the permissions"),
         (FAILED, "its disk or network share reports an error. Check that it is there and sound"),
     ):
         if number in kinds or any(f"(os error {kind})" in str(error) for kind in kinds):
-            return told
+            return message
     return None

@@ -15,7 +15,7 @@ from gaitval.partial_files import remove_partial
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[None]:
+def locked(folder: Path) -> Iterator[None]:
     """Lock `folder` for this process, until the block or the process ends. It is made if it is not
     there, and what a killed process left half written is removed. Raises ArtefactError if another
     process works in it, or it cannot be written to.

@@ -9,8 +9,8 @@ from gaitval import file_gate
 from gaitval.artefacts import growing, writing
 from gaitval.errors import ArtefactError
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
 class Journal:
@@ -49,12 +49,12 @@ class Journal:
 
     def results(
         self,
-        work: Callable[[Sequence[Item]], Iterable[Result]],
-        items: Sequence[Item],
+        work: Callable[[Sequence[_Item]], Iterable[_Result]],
+        items: Sequence[_Item],
         *,
-        write: Callable[[Result], Any],
-        read: Callable[[Any], Result],
-    ) -> list[Result]:
+        write: Callable[[_Result], Any],
+        read: Callable[[Any], _Result],
+    ) -> list[_Result]:
         """A result of each of `items`: those that are in the file, then those of `work` for the
         rest, which gives them in order, one after the other. `write` makes JSON of a result, and
         `read` a result of it.

@@ -9,7 +9,7 @@ from typing import Any, Final, get_args
 
 from pydantic import BaseModel, ValidationError
 
-Problem = Mapping[str, Any]
+_Problem = Mapping[str, Any]
 """One of the errors of a `pydantic.ValidationError`."""
 
 NO_LONGER: Final[Mapping[str, str]] = dict.fromkeys(
@@ -20,7 +20,7 @@ NO_LONGER: Final[Mapping[str, str]] = dict.fromkeys(
 """Settings of earlier versions, and what to write instead."""
 
 
-def in_subject(subject: type[BaseModel], problem: Problem) -> str:
+def in_subject(subject: type[BaseModel], problem: _Problem) -> str:
     """A `problem` of a subject file, whose model is `subject`."""
     location = problem["loc"]
     where = ".".join(str(key) for key in location)
@@ -45,7 +45,7 @@ def _keys(annotation: Any) -> Iterator[str]:
             yield from _keys(part)
 
 
-def in_options(model: type[BaseModel], problem: Problem, shown: Callable[[str], str]) -> str:
+def in_options(model: type[BaseModel], problem: _Problem, shown: Callable[[str], str]) -> str:
     """A `problem` of the options of an import, whose class is `model`; `shown` says from an
     option's name what the user calls it.
     """
@@ -66,7 +66,7 @@ def in_options(model: type[BaseModel], problem: Problem, shown: Callable[[str], 
     return f"{where} = {seen!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
 
 
-def in_marker_set(file: type[BaseModel], marker: type[BaseModel], problem: Problem) -> str:
+def in_marker_set(file: type[BaseModel], marker: type[BaseModel], problem: _Problem) -> str:
     """A `problem` of a marker set, of the models of its `file` and of a `marker`."""
     place = problem["loc"]
     where = ".".join(str(key) for key in place)

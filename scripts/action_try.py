@@ -100,8 +100,8 @@ def main() -> None:
         prepare(folder, baselines)
         runner = Runner(folder, inputs_of(action(), given), arguments.python)
         run_steps(runner, action()["runs"]["steps"])
-        for name, told in runner.done:
-            print(f"{name}: {told}")
+        for name, message in runner.done:
+            print(f"{name}: {message}")
         print((folder / "summary.md").read_text(encoding="utf-8"))
     finally:
         if arguments.keep is None:
@@ -143,11 +143,11 @@ def run_steps(runner: Runner, steps: list[dict[str, Any]]) -> None:
         if not wanted or (runner.failed and "always()" not in condition):
             runner.done.append((name, "skipped"))
             continue
-        begun = time.perf_counter()
+        started = time.perf_counter()
         code = _use(runner, step) if "uses" in step else _run(runner, step)
         runner.failed = runner.failed or code
-        told = f"exit code {code}, {time.perf_counter() - begun:.0f} s"
-        runner.done.append((name, told + (f" ({step['uses']})" if "uses" in step else "")))
+        message = f"exit code {code}, {time.perf_counter() - started:.0f} s"
+        runner.done.append((name, message + (f" ({step['uses']})" if "uses" in step else "")))
 
 
 def _run(runner: Runner, step: dict[str, Any]) -> int:

@@ -78,8 +78,8 @@ def _licences(name: str) -> list[dict[str, Any]]:
     if not named and text and "\n" not in text and len(text) <= _TEXT:
         named = [text]
     if not named or named[0].startswith("Copyright"):
-        said = _licence_text(name) or text
-        named = [each for phrase, each in _PHRASES.items() if phrase in said] or named
+        contents = _licence_text(name) or text
+        named = [each for phrase, each in _PHRASES.items() if phrase in contents] or named
     return [{"license": {"name": name}} for name in sorted(set(named))]
 
 
@@ -141,11 +141,11 @@ def bill() -> dict[str, Any]:
     needs = closure()
     inside = bundled()
     components = [component(name, hashes) for name in sorted(needs) if name != NAME] + inside
-    said = json.dumps(components, sort_keys=True)
+    contents = json.dumps(components, sort_keys=True)
     return {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
-        "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_OID, said)}",
+        "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_OID, contents)}",
         "version": 1,
         "metadata": {"component": component(NAME, hashes)},
         "components": components,

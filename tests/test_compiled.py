@@ -39,7 +39,7 @@ assert double(3.0) == 6.0
 
 def test_the_first_compilation_is_said_once_and_a_warm_cache_says_nothing(tmp_path):
     (tmp_path / "first.py").write_text(FIRST)
-    said = []
+    messages = []
     for _ in range(2):
         done = subprocess.run(
             [sys.executable, "first.py"],
@@ -53,5 +53,5 @@ def test_the_first_compilation_is_said_once_and_a_warm_cache_says_nothing(tmp_pa
             text=True,
             check=True,
         )
-        said.append(done.stderr)
-    assert said == ["gaitval: compiling for the first time, once, about a minute ...\n", ""]
+        messages.append(done.stderr)
+    assert messages == ["gaitval: compiling for the first time, once, about a minute ...\n", ""]

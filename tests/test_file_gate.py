@@ -227,14 +227,14 @@ def test_a_reference_of_other_shapes_or_without_numbers_is_refused(tmp_path, arr
     for name, values in arrays.items():
         holey, beyond = values.copy(), values.copy()
         holey.flat[0], beyond.flat[0] = np.nan, -1e307
-        for other, told in (
+        for other, message in (
             (holey, "not finite"),
             (beyond, "beyond all that moves"),
             (values[..., None], "has the shape"),
             (values.astype(str), "not numbers"),
         ):
             write_arrays(path, arrays | {name: other})
-            with pytest.raises(ArtefactError, match=rf"reference\.npz: {name} .*{told}"):
+            with pytest.raises(ArtefactError, match=rf"reference\.npz: {name} .*{message}"):
                 ReferenceMotion.load(path)
 
 

@@ -35,11 +35,11 @@ def test_an_import_upward_and_a_circle_are_found(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     assert lint_imports(no_cache=True) == 1
-    told = " ".join(capsys.readouterr().out.split())
-    assert "small.lower.one -> small.upper (l.2)" in told
-    assert "No cycles are allowed in small.upper" in told
-    assert ".two -> .three" in told or ".three -> .two" in told
-    assert "small.new" in told  # it has no place in the order
+    message = " ".join(capsys.readouterr().out.split())
+    assert "small.lower.one -> small.upper (l.2)" in message
+    assert "No cycles are allowed in small.upper" in message
+    assert ".two -> .three" in message or ".three -> .two" in message
+    assert "small.new" in message  # it has no place in the order
 
 
 def test_the_picture_is_current():

@@ -32,8 +32,8 @@ def test_what_may_be_named_are_the_extras_of_who_uses_gaitval() -> None:
     extras = tomllib.loads(text)["project"]["optional-dependencies"]
     assert {"pages", "walk", *extras["all"][0][len("gaitval[") : -1].split(",")} == set(EXTRAS)
     for place, extra in enumerate(EXTRAS):
-        asked = "".join(line for line in extras[extra] if line.startswith("gaitval["))
-        assert not any(later in asked for later in EXTRAS[place:]), extra
+        wanted = "".join(line for line in extras[extra] if line.startswith("gaitval["))
+        assert not any(later in wanted for later in EXTRAS[place:]), extra
 
 
 def test_what_is_there_is_no_problem() -> None:

@@ -76,8 +76,10 @@ def _target(call: ast.Call) -> ast.expr | None:
         return call.func
     words = [*given, *(k.value for k in call.keywords)]
     if name == "open" and module == "os":
-        told = {_name(each) for word in words for each in ast.walk(word)}
-        return first if told & {"O_WRONLY", "O_RDWR", "O_CREAT", "O_APPEND", "O_TRUNC"} else None
+        messages = {_name(each) for word in words for each in ast.walk(word)}
+        return (
+            first if messages & {"O_WRONLY", "O_RDWR", "O_CREAT", "O_APPEND", "O_TRUNC"} else None
+        )
     if name in ("open", "fdopen"):
         if module in ("", "io", "gzip", "bz2", "lzma", "tarfile", "codecs", "os"):
             file, modes = first, words[1:]

@@ -102,8 +102,8 @@ def test_another_distribution_adds_a_command_and_a_reader(tmp_path: Path) -> Non
             capture_output=True, text=True, check=False,
         )  # fmt: skip
 
-    said = gaitval("hello")
-    assert (said.returncode, said.stdout) == (0, "hello of another\n"), said.stderr
+    message = gaitval("hello")
+    assert (message.returncode, message.stdout) == (0, "hello of another\n"), message.stderr
     assert "hello" in gaitval("--help").stdout
     read = gaitval("events", "a.xyz")
     assert read.returncode == 2

@@ -23,7 +23,7 @@ from gaitval.metrics.curve_statistics import ALPHA, one_sample_test, two_sample_
 PERMUTATIONS = 10_000
 
 
-class Case(NamedTuple):
+class CurveCase(NamedTuple):
     """Curves (N, 101) that are compared."""
 
     name: str
@@ -46,29 +46,29 @@ def smooth_curves(count: int, width: float, seed: int) -> Array:
     return curves / curves.std()
 
 
-def random_cases() -> Iterator[Case]:
+def random_cases() -> Iterator[CurveCase]:
     """Smooth random curves."""
     for width in (10.0, 20.0, 30.0):
         one, other = smooth_curves(16, width, 1), smooth_curves(16, width, 2)
-        yield Case(f"random, width {width:g} %, two samples", one, other, False)
-        yield Case(f"random, width {width:g} %, pairs", one, other, True)
+        yield CurveCase(f"random, width {width:g} %, two samples", one, other, False)
+        yield CurveCase(f"random, width {width:g} %, pairs", one, other, True)
 
 
-def recorded_cases(data: Path) -> Iterator[Case]:
+def recorded_cases(data: Path) -> Iterator[CurveCase]:
     """Strides of people."""
     table = strides(data)
     for angle in ("knee_angle", "hip_flexion"):
         rows = table.xs((angle, "r"), level=("angle", "side"))
         groups = {name: rows.loc[name].sort_index() for name in rows.index.unique(level="group")}
         healthy, amputees = groups["control"], groups["transfemoral_amputee"]
-        yield Case(f"{angle}, amputees", healthy.to_numpy(), amputees.to_numpy(), False)
+        yield CurveCase(f"{angle}, amputees", healthy.to_numpy(), amputees.to_numpy(), False)
         off, on = groups["parkinson_off"], groups["parkinson_on"]
         people = [[str(name).split("_")[0] for name in each.index] for each in (off, on)]
         assert people[0] == people[1]
-        yield Case(f"{angle}, off and on medication", off.to_numpy(), on.to_numpy(), True)
+        yield CurveCase(f"{angle}, off and on medication", off.to_numpy(), on.to_numpy(), True)
 
 
-def thresholds(case: Case, permutations: int = PERMUTATIONS) -> tuple[Thresholds, Thresholds]:
+def thresholds(case: CurveCase, permutations: int = PERMUTATIONS) -> tuple[Thresholds, Thresholds]:
     """Ours and spm1d's."""
     import spm1d
 

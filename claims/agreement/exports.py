@@ -20,7 +20,7 @@ from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
 
 if TYPE_CHECKING:
-    from gaitval.apps.export.walked import Walked
+    from gaitval.apps.export.walked import ExportedWalk
     from gaitval.mocap.recording import Recording
 
 PERSON = "5"
@@ -29,13 +29,13 @@ SECOND = 500
 """Physics steps."""
 
 
-def _walker() -> "Walked":
-    from gaitval.apps.export.walked import Walked
+def _walker() -> "ExportedWalk":
+    from gaitval.apps.export.walked import ExportedWalk
 
-    return Walked.of(PERSON)
+    return ExportedWalk.of(PERSON)
 
 
-def _walked_in_mujoco(walked: "Walked", cycles: int) -> tuple[dict[str, NDArray[Any]], bool]:
+def _walked_in_mujoco(walked: "ExportedWalk", cycles: int) -> tuple[dict[str, NDArray[Any]], bool]:
     """The walk of the exported script, run without gaitval in a process of its own."""
     from gaitval.apps.export.mujoco_folder import write_mujoco
 
@@ -56,7 +56,7 @@ def _walked_in_mujoco(walked: "Walked", cycles: int) -> tuple[dict[str, NDArray[
     return found, bool(found.pop("fell"))
 
 
-def angles_in_mujoco(walked: "Walked", cycles: int) -> tuple[dict[str, float], int]:
+def angles_in_mujoco(walked: "ExportedWalk", cycles: int) -> tuple[dict[str, float], int]:
     """RMS of each mean angle (deg) of a walk in plain MuJoCo from that of the stored report, and
     the right cycles walked after those that settle.
     """
@@ -352,7 +352,7 @@ def _relative(read: NDArray[Any], written: NDArray[Any]) -> float:
     return float(np.max(np.abs(read - written)) / np.max(np.abs(written)))
 
 
-def _first_second(walked: "Walked") -> float:
+def _first_second(walked: "ExportedWalk") -> float:
     """Motion and moments in plain MuJoCo against gaitval's own engine, while rounding is small."""
     found, _ = _walked_in_mujoco(walked, 1)
     return max(

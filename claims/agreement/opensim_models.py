@@ -14,7 +14,7 @@ import numpy as np
 import claims
 from claims import Claim
 from experiments import opensim_pipeline
-from gaitval.apps.judge.judge import Judgement, Request, judge
+from gaitval.apps.judge.judge import Judgement, JudgeRequest, judge
 from gaitval.apps.judge.markers import logged_errors
 from gaitval.apps.judge.opensim.placing import marker_places, place
 from gaitval.metrics.tolerances import evaluate, measured
@@ -42,9 +42,9 @@ def models(given: claims.Given) -> list[Claim]:
         return _rows(judged)
 
 
-def _judged(results: opensim_pipeline.Results) -> Judgement:
+def _judged(results: opensim_pipeline.PipelineFiles) -> Judgement:
     return judge(
-        Request(
+        JudgeRequest(
             model=results.model,
             ik=results.motion,
             id=results.moments,
@@ -64,7 +64,7 @@ def _say(generic: str, found: Judgement) -> None:
         print(f"  {verdict.title}, {verdict.target}: {verdict.value:.3g}")
 
 
-def _rows(judged: list[tuple[opensim_pipeline.Results, Judgement]]) -> list[Claim]:
+def _rows(judged: list[tuple[opensim_pipeline.PipelineFiles, Judgement]]) -> list[Claim]:
     apart, frames, newtons, samples, placed, places, wrong, verdicts = 0.0, 0, 0.0, 0, 0.0, 0, 0, 0
     for results, found in judged:
         assert found.log_difference is not None
@@ -107,7 +107,7 @@ def _rows(judged: list[tuple[opensim_pipeline.Results, Judgement]]) -> list[Clai
     ]
 
 
-def _places(results: opensim_pipeline.Results, found: Judgement) -> tuple[float, int]:
+def _places(results: opensim_pipeline.PipelineFiles, found: Judgement) -> tuple[float, int]:
     """Largest distance, m, of markers from where the wheel has them, and their number."""
     import opensim
 
@@ -133,7 +133,7 @@ def _places(results: opensim_pipeline.Results, found: Judgement) -> tuple[float,
     return worst, len(names) * len(range(0, len(found.motion.time), 10))
 
 
-def _verdicts(results: opensim_pipeline.Results, found: Judgement) -> tuple[int, int]:
+def _verdicts(results: opensim_pipeline.PipelineFiles, found: Judgement) -> tuple[int, int]:
     """Limits of marker errors that the log's own figures keep and ours do not, or the reverse."""
     log = logged_errors(results.marker_errors)
     theirs = evaluate(

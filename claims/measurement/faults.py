@@ -29,7 +29,7 @@ from gaitval.errors import GaitvalError
 from gaitval.importing.importing import request_of, work_out
 from gaitval.measurement.balance import STEPPED_ON
 from gaitval.measurement.estimate import alone
-from gaitval.measurement.said import CHECK, named
+from gaitval.measurement.fault_text import CHECK, named
 from gaitval.measurement.standing import KINDS, with_plates
 from gaitval.mocap.recording import Recording
 from gaitval.session import session as importing
@@ -153,7 +153,7 @@ def _right(request: Request, session: SessionRecordings) -> _Right:
 
 
 def _warnings(found: Import) -> set[str]:
-    return {f"{flag.check}, {flag.where}" for _, flag in found.doubts}
+    return {f"{flag.check}, {flag.where}" for _, flag in found.warnings}
 
 
 def _errors(right: Import, wrong: Import, mass: float) -> dict[str, float]:
@@ -402,7 +402,7 @@ def clean(given: claims.Given) -> list[Claim]:
                 print(recording["name"], "|", error)
                 continue
         known = KNOWN_FAULTS.get(recording["name"])
-        flags = [flag for _, flag in found.doubts if flag.check.startswith(CHECK)]
+        flags = [flag for _, flag in found.warnings if flag.check.startswith(CHECK)]
         wrong = (
             0
             if known == ""

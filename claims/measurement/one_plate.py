@@ -132,7 +132,7 @@ def one_plate(given: claims.Given) -> list[Claim]:
                 seen.append(errors(own, imported(dividing, f"{name} divided")))
                 with patch.object(divided, "_share", straight):
                     plain.append(errors(own, imported(dividing, f"{name} straight")))
-            print(f"{name}: {_said(seen[-1])}; straight line: {_said(plain[-1])}")
+            print(f"{name}: {_text(seen[-1])}; straight line: {_text(plain[-1])}")
 
     def worst(of: Callable[[dict[str, float]], float], cases: list[dict[str, float]]) -> float:
         return max(of(each) for each in cases)
@@ -164,5 +164,5 @@ def one_plate(given: claims.Given) -> list[Claim]:
     ]
 
 
-def _said(found: dict[str, float]) -> str:
+def _text(found: dict[str, float]) -> str:
     return ", ".join(f"{name} {value:.3g}" for name, value in found.items())

@@ -20,7 +20,7 @@ from gaitval.gait.filters import low_pass
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.read import SessionRecordings
 
-Change = Callable[[SessionRecordings], SessionRecordings]
+_Planted = Callable[[SessionRecordings], SessionRecordings]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Fault:
 
     name: str
     causes: tuple[str, ...]
-    change: Change
+    change: _Planted
     mass: float = 1.0
     size: float = 0.0
     plate: int | None = None
@@ -258,11 +258,11 @@ def rotated(recording: Recording, plate: int, angle: float) -> Recording:
     return _on_plate(recording, plate, lambda one: _rotated(one, angle))
 
 
-def _walks(change: Callable[[Recording], Recording]) -> Change:
+def _walks(change: Callable[[Recording], Recording]) -> _Planted:
     return lambda session: replace(session, walking=tuple(change(r) for r in session.walking))
 
 
-def _all(change: Callable[[Recording], Recording]) -> Change:
+def _all(change: Callable[[Recording], Recording]) -> _Planted:
     return lambda session: replace(
         session,
         standing=change(session.standing),

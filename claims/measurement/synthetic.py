@@ -57,7 +57,7 @@ LOAD: Final = """<ExternalForce name="{0}"><applied_to_body>calcn_{0}</applied_t
 
 
 @dataclass(frozen=True)
-class Walker:
+class SyntheticWalker:
     """Files of a synthetic walker, and who it is."""
 
     folder: Path
@@ -77,15 +77,15 @@ class Walker:
         return self.folder / "trials/walk2/grf.mot"
 
 
-def walker(clones: Path, number: str) -> Walker:
+def walker(clones: Path, number: str) -> SyntheticWalker:
     """The walker of this number."""
     folder = clones / FOLDER / f"subject{number}"
     known = json.loads((folder / "_subject.json").read_text(encoding="utf-8"))
     sex = {"male": "M", "female": "F"}[known["sex"]]
-    return Walker(folder, f"subject{number}", known["massKg"], known["heightM"], sex)
+    return SyntheticWalker(folder, f"subject{number}", known["massKg"], known["heightM"], sex)
 
 
-def truth(of: Walker, folder: Path) -> tuple[StorageTable, StorageTable]:
+def truth(of: SyntheticWalker, folder: Path) -> tuple[StorageTable, StorageTable]:
     """Angles and moments of OpenSim on the true model, which goes on as it began: filters and
     derivatives have neighbours at the ends of the stride.
     """
@@ -153,7 +153,7 @@ def joined(stride: StorageTable, way: Mapping[str, float]) -> StorageTable:
     )
 
 
-def lengths_apart(of: Walker, ours: dict[str, object]) -> list[float]:
+def lengths_apart(of: SyntheticWalker, ours: dict[str, object]) -> list[float]:
     """Thighs and shanks minus those between the true joint centres, which are among the markers."""
     trial = read_recording(of.markers)
     off = []
@@ -183,7 +183,7 @@ class Apart:
     inside: dict[str, list[bool]]
 
 
-def apart(of: Walker, folder: Path) -> Apart:
+def apart(of: SyntheticWalker, folder: Path) -> Apart:
     """What the import of a walker into a folder makes of it, minus the truth."""
     options = {
         "trials": [of.markers],

@@ -45,7 +45,7 @@ MISSED_S = 0.2
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedEvents:
     """Events of one trial: errors in ms by kind, and how many were missed."""
 
     patient: bool
@@ -157,7 +157,7 @@ def compare(
 @claims.measured("public")
 def events(given: claims.Given) -> list[Claim]:
     """Heel strikes and toe-offs of markers against the plates, of everybody and of patients."""
-    found: list[Compared] = []
+    found: list[ComparedEvents] = []
     for laboratory in tomllib.loads(LIST.read_text(encoding="utf-8"))["laboratories"]:
         kinds: dict[EventKind, list[float]] = {"heel_strike": [], "toe_off": []}
         total = 0
@@ -167,13 +167,13 @@ def events(given: claims.Given) -> list[Claim]:
             for kind in kinds:
                 kinds[kind] += errors[kind]
         patient, chosen = laboratory.get("patient", False), laboratory.get("chosen", False)
-        found.append(Compared(patient, chosen, kinds, total))
-        said = "; ".join(
+        found.append(ComparedEvents(patient, chosen, kinds, total))
+        message = "; ".join(
             f"{kind} n {len(each)}, median {np.median(np.abs(each)):.0f} ms"
             for kind, each in kinds.items()
             if each
         )
-        print(f"{laboratory['laboratory']}: {said}; missed {total}", flush=True)
+        print(f"{laboratory['laboratory']}: {message}; missed {total}", flush=True)
     groups = {
         "everybody": found,
         "patients": [each for each in found if each.patient],

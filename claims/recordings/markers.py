@@ -65,7 +65,7 @@ def recorded(entry: Mapping[str, Any], clones: Path) -> tuple[Recording, Recordi
             else standing
         )
     names = list(dict.fromkeys([*standing.names, *walking.names]))
-    truth = _told(entry, names) if "markers" in entry else _known(entry, names)
+    truth = _truth(entry, names) if "markers" in entry else _known(entry, names)
     for one, other in entry.get("exchanged", ()):
         truth[one], truth[other] = truth[other], truth[one]
     return walking, standing, truth
@@ -84,7 +84,7 @@ def _known(entry: Mapping[str, Any], names: Sequence[str]) -> dict[str, tuple[st
     return truth
 
 
-def _told(entry: Mapping[str, Any], names: Sequence[str]) -> dict[str, tuple[str, str | None]]:
+def _truth(entry: Mapping[str, Any], names: Sequence[str]) -> dict[str, tuple[str, str | None]]:
     """Where the markers of a set of the list itself are."""
     letters = dict(zip("RL", entry.get("sides", "RL"), strict=True))
     found: dict[str, tuple[str, str | None]] = {}
@@ -225,15 +225,15 @@ def _measured(clones: Path, entries: Sequence[Mapping[str, Any]], words: str) ->
         for kind, new in variants(names, truth, SEED + number):
             # What places alone say does not depend on the names: it is worked out once.
             draft = draft_of(_with_names(places, {m: new[name] for m, name in back_to.items()}))
-            told = {new[name]: where for name, where in truth.items() if name in new}
-            right, count, used, wrong = judged(draft, told)
+            known = {new[name]: where for name, where in truth.items() if name in new}
+            right, count, used, wrong = judged(draft, known)
             found.setdefault(kind, []).append((right, count, used))
             certain.setdefault(kind, []).append(sum(guess.used for guess in draft.guesses))
             back = {other: name for name, other in new.items()}
-            said = [f"{back[each.split(' as ')[0]]} {each}" for each in wrong]
+            messages = [f"{back[each.split(' as ')[0]]} {each}" for each in wrong]
             print(
                 f"{entry['set']}, {kind}: {right} of {count}, wrong and used {used}",
-                *said,
+                *messages,
                 sep="\n   ",
                 flush=True,
             )

@@ -69,7 +69,7 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
             key: [local_file(path, base, folder) for path in several(recording.get(key))]
             for key in ("static", "trials", "forces", "functional")
         }
-        said: list[str] = []
+        messages: list[str] = []
         result: dict[str, Any] = {
             "name": recording["name"],
             "laboratory": recording["laboratory"],
@@ -91,7 +91,7 @@ def work(recording: Mapping[str, Any], base: Path) -> dict[str, Any]:
                 checked(ImportOptions, options),
                 folder / "out" / recording["name"],
                 configuration=load_configuration(),
-                tell=lambda step, message: said.append(f"{step}: {message}"),
+                notify=lambda step, message: messages.append(f"{step}: {message}"),
             )
         except GaitvalError as error:
             words = str(error)
@@ -173,8 +173,8 @@ def public(given: claims.Given) -> list[Claim]:
             result = job.result()
             results[result["name"]] = result
             write_json(store, results)
-            said = "" if right(jobs[job], result) else "   NOT AS IT SHOULD BE"
-            print(f"{result['name']}: {result['became']}. {result.get('why', '')[:160]}{said}",
+            message = "" if right(jobs[job], result) else "   NOT AS IT SHOULD BE"
+            print(f"{result['name']}: {result['became']}. {result.get('why', '')[:160]}{message}",
                   flush=True)  # fmt: skip
     return list(_rows([(each, results[each["name"]]) for each in recordings]))
 
@@ -219,5 +219,5 @@ def imported(recording: Mapping[str, Any], clones: Path, folder: Path) -> Path:
             "static": next(iter(files["static"]), None),
         }
         made = checked(ImportOptions, options)
-        import_files(made, folder, configuration=load_configuration(), tell=lambda *_: None)
+        import_files(made, folder, configuration=load_configuration(), notify=lambda *_: None)
     return folder / "subject.toml"

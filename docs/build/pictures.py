@@ -310,14 +310,14 @@ def softened(folder: Path) -> None:
     for name in ("S05", "S08"):
         kept = f"reports/{name}/baseline"
         shutil.copytree(ROOT / kept, folder / kept)
-    asked = os.environ | {
+    wanted = os.environ | {
         "BASELINES": "reports/S05/baseline\nreports/S08/baseline",
         "OUT": ".",
         "PYTHONPATH": str(copy),
     }
-    asked.pop("GITHUB_STEP_SUMMARY", None)
+    wanted.pop("GITHUB_STEP_SUMMARY", None)
     script = [sys.executable, str(ROOT / "scripts/action_check.py")]
-    subprocess.run(script, cwd=folder, env=asked, stdout=subprocess.DEVNULL, check=False)
+    subprocess.run(script, cwd=folder, env=wanted, stdout=subprocess.DEVNULL, check=False)
     if "**lost**" not in (folder / "summary.md").read_text(encoding="utf-8"):
         raise SystemExit(f"{folder / 'summary.md'}: nothing was lost.")
 
@@ -431,22 +431,22 @@ def main() -> None:
     parser.add_argument("pictures", nargs="*", metavar="PICTURE", help=", ".join(PICTURES))
     parser.add_argument("--work", type=Path, default=ROOT / "build" / "pictures")
     parser.add_argument("--made", action="store_true", help="compute nothing")
-    asked = parser.parse_args()
-    unknown = sorted(set(asked.pictures) - set(PICTURES))
+    wanted = parser.parse_args()
+    unknown = sorted(set(wanted.pictures) - set(PICTURES))
     if unknown:
         sys.exit(f"no such picture: {', '.join(unknown)}. There are: {', '.join(PICTURES)}.")
     executable = os.environ.get("GAITVAL_CHROMIUM") or shutil.which("chromium")
     if executable is None:
         sys.exit("no chromium on the path: apt-get install chromium, or set GAITVAL_CHROMIUM")
-    asked.work.mkdir(parents=True, exist_ok=True)
+    wanted.work.mkdir(parents=True, exist_ok=True)
     done: set[str] = set()
     with sync_playwright() as browsers:
         browser = browsers.chromium.launch(executable_path=executable, args=list(FLAGS))
-        for name in asked.pictures or PICTURES:
+        for name in wanted.pictures or PICTURES:
             try:
-                if not asked.made:
-                    prepared(PICTURES[name].step, asked.work, done)
-                draw(name, asked.work, browser)
+                if not wanted.made:
+                    prepared(PICTURES[name].step, wanted.work, done)
+                draw(name, wanted.work, browser)
             except Lacking as lacking:
                 sys.stdout.write(f"{name}: left as it is: {lacking}\n")
         browser.close()

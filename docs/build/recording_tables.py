@@ -240,7 +240,9 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
         files = folder / EXPORT
         write_markers(folder / "walk.trc", trial)
         straight = {"mtp_angle_r": 0.0, "mtp_angle_l": 0.0}
-        write_osim(folder / "held.osim", body.model, markers, ContactSettings(), 0.8, held=straight)
+        write_osim(
+            folder / "held.osim", body.model, markers, ContactSettings(), 0.8, locked=straight
+        )
         cases = [
             ("as exported", files / "model.osim", {}, SHIPPED),
             ("as exported", files / "model.osim", {}, CONVERGED),
@@ -248,7 +250,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
         if any("toes" in marker.segment for marker in markers):
             cases.append(("toes held straight", folder / "held.osim", straight, CONVERGED))
         angles = []
-        for label, model, held, accuracy in cases:
+        for label, model, fixed, accuracy in cases:
             result = folder / "ik.mot"
             run_tool(
                 inverse_kinematics_tool(
@@ -256,7 +258,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
                 ),
                 folder,
             )
-            ours = inverse_kinematics(body.model, markers, trial.markers, held=held)
+            ours = inverse_kinematics(body.model, markers, trial.markers, fixed=fixed)
             _, theirs = read_motion(result)
             apart = to_opensim(ours.positions) - to_opensim(theirs)
             sizes = np.degrees(np.sqrt((apart**2).mean(axis=0)))

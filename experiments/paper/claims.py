@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from experiments.paper.data import IDENTIFIED, RL, WINTER, Curves
+from experiments.paper.data import IDENTIFIED, RL, WINTER, PaperCurves
 from experiments.paper.drawings import JOINTS
 from gaitval.apps.regression.agreement import bland_altman
 from gaitval.arrays import Array
@@ -17,15 +17,15 @@ from gaitval.metrics.healthy_bands import healthy_bands
 from gaitval.metrics.push_recovery import Trace
 from gaitval.metrics.walk_statistics import multiple_correlation
 
-Verdict = Literal["agrees", "agrees in part", "does not agree", "cannot be judged"]
-Stored = Mapping[str, Any]
+_Verdict = Literal["agrees", "agrees in part", "does not agree", "cannot be judged"]
+_Stored = Mapping[str, Any]
 
 NEARER = 0.05
 """Smallest share by which an error must fall to be called lower: about the SD between seeds."""
 
 
 @dataclass(frozen=True)
-class Claim:
+class Statement:
     """One statement of the paper.
 
     Attributes
@@ -37,18 +37,18 @@ class Claim:
 
     paper: str
     found: str
-    verdict: Verdict
+    verdict: _Verdict
 
 
-def judged(true: Sequence[bool]) -> Verdict:
+def judged(true: Sequence[bool]) -> _Verdict:
     """All, some or none of several conditions."""
     return "agrees" if all(true) else "agrees in part" if any(true) else "does not agree"
 
 
-def model(dof: int) -> list[Claim]:
+def model(dof: int) -> list[Statement]:
     """Figure 1: the number of coordinates."""
     return [
-        Claim(
+        Statement(
             "A 31-DoF humanoid with 25 actuated joints and a floating base.",
             f"{dof} coordinates, {len(ACTUATED)} of them actuated.",
             judged([dof == 31, len(COORDINATES) == 31, len(ACTUATED) == 25]),
@@ -56,7 +56,7 @@ def model(dof: int) -> list[Claim]:
     ]
 
 
-def errors(found: Mapping[str, Any]) -> list[Claim]:
+def errors(found: Mapping[str, Any]) -> list[Statement]:
     """Figure 2: identification lowers the RMSE."""
     claims = []
     for body, walks in found.items():
@@ -69,7 +69,7 @@ def errors(found: Mapping[str, Any]) -> list[Claim]:
             parts.append(f"{kind} {100 * gain:+.1f} % (p = {p:.2f})")
         seeds = len(walks[RL])
         claims.append(
-            Claim(
+            Statement(
                 "The additional optimisation step has a clear effect on the RMSE.",
                 f"Body scaled by {body}: lower by {', '.join(parts)}; {seeds} seeds, exact paired "
                 f"test. RL alone is within {np.mean([w['angles'] for w in walks[RL]]):.1f}° of the "
@@ -80,7 +80,7 @@ def errors(found: Mapping[str, Any]) -> list[Claim]:
     return claims
 
 
-def angles(walks: Mapping[str, Curves], record: Stored) -> list[Claim]:
+def angles(walks: Mapping[str, PaperCurves], record: _Stored) -> list[Statement]:
     """Figure 3: identification brings angles nearer, the ankle's most."""
     change, parts = {}, []
     for joint, title in JOINTS.items():
@@ -98,12 +98,12 @@ def angles(walks: Mapping[str, Curves], record: Stored) -> list[Claim]:
     found = f"RMSE, mean of both sides: {', '.join(parts)}."
     best = max(change, key=lambda joint: change[joint])
     return [
-        Claim(
+        Statement(
             "After identification the joint angles match better.",
             found,
             judged([each > NEARER for each in change.values()]),
         ),
-        Claim(
+        Statement(
             "The ankle in particular matches more closely.",
             f"The {JOINTS[best].lower()} gains most ({100 * change[best]:+.0f} %); the ankle "
             f"{100 * change['ankle_angle']:+.0f} %.",
@@ -112,7 +112,7 @@ def angles(walks: Mapping[str, Curves], record: Stored) -> list[Claim]:
     ]
 
 
-def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> list[Claim]:
+def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> list[Statement]:
     """Figure 4: marked points and direction of the loop."""
     claims = []
     walk = curves["simulated"]
@@ -125,7 +125,7 @@ def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> list[Claim]:
             near.append(all(abs(o) <= 2.0 * s for o, s in zip(off, spread, strict=True)))
             parts.append(f"{percent} %: {off[0]:+.0f}°, {off[1]:+.2f} Nm/kg")
         claims.append(
-            Claim(
+            Statement(
                 "The points at 0, 50 and 100 % of the cycle match Winter’s fairly well.",
                 f"Simulated less {name}: {'; '.join(parts)}. Fairly well: within 2 SD between "
                 "healthy people (Schwartz 2008) at that point."
@@ -137,7 +137,7 @@ def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> list[Claim]:
     turns = {name: _area(*curve) for name, curve in curves.items()}
     sense = {each > 0.0 for each in turns.values()}
     claims.append(
-        Claim(
+        Statement(
             "The arrows of both loops run the same way.",
             "Net work of the hip, the area of the loop: "
             + ", ".join(f"{name} {each:+.2f} J/kg" for name, each in turns.items())
@@ -147,7 +147,7 @@ def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> list[Claim]:
     )
     if WINTER not in curves:
         claims.append(
-            Claim(
+            Statement(
                 "The loop is compared with Winter’s person.",
                 "Winter’s tables carry no licence and are not shipped; give --data with "
                 "normative/Winter_Appendix_data.xlsx. Compared with published means instead.",
@@ -164,7 +164,9 @@ def _area(angle: Array, moment: Array) -> float:
     return float(np.sum(0.5 * (heights[1:] + heights[:-1]) * np.diff(closed)))
 
 
-def against_record(metrics: Stored, walk: Curves, kind: str, names: Mapping[str, str]) -> Claim:
+def against_record(
+    metrics: _Stored, walk: PaperCurves, kind: str, names: Mapping[str, str]
+) -> Statement:
     """Figures 5 and 6: RMSE against the project's limits."""
     measure = {"moments": "moment_rmse", "forces": "force_rmse"}[kind]
     limits = {
@@ -186,10 +188,10 @@ def against_record(metrics: Stored, walk: Curves, kind: str, names: Mapping[str,
         "moments": "The joint moments generated by the policy are comparable to the record.",
         "forces": "Tangential and vertical ground reaction are comparable to the record.",
     }[kind]
-    return Claim(paper, f"RMSE right and left, {unit}: {'; '.join(parts)}.", judged(met))
+    return Statement(paper, f"RMSE right and left, {unit}: {'; '.join(parts)}.", judged(met))
 
 
-def knees(runs: Mapping[str, Stored]) -> list[Claim]:
+def knees(runs: Mapping[str, _Stored]) -> list[Statement]:
     """Figure 7a: people differ, and their walkers do alike."""
     measured = np.array(
         [run["record"]["curves"]["angles"]["knee_angle_r"] for run in runs.values()]
@@ -209,21 +211,21 @@ def knees(runs: Mapping[str, Stored]) -> list[Claim]:
     peak = bland_altman(measured.max(axis=1), walk.max(axis=1))
     alike = [multiple_correlation(list(pair)) or 0.0 for pair in zip(walk, measured, strict=True)]
     return [
-        Claim(
+        Statement(
             "The knee’s course varies between people, with speed and build.",
             f"Measured peaks from {measured.max(axis=1).min():.0f} to "
             f"{measured.max(axis=1).max():.0f}°; two people’s curves are "
             f"{_between(measured):.1f}° apart on average (RMS).",
             judged([_between(measured) > own.mean()]),
         ),
-        Claim(
+        Statement(
             "The simulated angles match well and capture these differences.",
             f"RMSE from {own.min():.1f} to {own.max():.1f}°, against other people’s curves "
             f"{others.mean():.1f}°; {told_apart} of {len(runs)} walkers are nearest to their own "
             f"person; multiple correlation {min(alike):.3f} to {max(alike):.3f}.",
             judged([told_apart == len(runs), bool(own.max() < others.mean())]),
         ),
-        Claim(
+        Statement(
             "(Not in the paper.) No systematic error over the people.",
             f"Whole-cycle paired test, {len(runs)} people, {test.permutations} permutations, "
             f"alpha {ALPHA}: walkers differ {where}. Peak flexion, simulated less measured "
@@ -240,7 +242,7 @@ def _between(curves: Array) -> float:
     return float(np.sqrt(np.mean((curves[first] - curves[second]) ** 2, axis=1)).mean())
 
 
-def pushes(runs: Mapping[str, Stored], subject: str, traces: Sequence[Trace]) -> list[Claim]:
+def pushes(runs: Mapping[str, _Stored], subject: str, traces: Sequence[Trace]) -> list[Statement]:
     """Figure 7b: which phase is the hardest, and whether velocity returns."""
     phases = runs[subject]["push_recovery"]["phases"]
     forces = np.array([run["push_recovery"]["largest"] for run in runs.values()]).mean(axis=2)
@@ -258,14 +260,14 @@ def pushes(runs: Mapping[str, Stored], subject: str, traces: Sequence[Trace]) ->
         kept.append(bool(abs(left) < 0.5 * abs(first)))
         parts.append(f"{100 * trace.push.phase:g} %: {first:+.2f}, then {left:+.2f}")
     return [
-        Claim(
+        Statement(
             "The policy is least effective at recovering when it is pushed late in swing.",
             f"{subject}, largest push survived, mean of all directions: {means}. Over all "
             f"{len(runs)} walkers the hardest phase is late swing of the right leg in {late}, "
             f"a heel strike (0 or 50 %) in {sum(p in (0.0, 0.5) for p in hardest.values())}.",
             judged([late > len(runs) / 2]),
         ),
-        Claim(
+        Statement(
             "The velocity of the centre of mass shows the recovery over five cycles.",
             f"Pushed ahead with {force:g} N; change of the mean forward velocity, "
             f"m/s, in the cycle of the push and in the fourth: {'; '.join(parts)}.",
@@ -274,7 +276,7 @@ def pushes(runs: Mapping[str, Stored], subject: str, traces: Sequence[Trace]) ->
     ]
 
 
-def counted(claims: Sequence[Claim]) -> str:
+def counted(claims: Sequence[Statement]) -> str:
     """The verdict on a figure: the worst of its claims' that could be judged."""
     verdicts = {claim.verdict for claim in claims if claim.verdict != "cannot be judged"}
     if verdicts == {"agrees"}:

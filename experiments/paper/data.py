@@ -32,7 +32,7 @@ WINTER_MASS = 56.7
 """kg, of the person of appendix A (Winter 2009, Biomechanics and Motor Control of Human Movement,
 table A.1 ff.)."""
 
-Curves = Mapping[str, Mapping[str, Array]]
+PaperCurves = Mapping[str, Mapping[str, Array]]
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,13 @@ class Simulated:
     model : that body.
     """
 
-    walks: Mapping[str, Curves]
+    walks: Mapping[str, PaperCurves]
     traces: Sequence[Trace]
     reference: ReferenceMotion
     model: Any
 
 
-def walked(task: WalkingTask, policy: StoredPolicy, mu: Array, cycles: int) -> Curves:
+def walked(task: WalkingTask, policy: StoredPolicy, mu: Array, cycles: int) -> PaperCurves:
     """Cycles of a walk of a stored policy."""
     settling = task.configuration.validation.settling_cycles
     rollout = record_rollout(

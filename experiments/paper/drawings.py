@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from experiments.paper.data import FINAL, IDENTIFIED, RL, WINTER, Curves, Simulated
+from experiments.paper.data import FINAL, IDENTIFIED, RL, WINTER, PaperCurves, Simulated
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.metrics.healthy_bands import healthy_bands
@@ -24,8 +24,8 @@ FORCES = {"forward": "Tangential (forward)", "vertical": "Vertical"}
 UNITS = {"angles": "°", "moments": "Nm/kg", "forces": "% BW", "epsilon": "1"}
 CHILDREN = "Schwartz 2008, children"
 PERCENT = np.arange(101)
-Drawn = tuple[Figure, pd.DataFrame]
-Stored = Mapping[str, Any]
+Drawing = tuple[Figure, pd.DataFrame]
+_Stored = Mapping[str, Any]
 
 
 def _figure(height: float) -> Figure:
@@ -54,7 +54,7 @@ def _long(rows: Mapping[tuple[str, ...], Array], names: Sequence[str]) -> pd.Dat
     return table
 
 
-def model(found: Simulated) -> Drawn:
+def model(found: Simulated) -> Drawing:
     """Figure 1: the body at heel strike from the right and from behind."""
     points = stick_figure(found.model, found.reference.positions[:1])
     with matplotlib.rc_context(SETTINGS):
@@ -76,7 +76,7 @@ def model(found: Simulated) -> Drawn:
     return figure, pd.DataFrame(rows, columns=["view", "line", "x_m", "z_m"]).set_index("view")
 
 
-def errors(found: Mapping[str, Mapping[str, Sequence[Mapping[str, float]]]]) -> Drawn:
+def errors(found: Mapping[str, Mapping[str, Sequence[Mapping[str, float]]]]) -> Drawing:
     """Figure 2: RMSE bars of RL against RL + identification, mean ± SD over the seeds."""
     rows = []
     with matplotlib.rc_context(SETTINGS):
@@ -103,7 +103,7 @@ def errors(found: Mapping[str, Mapping[str, Sequence[Mapping[str, float]]]]) -> 
     return figure, pd.DataFrame(rows, columns=names).set_index("scaled by")
 
 
-def angles(walks: Mapping[str, Curves], record: Stored) -> Drawn:
+def angles(walks: Mapping[str, PaperCurves], record: _Stored) -> Drawing:
     """Figure 3: lower-limb angles before and after identification, right side."""
     table: dict[tuple[str, ...], Array] = {}
     with matplotlib.rc_context(SETTINGS):
@@ -128,7 +128,7 @@ def angles(walks: Mapping[str, Curves], record: Stored) -> Drawn:
 
 
 def loop_curves(
-    walks: Mapping[str, Curves], record: Stored, winter: tuple[Array, Array] | None
+    walks: Mapping[str, PaperCurves], record: _Stored, winter: tuple[Array, Array] | None
 ) -> dict[str, tuple[Array, Array]]:
     """Hip angle and moment of the right leg of all that figure 4 shows."""
     bands, key = healthy_bands(), "hip_flexion_r"
@@ -141,7 +141,7 @@ def loop_curves(
     return found if winter is None else {**found, WINTER: winter}
 
 
-def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> Drawn:
+def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> Drawing:
     """Figure 4: hip moment against hip angle; 0 % green, 50 % black, 100 % white, and arrows."""
     colours = {"simulated": COLOURS["right"], "record": "#808080", CHILDREN: "#cc79a7"}
     with matplotlib.rc_context(SETTINGS):
@@ -174,8 +174,8 @@ def torque_loop(curves: Mapping[str, tuple[Array, Array]]) -> Drawn:
 
 
 def against_record(
-    walk: Curves, record: Stored, kind: str, names: Mapping[str, str], *, rows: bool
-) -> Drawn:
+    walk: PaperCurves, record: _Stored, kind: str, names: Mapping[str, str], *, rows: bool
+) -> Drawing:
     """Figures 5 and 6: simulated mean ± SD and record, both sides.
 
     Parameters
@@ -210,7 +210,7 @@ def against_record(
     return figure, _long(table, ("curve", "source", "value"))
 
 
-def knees(runs: Mapping[str, Stored]) -> Drawn:
+def knees(runs: Mapping[str, _Stored]) -> Drawing:
     """Figure 7a: right knee of all subjects, measured above and simulated below."""
     table: dict[tuple[str, ...], Array] = {}
     speeds = {name: run["record"]["spatiotemporal"]["walking_speed"] for name, run in runs.items()}
@@ -242,7 +242,7 @@ def knees(runs: Mapping[str, Stored]) -> Drawn:
     return figure, _long(table, ("subject", "source"))
 
 
-def pushes(recovery: Stored, traces: Sequence[Trace]) -> Drawn:
+def pushes(recovery: _Stored, traces: Sequence[Trace]) -> Drawing:
     """Figure 7b: stability region at four phases, and forward velocity over five cycles."""
     directions = np.deg2rad([*recovery["directions"], recovery["directions"][0]])
     colours = ("#0072b2", "#009e73", "#e69f00", "#cc79a7")

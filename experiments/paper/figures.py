@@ -55,8 +55,8 @@ class PaperFigure:
     name: str
     title: str
     source: str
-    drawn: drawings.Drawn
-    claims: list[claims.Claim]
+    drawn: drawings.Drawing
+    claims: list[claims.Statement]
 
     @property
     def verdict(self) -> str:

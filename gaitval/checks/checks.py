@@ -3,19 +3,19 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
-from gaitval.checks.event_checks import contact_doubts
+from gaitval.checks.event_checks import contact_warnings
 from gaitval.checks.force_checks import (
-    channel_doubts,
-    force_doubts,
-    place_doubts,
+    channel_warnings,
+    force_warnings,
+    place_warnings,
     whole_stances,
 )
-from gaitval.checks.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval.checks.marker_checks import foot_marker_warnings, trajectory_warnings
 from gaitval.checks.motion_checks import (
-    aid_doubts,
-    motion_doubts,
-    swing_doubts,
-    weight_doubts,
+    aid_warnings,
+    motion_warnings,
+    swing_warnings,
+    weight_warnings,
 )
 from gaitval.gait.events import marker_events
 from gaitval.gait.plate_contacts import OUTSIDE
@@ -29,7 +29,7 @@ from gaitval.mocap.recording import Event, FootForces, Recording
 from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
 
 
-def marker_doubts(
+def marker_warnings(
     as_read: Recording,
     standing: Recording,
     walking: Recording,
@@ -40,17 +40,17 @@ def marker_doubts(
     `walking` are both trials, cleaned, in the project's axes, and `landmarks` names their markers;
     `moved` are distances on a segment that differ between them (`same_person.displaced`).
     """
-    yield from trajectory_doubts(as_read)
+    yield from trajectory_warnings(as_read)
     for one in moved:
         yield QualityFlag(
             "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
             f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
         )  # fmt: skip
-    yield from foot_marker_doubts(standing, walking, landmarks)
+    yield from foot_marker_warnings(standing, walking, landmarks)
 
 
-def trial_doubts(
+def trial_warnings(
     recording: Recording,
     landmarks: Mapping[str, str],
     events: Sequence[Event],
@@ -68,32 +68,32 @@ def trial_doubts(
     frames, and inverse dynamics with these; None without forces. `height_m`, `mass_kg` and `aid`
     (what carries a part of the weight) are the person's.
     """
-    found = [*swing_doubts(events, height_m, forces=measured is not None)]
+    found = [*swing_warnings(events, height_m, forces=measured is not None)]
     if measured is None:
         return tuple(found)
     forces, loads, dynamics = measured
     needed = loads.force.sum(axis=1) + dynamics.residual_force
     if aid is not None:
         # The aid is in none of the balances of force and motion; channels can still be dead.
-        channels = [channel_doubts(plate, recording.force_rate) for plate in recording.plates]
-        return (*found, *aid_doubts(aid, needed, loads), *chain(*channels))
-    if weight := [*weight_doubts(needed, loads)]:
+        channels = [channel_warnings(plate, recording.force_rate) for plate in recording.plates]
+        return (*found, *aid_warnings(aid, needed, loads), *chain(*channels))
+    if weight := [*weight_warnings(needed, loads)]:
         return (*found, *weight)  # everything else is off for the same reason
     frames = (forces.time - recording.start) * recording.marker_rate
     pelvis = interpolated(pelvis_markers(recording, landmarks), frames)
     stances = whole_stances(recording, forces)
-    of_plates = [*force_doubts(recording, forces, pelvis)]
+    of_plates = [*force_warnings(recording, forces, pelvis)]
     for plate in recording.plates:
         outside = sum(
             OUTSIDE in one.action and one.names[0] == f"plate {plate.name}" for one in findings
         )
         used = sum(stance.plate == plate.name for stance in stances)
-        of_plates += place_doubts(plate.name, outside, used)
-    of_motion = motion_doubts(needed, loads, stances, forces.rate, mass_kg)
-    contacts = [*contact_doubts(forces, marker_events(recording, landmarks=landmarks))]
+        of_plates += place_warnings(plate.name, outside, used)
+    of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
+    contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.
     if contacts and not lost_frames(recording.markers):
         found += contacts
-    named = {doubt.plate for doubt in of_plates}
+    named = {warning.plate for warning in of_plates}
     # a plate with a warning already explains why its force and the motion disagree
     return (*found, *of_plates, *(d for d in of_motion if not d.plate or d.plate not in named))

@@ -22,7 +22,7 @@ LARGEST_DRIFT_S: Final = 0.02
 CERTAIN_DRIFT: Final = 3.0
 
 
-def contact_doubts(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:
+def contact_warnings(forces: FootForces, shown: Sequence[Event]) -> Iterator[QualityFlag]:
     """Warnings about strikes and toe-offs of the `forces`, at the plates' rate, that stray from
     those `shown` by the markers (`marker_events`): if they come later and later, or earlier, one
     about the clocks; else for the event of each kind that strays most, if by more than

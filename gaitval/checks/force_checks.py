@@ -159,7 +159,7 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
     )
 
 
-def force_doubts(
+def force_warnings(
     recording: Recording, forces: FootForces, pelvis: Array
 ) -> tuple[QualityFlag, ...]:
     """Warnings about the forces of a walk, plate by plate: those about single channels first, then
@@ -173,7 +173,9 @@ def force_doubts(
         figures = stance_figures(stance, forces, pelvis)
         by_plate.setdefault(stance.plate, []).append((stance, figures))
     found = [
-        doubt for plate in recording.plates for doubt in channel_doubts(plate, recording.force_rate)
+        warning
+        for plate in recording.plates
+        for warning in channel_warnings(plate, recording.force_rate)
     ]
     for name, members in by_plate.items():
         sides = [side for side in SIDES if any(stance.side == side for stance, _ in members)]
@@ -248,7 +250,7 @@ def _free_moment(name: str, where: str, figures: Sequence[StanceFigures]) -> Ite
         )  # fmt: skip
 
 
-def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
+def channel_warnings(plate: Plate, rate: float) -> Iterator[QualityFlag]:
     """Warnings about channels of a `plate`, in the project's axes with samples at `rate` Hz, that
     do not move with the load, or are cut off: dead, saturated and stuck ones; `certain` where no
     walking can look like that.
@@ -262,12 +264,12 @@ def channel_doubts(plate: Plate, rate: float) -> Iterator[QualityFlag]:
     # Stands for the body weight, which a single plate does not know; the peaks of stance are near
     # it.
     weight = float(np.percentile(plate.force[loaded, 2], 95.0))
-    for what, size, (doubtful, impossible), unit in _ranges(plate, loaded, weight):
-        if size < doubtful:
+    for what, size, (uncertain, impossible), unit in _ranges(plate, loaded, weight):
+        if size < uncertain:
             yield QualityFlag(
-                "dead channel", where, size, doubtful, unit,
+                "dead channel", where, size, uncertain, unit,
                 f"{what} hardly changes under load (range {size:.2g} {unit}, in walking above "
-                f"{doubtful:g} {unit}): its channel is dead, or has no calibration",
+                f"{uncertain:g} {unit}): its channel is dead, or has no calibration",
                 certain=size < impossible, plate=plate.name,
             )  # fmt: skip
     saturated = False
@@ -368,7 +370,7 @@ def _dead_vertical(plate: Plate, where: str) -> Iterator[QualityFlag]:
         )  # fmt: skip
 
 
-def place_doubts(plate: str, outside: int, used: int) -> Iterator[QualityFlag]:
+def place_warnings(plate: str, outside: int, used: int) -> Iterator[QualityFlag]:
     """Warning about a centre of pressure that is not under the foot in most contacts with a
     `plate`, by its name: `outside` contacts were left out for that reason, `used` stances were not.
     """

@@ -34,8 +34,8 @@ from gaitval.gait.plate_contacts import EDGE_M
 from gaitval.gait.plate_offset import zero_plates
 from gaitval.mocap.recording import Event, EventKind, FootForces, Recording
 
-Method = Literal["plates", "markers", "file"]
-METHODS: Final[tuple[Method, ...]] = ("plates", "markers", "file")
+_Method = Literal["plates", "markers", "file"]
+METHODS: Final[tuple[_Method, ...]] = ("plates", "markers", "file")
 
 
 class Disagreement(NamedTuple):
@@ -50,17 +50,17 @@ class Disagreement(NamedTuple):
     side: Side
     kind: EventKind
     time: float
-    first: Method
-    second: Method
+    first: _Method
+    second: _Method
     late: float
 
     def __str__(self) -> str:
         what = {"heel_strike": "lands", "toe_off": "leaves"}[self.kind]
-        said = f"{self.side} foot {what} at {self.time:.2f} s by the {self.first}"
+        message = f"{self.side} foot {what} at {self.time:.2f} s by the {self.first}"
         if np.isnan(self.late):
-            return f"{said}; the {self.second} show{'s' * (self.second == 'file')} nothing there"
+            return f"{message}; the {self.second} show{'s' * (self.second == 'file')} nothing there"
         when = "later" if self.late > 0.0 else "earlier"
-        return f"{said}, {1000.0 * abs(self.late):.0f} ms {when} by the {self.second}"
+        return f"{message}, {1000.0 * abs(self.late):.0f} ms {when} by the {self.second}"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Landings:
     """
 
     recording: Recording
-    events: Mapping[Method, tuple[Event, ...]]
+    events: Mapping[_Method, tuple[Event, ...]]
     time: Array
     total: Array
     complete: Flags
@@ -111,7 +111,7 @@ def landings(
     project's axes; `landmarks` are as in `foot_markers`; `processing` has thresholds and filters of
     an import. Raises RecordError as `marker_events` and `assign_forces`.
     """
-    events: dict[Method, tuple[Event, ...]] = {}
+    events: dict[_Method, tuple[Event, ...]] = {}
     count = len(recording.force_time) if recording.plates else 0
     time, total = np.zeros(count), np.zeros((count, 3))
     complete, shared = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
@@ -169,7 +169,7 @@ def disagreements(found: Landings) -> Iterator[Disagreement]:
             yield from (each for each in _apart(found, second, first) if np.isnan(each.late))
 
 
-def _apart(found: Landings, first: Method, second: Method) -> Iterator[Disagreement]:
+def _apart(found: Landings, first: _Method, second: _Method) -> Iterator[Disagreement]:
     for event in sorted(found.events[first], key=lambda each: each.time):
         late = _late(event, found.events[second])
         if abs(late) > SAME_SECONDS:

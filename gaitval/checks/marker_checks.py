@@ -11,7 +11,7 @@ import numpy as np
 
 from gaitval.arrays import Array, runs
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.lost_frames import lost_frames, said_lost
+from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Recording
 
 LARGEST_NOISE: Final = 0.004
@@ -58,7 +58,7 @@ NAMED: Final = 3
 _ON_FEET: Final = ("Heel", "Ankle", "MT1", "MT2", "MT5", "Toe")
 
 
-def trajectory_doubts(recording: Recording) -> Iterator[QualityFlag]:
+def trajectory_warnings(recording: Recording) -> Iterator[QualityFlag]:
     """Warnings about markers whose trajectories cannot be as the cameras saw them: one about frames
     that were lost or are there twice, one about noise, each for all markers together, and one for
     each marker with a stuck coordinate. `recording` is as read, in the axes of its file, along
@@ -119,17 +119,17 @@ def _lost(recording: Recording) -> Iterator[QualityFlag]:
     """All places where frames are missing or too many."""
     lost = lost_frames(recording.markers)
     rate = recording.marker_rate
-    said = [
-        f"before frame {at} ({recording.start + at / rate:.3f} s) {said_lost(frames)}"
+    parts = [
+        f"before frame {at} ({recording.start + at / rate:.3f} s) {lost_text(frames)}"
         for at, frames in lost[:NAMED]
     ]
     if len(lost) > NAMED:
-        said.append(f"and so {len(lost) - NAMED} × more")
+        parts.append(f"and so {len(lost) - NAMED} × more")
     if lost:
         late = sum(frames for _, frames in lost) / rate
         yield QualityFlag(
             "lost frames", "all markers", abs(late), 0.0, "s",
-            f"{'; '.join(said)}: the times after it are wrong, and forces that lost nothing come "
+            f"{'; '.join(parts)}: the times after it are wrong, and forces that lost nothing come "
             f"{1000 * abs(late):.0f} ms {'later' if late > 0.0 else 'earlier'} than the markers "
             "from there to the end. Export the trial again, or use a part of it (--trial-time)",
         )  # fmt: skip
@@ -168,7 +168,7 @@ def _longest_stuck(path: Array, rate: float) -> int:
     return longest
 
 
-def foot_marker_doubts(
+def foot_marker_warnings(
     standing: Recording, walking: Recording, landmarks: Mapping[str, str]
 ) -> Iterator[QualityFlag]:
     """Warnings about foot markers that are higher or lower in the walk's flat foot than in

@@ -56,9 +56,9 @@ LEG_SHARE: Final = 0.53
 """Height of the hip over stature (Winter 2009, figure 4.1)."""
 
 
-def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
+def weight_warnings(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
     """Warning about plates that carry more or less than the body weighs; whatever else they show is
-    then in the wrong unit, too. `needed` (T, 3) N is as for `motion_doubts`, `loads` are on the
+    then in the wrong unit, too. `needed` (T, 3) N is as for `motion_warnings`, `loads` are on the
     feet at the same frames. One warning at most; none with less than `LEAST_SECONDS` of known
     forces.
     """
@@ -73,8 +73,8 @@ def weight_doubts(needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
         )  # fmt: skip
 
 
-def aid_doubts(aid: str, needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
-    """Warning about what an `aid` carries, by `needed` and `loads` as in `weight_doubts`."""
+def aid_warnings(aid: str, needed: Array, loads: FootForces) -> Iterator[QualityFlag]:
+    """Warning about what an `aid` carries, by `needed` and `loads` as in `weight_warnings`."""
     ratio = _weight_ratio(needed, loads)
     if ratio is not None:
         yield QualityFlag(
@@ -93,7 +93,7 @@ def _weight_ratio(needed: Array, loads: FootForces) -> float | None:
     return float(loads.force[known, :, 2].sum(axis=1).mean() / needed[known, 2].mean())
 
 
-def motion_doubts(
+def motion_warnings(
     needed: Array, loads: FootForces, stances: Sequence[Stance], force_rate: float, mass_kg: float
 ) -> Iterator[QualityFlag]:
     """Warnings about the forces that follow from the motion: about the frame rate; if that is
@@ -117,7 +117,7 @@ def motion_doubts(
     # force hardly changes.
     both = loads.force[known].any(axis=(0, 2)).all()
     if both and correlation > LEAST_CORRELATION and not _within(ratio, RATE_RATIOS[0]):
-        yield _rate_doubt(ratio)
+        yield _rate_warning(ratio)
         return  # the other ratios are off for the same reason
     for name in dict.fromkeys(stance.plate for stance in stances):
         carried = np.zeros(len(known))
@@ -148,13 +148,13 @@ def motion_doubts(
             f"and {100 * drift[1]:.1f} % to the left more than its motion shows (at most "
             f"{100 * LARGEST_DRIFT:.0f} %): a horizontal channel is not zeroed",
         )  # fmt: skip
-    yield from _mismatch_doubts((total - needed)[:, 2] / weight, known, loads)
+    yield from _mismatch_warnings((total - needed)[:, 2] / weight, known, loads)
 
 
-def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[QualityFlag]:
+def _mismatch_warnings(off: Array, known: Flags, loads: FootForces) -> Iterator[QualityFlag]:
     """A moment in which the plates show another vertical force than the motion needs: `off` (T,)
     body weights too much, where the forces of both feet are `known` (T,). `loads` as in
-    `motion_doubts`.
+    `motion_warnings`.
     """
     frames = max(round(MISMATCH_SECONDS * loads.rate), 1)
     # A moving average, because the noise of one frame is no fault of a plate.
@@ -170,7 +170,7 @@ def _mismatch_doubts(off: Array, known: Flags, loads: FootForces) -> Iterator[Qu
         )  # fmt: skip
 
 
-def belt_doubts(belt: float, feet: float) -> Iterator[QualityFlag]:
+def belt_warnings(belt: float, feet: float) -> Iterator[QualityFlag]:
     """Warning about a belt that runs at another speed m/s than flat feet move: one at most."""
     if abs(feet - belt) > max(LARGEST_BELT_ERROR * belt, ROLLING):
         yield QualityFlag(
@@ -184,15 +184,15 @@ def belt_doubts(belt: float, feet: float) -> Iterator[QualityFlag]:
         )
 
 
-def swing_doubts(
+def swing_warnings(
     events: Sequence[Event], height_m: float, *, forces: bool = False
 ) -> Iterator[QualityFlag]:
     """Warning about a swing too short or too long for a leg of this person, as a wrong frame rate
     makes it; needs no forces. One at most, from the median of all swings.
 
     `events` are of both feet, in order of time; `height_m` is the person's stature. `forces` says
-    whether forces show the frame rate better (`motion_doubts`): a long swing is then that of a slow
-    walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
+    whether forces show the frame rate better (`motion_warnings`): a long swing is then that of a
+    slow walk, 2.2 to 3.1 at 0.4 m/s (Schreiber and Moissenet 2019).
     """
     times = [
         after.time - before.time
@@ -217,7 +217,7 @@ def swing_doubts(
         )  # fmt: skip
 
 
-def _rate_doubt(ratio: float) -> QualityFlag:
+def _rate_warning(ratio: float) -> QualityFlag:
     # Acceleration is a second derivative, so it is wrong by the square of the rate's error.
     factor = float(np.sqrt(ratio)) if ratio > 0.0 else float("nan")
     return QualityFlag(

@@ -61,16 +61,16 @@ def compare(
 
     if strict and not before:
         raise ConfigurationError("--strict needs an earlier version: add --before FOLDER.")
-    worn = [run for run in runs if device_results.is_result(run)]
+    device_runs = [run for run in runs if device_results.is_result(run)]
     earlier = [each for each in before or () if device_results.is_result(each)]
-    walked = [run for run in runs if run not in worn]
+    walked = [run for run in runs if run not in device_runs]
     then = [each for each in before or () if each not in earlier]
     if before:
-        _check_both("results of `gaitval device`", worn, earlier)
+        _check_both("results of `gaitval device`", device_runs, earlier)
         _check_both("walks", walked, then)
     # both reports are written before either fails
     worse = [
-        *(_compare_results(out, worn, earlier, strict=strict) if worn else ()),
+        *(_compare_results(out, device_runs, earlier, strict=strict) if device_runs else ()),
         *(_compare_walks(out, walked, then, strict=strict) if walked else ()),
     ]
     if worse:
@@ -89,7 +89,7 @@ def _check_both(what: str, now: Sequence[Path], before: Sequence[Path]) -> None:
 
 
 def _compare_results(
-    out: Path, worn: Sequence[Path], earlier: Sequence[Path], *, strict: bool
+    out: Path, device_runs: Sequence[Path], earlier: Sequence[Path], *, strict: bool
 ) -> list[str]:
     """Write the report of results of devices; in words, why a strict comparison fails."""
     from gaitval.apps.devices import results
@@ -97,8 +97,8 @@ def _compare_results(
     from gaitval.apps.regression.moved import print_moved
     from gaitval.apps.regression.regression import lost
 
-    found = device_results.compare(out, worn, earlier, results)
-    display.plain(f"Devices: {len(worn)}. Report: {out / 'devices.html'}, .pdf, .csv")
+    found = device_results.compare(out, device_runs, earlier, results)
+    display.plain(f"Devices: {len(device_runs)}. Report: {out / 'devices.html'}, .pdf, .csv")
     print_moved(found.rows)
     for names, why in ((found.gone, "no result now"), (found.added, "no result before")):
         if names:
@@ -134,16 +134,16 @@ def _compare_walks(
     print_moved([row for _, row in (*worse, *improved)])
     missing = versions.only_before
     count = sum(len(pair.rows) for pair in versions.pairs)
-    told = f"{len(worse)} of {count} measures got worse "
-    told += f"by more than their margin, {len(improved)} better"
-    told += f"; no walk now of {', '.join(missing)}" if missing else ""
+    message = f"{len(worse)} of {count} measures got worse "
+    message += f"by more than their margin, {len(improved)} better"
+    message += f"; no walk now of {', '.join(missing)}" if missing else ""
     other = [pair.now.subject for pair in versions.pairs if not pair.same_record]
-    told += f"; compared with another record than before: {', '.join(other)}" if other else ""
+    message += f"; compared with another record than before: {', '.join(other)}" if other else ""
     if not strict or not (worse or missing):
-        display.plain(told)
+        display.plain(message)
         return []
     return [
-        f"{told}. The report in {out} says which; if the change is intended, compare with a "
+        f"{message}. The report in {out} says which; if the change is intended, compare with a "
         "baseline of the new version."
     ]
 

@@ -8,7 +8,7 @@ import typer
 
 from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
-from gaitval.terminal.app import Function, added_command
+from gaitval.terminal.app import CommandFunction, added_command
 
 CurveFilesArgument = Annotated[
     list[Path] | None,
@@ -26,7 +26,7 @@ TemplateOption = Annotated[
         help="Write a CSV file with all columns, their units, and the curves of S05, to fill in.",
     ),
 ]
-SpeedOption = Annotated[
+_SpeedOption = Annotated[
     float | None,
     typer.Option("--speed", metavar="M/S", help="Walking speed.", show_default=False),
 ]
@@ -76,7 +76,7 @@ StanceOption = Annotated[
 ]
 
 
-def _with_person_options(function: Function) -> Function:
+def _with_person_options(function: CommandFunction) -> CommandFunction:
     from gaitval.session.request import ImportOptions
     from gaitval.terminal.model_options import with_fields
 
@@ -96,7 +96,7 @@ def _with_person_options(function: Function) -> Function:
 )
 def curves(
     files: CurveFilesArgument = None,
-    speed: SpeedOption = None,
+    speed: _SpeedOption = None,
     stride_time: StrideTimeOption = None,
     template: TemplateOption = False,
     out: SubjectFileOption = None,

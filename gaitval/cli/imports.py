@@ -46,7 +46,7 @@ def imports(
             people,
             out,
             configuration,
-            tell=lambda name, step, text: live.say(f"{name}: {step}: {text}"),
+            notify=lambda name, step, text: live.say(f"{name}: {step}: {text}"),
         )
     display.print_csv(out / TABLE, "Imports")
     if not all(outcome.made for outcome in outcomes):

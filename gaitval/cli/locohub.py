@@ -12,7 +12,7 @@ FileArgument = Annotated[
     Path,
     typer.Argument(metavar="FILE", help="DATASET_phase.parquet.", show_default=False),
 ]
-OutOption = Annotated[
+_SubjectsOut = Annotated[
     Path,
     typer.Option("--out", "-o", metavar="FOLDER", help="Of the subjects.", show_default=False),
 ]
@@ -42,7 +42,7 @@ def _number(name: str, unit: str, text: str) -> object:
 )
 def locohub(
     file: FileArgument,
-    out: OutOption,
+    out: _SubjectsOut,
     subject: PersonOption = None,
     task: Annotated[str, typer.Option("--task", help="LocoHub's name.")] = "level_walking",
     fill_missing: FillOption = False,
@@ -70,15 +70,15 @@ def locohub(
     the file where it has them. Who cannot be used is named with the reason; the exit code is 2 if
     nobody can.
     """
-    from gaitval.datasets.locohub_subject import Given, write_subjects
+    from gaitval.datasets.locohub_subject import GivenFacts, write_subjects
 
-    said = Given(
+    given = GivenFacts(
         mass, height, sex, age, leg_length, speed, stride_time, stance,
         **{k: v for k, v in (("citation", citation), ("licence", licence)) if v is not None},
     )  # fmt: skip
     written, refused = write_subjects(
-        file, out, task=task, people=subject or (), given=said, fill_missing=fill_missing,
-        tell=display.plain,
+        file, out, task=task, people=subject or (), given=given, fill_missing=fill_missing,
+        notify=display.plain,
     )  # fmt: skip
     for name, reason in refused.items():
         display.plain(f"{name}: not used: {reason}")

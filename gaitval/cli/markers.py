@@ -115,7 +115,7 @@ def _read(file: Path, standing: Path | None) -> "tuple[Recording, Recording | No
 def _say_guesses(draft: "Draft") -> None:
     """How many guesses are used, which are not, and whether names and person helped."""
     from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME
-    from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, said_of
+    from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, sentence_of
 
     if draft.mirrored:
         display.plain(MIRRORED)
@@ -134,7 +134,7 @@ def _say_guesses(draft: "Draft") -> None:
     )
     for guess in draft.guesses:
         if not guess.used:
-            display.plain(f"  not used: {guess.name}: {said_of(guess)}")
+            display.plain(f"  not used: {guess.name}: {sentence_of(guess)}")
 
 
 def _say_whether_complete(draft: "Draft", target: Path) -> None:

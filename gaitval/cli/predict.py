@@ -68,7 +68,7 @@ def predict(
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import builtin_subjects, load_subject
     from gaitval.metrics.results import read_metrics
-    from gaitval.prediction.known import told
+    from gaitval.prediction.known import known_record
     from gaitval.study.predicted_study import run_prediction, run_range
     from gaitval.study.stage import open_run
 
@@ -83,7 +83,9 @@ def predict(
     record = configuration.record
     if record.speed:
         _check_unwalked(person, record.speed)
-    told(person, record, builtin_subjects(), forced=force)  # refuses what cannot be predicted
+    known_record(
+        person, record, builtin_subjects(), forced=force
+    )  # refuses what cannot be predicted
     name = f"{person.identifier}-range"
     name += f"-without-{record.holdout}" if record.holdout else ""
     name += "-kinematics" if record.use == "kinematics" else ""

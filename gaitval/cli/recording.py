@@ -10,7 +10,7 @@ from rich.table import Table
 
 from gaitval.coordinates import SIDES
 from gaitval.terminal import display
-from gaitval.terminal.app import ConfigOption, Function, SetOption, command
+from gaitval.terminal.app import CommandFunction, ConfigOption, SetOption, command
 
 if TYPE_CHECKING:
     from gaitval.importing.importing import Imported
@@ -57,7 +57,7 @@ def subjects(
     display.output.print(table)
 
 
-def _with_import_options(function: Function) -> Function:
+def _with_import_options(function: CommandFunction) -> CommandFunction:
     from gaitval.session.request import ImportOptions
     from gaitval.terminal.model_options import with_fields
 
@@ -106,7 +106,7 @@ def import_command(
                 given,
                 out,
                 configuration=load_configuration(config, settings=settings or ()),
-                tell=lambda step, text: live.say(f"{step}: {text}"),
+                notify=lambda step, text: live.say(f"{step}: {text}"),
             )
     except TrialOnlyError as only:
         display.plain(f"Made: {only}")
@@ -123,10 +123,10 @@ def say_what_was_made(imported: "Imported", out: Path) -> None:
     display.plain(f"Page: {page} (files beside it: {len(imported.files)})")
     path = imported.subject_file
     # a prosthesis keeps them apart by itself
-    asked = not imported.found.body.chosen.symmetric and imported.subject.prosthesis not in SIDES
-    two = " --set scaling.symmetric=false" if asked else ""
+    wanted = not imported.found.body.chosen.symmetric and imported.subject.prosthesis not in SIDES
+    two = " --set scaling.symmetric=false" if wanted else ""
     display.plain(f"Subject: {path}; continue with: gaitval subject {path}{two}")
-    display.print_doubts(imported.found)
+    display.print_warnings(imported.found)
     if imported.subject.gait.not_recorded:
         display.plain(f"To fill the side in: {shlex.join(['gaitval', *sys.argv[1:]])} --mirror")
     display.print_import_verdict(imported.found)

@@ -310,8 +310,8 @@ def subject_command(
             compile_ahead()
         if scratch or run.configuration.training.samples != "auto":
             need(*lacking)  # the others do without torch, unless the walker falls with them
-        worn = afterwards(run.subject)
-        run_subject(run, scratch=scratch, start=start, force=force, afterwards=worn)
+        device_study = afterwards(run.subject)
+        run_subject(run, scratch=scratch, start=start, force=force, afterwards=device_study)
     from gaitval.metrics.results import read_metrics  # a second, in which a run has begun
 
     metrics = read_metrics(run.folder)

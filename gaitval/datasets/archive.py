@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 import pooch
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.datasets.download import Progress, download_part
+from gaitval.datasets.download import DownloadProgress, download_part
 from gaitval.datasets.registry import ArchiveFile, Dataset, registry
 from gaitval.datasets.repository import Mirror, Repository
 from gaitval.datasets.unpacking import check_disk, unpack
@@ -90,7 +90,7 @@ def state_of(dataset: Dataset, folder: Path) -> DatasetState:
 
 
 def fetch(
-    name: str, folder: Path | None = None, *, on_progress: Progress | None = None
+    name: str, folder: Path | None = None, *, on_progress: DownloadProgress | None = None
 ) -> list[Fetched]:
     """Download, verify and unpack the data set `name` of the registry into `folder`/`name`, where
     `folder` is that of all data sets; what is already here is kept. `on_progress` is called with
@@ -110,7 +110,7 @@ def fetch_dataset(
     dataset: Dataset,
     folder: Path,
     *,
-    on_progress: Progress | None = None,
+    on_progress: DownloadProgress | None = None,
     base_url: str | None = None,
 ) -> list[Fetched]:
     """`fetch` for a `dataset` that need not be in the registry, into a folder of its name in
@@ -128,8 +128,8 @@ def fetch_dataset(
         for file in dataset.files:
             one = _fetch_file(file, source, home, on_progress)
             lock = _lock(home)
-            said = "registry" if one.hash_from == "registry" else "repository"
-            lock[file.name] = {"bytes": one.size, "md5": one.md5, "hash_from": said}
+            hash_source = "registry" if one.hash_from == "registry" else "repository"
+            lock[file.name] = {"bytes": one.size, "md5": one.md5, "hash_from": hash_source}
             write_json(home / LOCK, lock)
             fetched.append(one)
     except OSError as error:
@@ -142,7 +142,7 @@ def fetch_dataset(
 
 
 def _fetch_file(
-    file: ArchiveFile, source: Mirror | Repository, home: Path, on_progress: Progress | None
+    file: ArchiveFile, source: Mirror | Repository, home: Path, on_progress: DownloadProgress | None
 ) -> Fetched:
     if PurePosixPath(file.name).name != file.name:
         raise ArchiveError(f"{file.name}: a published file must have a plain name.")

@@ -110,7 +110,7 @@ def read_mean_curves(paths: Sequence[Path], *, angle_unit: AngleUnit = "deg") ->
             if forces
         },
         left_out=tuple(dict.fromkeys(left_out)),
-        doubts=(*known.doubts, *_untold(known.untold)),
+        warnings=(*known.warnings, *_untold(known.untold)),
     )
 
 
@@ -410,13 +410,13 @@ def _kinetic_problems(moments: Mapping[str, Array], forces: Mapping[str, Array])
 
 def _unit_of(largest: float, units: Sequence[tuple[float, float, str, str]], wanted: str) -> str:
     """What unit the largest value of a curve shows, and how it becomes the wanted one."""
-    said = f"reaches {largest:.4g}; "
+    size = f"reaches {largest:.4g}; "
     for low, high, unit, fix in units:
         if low < largest <= high:
-            return f"{said}this looks like {unit}. {fix}: they must be in {wanted}."
+            return f"{size}this looks like {unit}. {fix}: they must be in {wanted}."
     known = ", ".join(f"{unit} {low:g} to {high:g}" for low, high, unit, _ in units)
     return (
-        f"{said}no usual unit has this ({known}), and they must be in {wanted}. Export them again, "
+        f"{size}no usual unit has this ({known}), and they must be in {wanted}. Export them again, "
         "or find out what they were divided by."
     )
 

@@ -80,12 +80,12 @@ class Signs:
     Attributes
     ----------
     wrong : a sentence for each sign that cannot be right.
-    doubts : one for each that is more likely wrong.
+    warnings : one for each that is more likely wrong.
     untold : angles whose sign nothing shows.
     """
 
     wrong: tuple[str, ...]
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
     untold: tuple[str, ...]
 
 
@@ -95,14 +95,14 @@ def signs(
     """What angles (deg), moments (Nm/kg) and forces (body weights), (101,) by their names without
     the kind, show of their signs; without gaps.
     """
-    doubts, untold = [], []
+    warnings, untold = [], []
     found = {name: _angle(name, degrees) for name in POSITIVE}
     for name, of_sides in found.items():
         bad = [side for side, (verdict, _) in of_sides.items() if verdict == "wrong"]
         if bad:
             columns = " and ".join(f"angle_{name}_{side}" for side in bad)
             why = "; ".join(dict.fromkeys(of_sides[side][1] for side in bad))
-            doubts.append(
+            warnings.append(
                 f"{columns}: {why}. Here {POSITIVE[name]}: if yours is the other way round, change "
                 "the sign of the column."
             )
@@ -112,17 +112,17 @@ def signs(
             untold.append(name)
     wrong: list[str] = []
     for side in SIDES if moments and forces else ():
-        if held := _not_abducted(moments, side):
-            wrong.append(held)
+        if fixed := _not_abducted(moments, side):
+            wrong.append(fixed)
     # With a wrong angle the levers are wrong, and the moments would be blamed.
-    if moments and forces and not wrong and not doubts:
+    if moments and forces and not wrong and not warnings:
         for side in SIDES:
             wrong += _unbalanced(degrees, moments, forces, side, _SAGITTAL)
             # Across the midline a wrong lever or size of the moments looks like a wrong sign.
-            doubts += _unbalanced(degrees, moments, forces, side, _FRONTAL[:2])
-    if not wrong and not doubts:
-        doubts += _odd_moments(moments)
-    return Signs(tuple(wrong), tuple(doubts), tuple(untold))
+            warnings += _unbalanced(degrees, moments, forces, side, _FRONTAL[:2])
+    if not wrong and not warnings:
+        warnings += _odd_moments(moments)
+    return Signs(tuple(wrong), tuple(warnings), tuple(untold))
 
 
 # ---- Angles. ----
@@ -280,11 +280,11 @@ _UP_DOWN: Final = ("hip_rotation", "knee_rotation", "ankle_rotation")
 
 def _not_abducted(moments: Mapping[str, Array], side: Side) -> str:
     """A sentence if the hip is held by its adductors in single stance; else an empty one."""
-    held = moments[f"hip_adduction_{side[0]}"][ON_ONE_LEG].mean()
-    if held <= ABDUCTORS:
+    fixed = moments[f"hip_adduction_{side[0]}"][ON_ONE_LEG].mean()
+    if fixed <= ABDUCTORS:
         return ""
     return (
-        f"column moment_hip_adduction_{side[0]}: {held:.2g} Nm/kg in single stance (15-45 %), "
+        f"column moment_hip_adduction_{side[0]}: {fixed:.2g} Nm/kg in single stance (15-45 %), "
         f"where the abductors hold the pelvis, so it is below 0. {MOMENTS}. Change its sign."
     )
 

@@ -116,10 +116,10 @@ def _of_trial(
     stride_time: float,
     stance: float | None,
     angle_unit: str,
-    tell: Callable[[str], None] | None = None,
+    notify: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Values of the subject that the trial gives; speed m/s, stride time s, stance of the cycle.
-    `tell` is called with a sentence on what was read.
+    `notify` is called with a sentence on what was read.
     """
     del name
     unit: AngleUnit | None = next((u for u in get_args(AngleUnit) if u == angle_unit), None)
@@ -128,15 +128,15 @@ def _of_trial(
     where = ", ".join(str(path) for path in files)
     curves = read_mean_curves([Path(path) for path in files], angle_unit=unit)
     values = gait_values(curves, where, stance)
-    for doubt in curves.doubts:
-        if tell is None:
-            passed_over(f"{where}: {doubt}")
+    for warning in curves.warnings:
+        if notify is None:
+            passed_over(f"{where}: {warning}")
         else:
-            tell(f"Warning: {doubt}")
-    if tell is not None:
+            notify(f"Warning: {warning}")
+    if notify is not None:
         read = {"deg": "degrees", "rad": "radians"}[unit]
         stances = values["stance_fraction"]
-        tell(
+        notify(
             f"Read {where}: {curves.in_words()}; angles in {read}. The left foot strikes at "
             f"{100 * values['left_phase']:.0f} % of the right cycle, stance lasts "
             f"{100 * stances.right:.0f} % (right) and {100 * stances.left:.0f} % (left) of it."

@@ -11,7 +11,7 @@ from gaitval.artefacts import growing
 from gaitval.datasets.registry import ArchiveFile
 from gaitval.errors import ArchiveError
 
-Progress = Callable[[str, int, int], None]
+DownloadProgress = Callable[[str, int, int], None]
 """Called with the name of a file, its bytes so far and its bytes in total."""
 
 WAITS: Final = (1.0, 3.0, 10.0)
@@ -28,7 +28,9 @@ def cause_of(error: Exception) -> str:
     return str(reason).rsplit(": ", 1)[-1] or type(error).__name__
 
 
-def download_part(url: str, part: Path, file: ArchiveFile, on_progress: Progress | None) -> None:
+def download_part(
+    url: str, part: Path, file: ArchiveFile, on_progress: DownloadProgress | None
+) -> None:
     """Complete `part` of `file` from `url`, continuing from what it contains; try again while the
     network fails. `on_progress` is called while bytes arrive.
 
@@ -59,7 +61,7 @@ def download_part(url: str, part: Path, file: ArchiveFile, on_progress: Progress
         time.sleep(wait)
 
 
-def _attempt(url: str, part: Path, file: ArchiveFile, on_progress: Progress | None) -> bool:
+def _attempt(url: str, part: Path, file: ArchiveFile, on_progress: DownloadProgress | None) -> bool:
     """One request for what `part` still lacks; True when the file is complete.
 
     A server that cannot continue files answers with the whole file (status 200): then `part` starts

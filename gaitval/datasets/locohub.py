@@ -74,7 +74,7 @@ class LocoHubTrial:
     info : values of task_info, less the foot; texts.
     about : values of subject_metadata; texts.
     cycles : of each foot that begins some, its columns (n, 150), as in the file.
-    sides_said : whether the file says which foot a cycle begins with.
+    sides_given : whether the file says which foot a cycle begins with.
     """
 
     source: str
@@ -84,7 +84,7 @@ class LocoHubTrial:
     info: Mapping[str, str]
     about: Mapping[str, str]
     cycles: Mapping[Side, Mapping[str, Array]]
-    sides_said: bool
+    sides_given: bool
 
     @property
     def count(self) -> int:
@@ -153,8 +153,8 @@ class LocoHubTrial:
         """Mean stride time, s: said in task_info, or that by which angular velocities are the
         angles' rates; None if the file shows neither.
         """
-        if (said := self.value("stride_time_s", "stride_duration_s")) is not None:
-            return said
+        if (given := self.value("stride_time_s", "stride_duration_s")) is not None:
+            return given
         phase = np.linspace(0.0, 1.0, POINTS)
         product, square = 0.0, 0.0
         for columns in self.cycles.values():
@@ -276,9 +276,9 @@ def _trials(path: Path, task: str, frame: "pd.DataFrame") -> list[LocoHubTrial]:
             part = group[texts[group.index].isin(several)]
             cycles: dict[Side, Mapping[str, Array]] = {}
             for side in SIDES:
-                begun = [each for each in several if (_side_of(info[each]) or "right") == side]
-                if begun:
-                    own = part[texts[part.index].isin(begun)]
+                started = [each for each in several if (_side_of(info[each]) or "right") == side]
+                if started:
+                    own = part[texts[part.index].isin(started)]
                     cycles[side] = _cycles(path, str(subject), own)
             about = dict(setting[several[0]])
             if speeds[several[0]] is not None:
@@ -288,7 +288,7 @@ def _trials(path: Path, task: str, frame: "pd.DataFrame") -> list[LocoHubTrial]:
                 LocoHubTrial(
                     source=str(path), subject=str(subject), task=task, task_id=str(task_id),
                     info=about, about=_pairs(str(part.iloc[0]["subject_metadata"])), cycles=cycles,
-                    sides_said=all(_side_of(info[each]) is not None for each in several),
+                    sides_given=all(_side_of(info[each]) is not None for each in several),
                 )
             )  # fmt: skip
     return found
@@ -309,10 +309,10 @@ def _number(keys: Sequence[str], *tables: Mapping[str, str]) -> float | None:
 
 def _by_speed(speeds: Mapping[str, float | None], texts: Sequence[str]) -> list[list[str]]:
     """Texts of task_info, those of one speed together; those without a speed are of one."""
-    unsaid = [text for text in texts if speeds[text] is None]
-    groups = [unsaid] if unsaid else []
+    unknown = [text for text in texts if speeds[text] is None]
+    groups = [unknown] if unknown else []
     last = -np.inf
-    for speed, text in sorted((speeds[text] or 0.0, text) for text in texts if text not in unsaid):
+    for speed, text in sorted((speeds[text] or 0.0, text) for text in texts if text not in unknown):
         if speed - last > SAME_SPEED:
             groups.append([])
         groups[-1].append(text)

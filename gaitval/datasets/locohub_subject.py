@@ -23,10 +23,10 @@ from gaitval.gait.sampling import SAMPLES
 LEG_OF_STATURE: Final = 0.53
 """Height of the hip over stature (Winter 2009, figure 4.1, after Drillis and Contini 1966)."""
 _AXES: Final = ("forward", "left", "up")
-Tell = Callable[[str], None]
+_Notify = Callable[[str], None]
 
 
-class Given(NamedTuple):
+class GivenFacts(NamedTuple):
     """What the user says where the file does not: kg, m, years, m/s, s; None if not."""
 
     mass: float | None = None
@@ -47,9 +47,9 @@ def write_subjects(
     *,
     task: str = "level_walking",
     people: Sequence[str] = (),
-    given: Given | None = None,
+    given: GivenFacts | None = None,
     fill_missing: bool = False,
-    tell: Tell = lambda text: None,
+    notify: _Notify = lambda text: None,
 ) -> tuple[list[Path], dict[str, str]]:
     """Write a subject file for each person of a LocoHub file, whose trials are its settings.
 
@@ -61,7 +61,7 @@ def write_subjects(
     people : whom to read; all of the file if empty.
     given : what holds for all of them where the file does not say it.
     fill_missing : whether angles that the file lacks stand in from other people.
-    tell : called with a sentence on each decision.
+    notify : called with a sentence on each decision.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def write_subjects(
                 f"{target}: exists, and would be written over. Give another --out."
             )
         try:
-            subject = subject_of(known[name], given or Given(), fill_missing, tell)
+            subject = subject_of(known[name], given or GivenFacts(), fill_missing, notify)
         except GaitvalError as error:
             refused[name] = str(error)
             continue
@@ -98,7 +98,7 @@ def write_subjects(
 
 
 def subject_of(
-    trials: Sequence[LocoHubTrial], given: Given, fill_missing: bool, tell: Tell
+    trials: Sequence[LocoHubTrial], given: GivenFacts, fill_missing: bool, notify: _Notify
 ) -> Subject:
     """A person's subject; parameters as for `write_subjects`. The trial with the most cycles is the
     subject's own, the others are further ones.
@@ -127,7 +127,7 @@ def subject_of(
     if leg is None:
         leg = LEG_OF_STATURE * height
         assumed.append(f"leg length {leg:.3f} m, {LEG_OF_STATURE:g} of the stature")
-    if not first.sides_said:
+    if not first.sides_given:
         assumed.append("cycles begin with the right foot")
     dataset = first.subject.partition("_")[0]
     values = {
@@ -142,18 +142,18 @@ def subject_of(
         "mass_kg": mass,
         "height_m": height,
         "leg_length_m": leg,
-        **_trial_values(first, mass, given, fill_missing, tell),
+        **_trial_values(first, mass, given, fill_missing, notify),
     }
     subject = make_subject(values, where)
     for number, trial in enumerate(trials[1:], start=2):
         try:
-            further = _trial_values(trial, mass, given, fill_missing, tell)
+            further = _trial_values(trial, mass, given, fill_missing, notify)
             named = {"trial": f"{further['trial']}-{number}"}
             subject = subject.with_trial(make_subject(values | further | named, where))
         except GaitvalError as error:
-            tell(f"{trial.subject} {trial.task_id}: left out: {error}")
+            notify(f"{trial.subject} {trial.task_id}: left out: {error}")
     if assumed:
-        tell(f"{first.subject}: assumed: {'; '.join(assumed)}")
+        notify(f"{first.subject}: assumed: {'; '.join(assumed)}")
     return make_subject(subject.model_dump(), where)
 
 
@@ -167,7 +167,7 @@ def _sex(about: Mapping[str, str]) -> str | None:
 
 
 def _trial_values(
-    trial: LocoHubTrial, mass: float, given: Given, fill_missing: bool, tell: Tell
+    trial: LocoHubTrial, mass: float, given: GivenFacts, fill_missing: bool, notify: _Notify
 ) -> dict[str, Any]:
     where = f"{trial.source}: {trial.subject} {trial.task_id}"
     speed = trial.value("speed_m_s", "walking_speed_m_s") or given.speed
@@ -184,9 +184,9 @@ def _trial_values(
     if not curves.forces and stance is None:
         stance = _stance(trial.curves(mass))
     values = gait_values(curves, where, stance)
-    tell(f"{where}: {count_of(trial.count, 'cycle')}, {curves.in_words()}")
+    notify(f"{where}: {count_of(trial.count, 'cycle')}, {curves.in_words()}")
     for note in left_out:
-        tell(f"{where}: {note}")
+        notify(f"{where}: {note}")
     return {
         "trial": _trial_name(trial, speed),
         "source": "; ".join([f"LocoHub {trial.subject} {trial.task_id}", *left_out]),

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.gait.record import Curve
+from gaitval.gait.record import FittedCurve
 from gaitval.mocap.confused_units import REACH_M, from_middle, unit_of
 
 # Plausible ranges. They catch units and swapped columns, not unusual people: from two years on,
@@ -73,10 +73,10 @@ def unusual_build(mass: float, height: float, age: float | None) -> Iterator[Qua
             f"is in pounds, give {mass * 0.45359237:.1f}",
         )  # fmt: skip
     if (age is None or age >= ADULT) and height < SMALL:
-        said = "no age was given" if age is None else f"{age:g} years old"
+        age_text = "no age was given" if age is None else f"{age:g} years old"
         yield QualityFlag(
             "build", "the person", height, SMALL, "m",
-            f"{height:g} m tall, and {said}: the masses of the segments are those of an adult. "
+            f"{height:g} m tall, and {age_text}: the masses of the segments are those of an adult. "
             "Give the age in years, if this is a child",
         )  # fmt: skip
 
@@ -141,7 +141,7 @@ def _marker_problems(markers: Mapping[str, Any]) -> list[str]:
 def _curve_values(curve: Any, until: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
     """Samples of a curve as written in the TOML, over phases 0…`until`; None if malformed."""
     try:
-        periodic = Curve.model_validate(curve).periodic()
+        periodic = FittedCurve.model_validate(curve).periodic()
     except ValidationError:
         return None
     return periodic(np.linspace(0, until, 100))

@@ -13,11 +13,11 @@ from gaitval.gait.record import (
     MOMENT_NAMES,
     REQUIRED_ANGLES,
     REQUIRED_MOMENTS,
-    Curve,
+    FiniteNumber,
+    FittedCurve,
     Force,
     MeanSteps,
     Mirrored,
-    Number,
     OneSide,
     PeriodicCurve,
     StoredPart,
@@ -74,8 +74,8 @@ class Gait(StoredPart):
     """The side of which no trial shows a whole cycle that counts, of the angles and of moments and
     forces. It has no curves here; `origin` of the subject calls them expected."""
     mirrored: Mirrored = Field(default_factory=dict)
-    angles: dict[str, Curve]
-    moments: dict[str, Curve] = Field(default_factory=dict)
+    angles: dict[str, FittedCurve]
+    moments: dict[str, FittedCurve] = Field(default_factory=dict)
     forces: Forces | None = None
     """Moments and forces are both there, or neither: not everybody has force plates."""
     total_force: Force | None = None
@@ -86,7 +86,9 @@ class Gait(StoredPart):
 
     @field_validator("angles", "moments")
     @classmethod
-    def _curves_complete(cls, curves: dict[str, Curve], info: ValidationInfo) -> dict[str, Curve]:
+    def _curves_complete(
+        cls, curves: dict[str, FittedCurve], info: ValidationInfo
+    ) -> dict[str, FittedCurve]:
         not_recorded = info.data.get("not_recorded", {})
         if info.field_name == "angles":
             _complete(curves, ANGLE_NAMES, REQUIRED_ANGLES, not_recorded.get("angles"))
@@ -164,7 +166,7 @@ class Gait(StoredPart):
         return {side: found[side] for side in SIDES}
 
 
-def _of_both(curves: Mapping[str, Curve], hidden: Side | None) -> dict[str, PeriodicCurve]:
+def _of_both(curves: Mapping[str, FittedCurve], hidden: Side | None) -> dict[str, PeriodicCurve]:
     found = {name: curve.periodic() for name, curve in curves.items()}
     if hidden is None:
         return found
@@ -174,8 +176,8 @@ def _of_both(curves: Mapping[str, Curve], hidden: Side | None) -> dict[str, Peri
 class StanceFraction(StoredPart):
     """Fraction of each side's own cycle on the ground; None of a side that was not recorded."""
 
-    right: Number | None = None
-    left: Number | None = None
+    right: FiniteNumber | None = None
+    left: FiniteNumber | None = None
     mirrored: Side | None = None
     """The side whose value is the other side's, as its curves are (`Gait.mirrored`)."""
 

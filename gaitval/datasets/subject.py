@@ -22,7 +22,7 @@ from gaitval.datasets.subject_toml import toml_of
 from gaitval.display import Displayed
 from gaitval.errors import ConfigurationError, SubjectError
 from gaitval.gait.plate_correction import PlateCorrection, corrected
-from gaitval.gait.record import GaitRecord, LowPass, Number, Origin, StoredPart
+from gaitval.gait.record import FiniteNumber, GaitRecord, LowPass, Origin, StoredPart
 from gaitval.model.devices.device import Device, devices_of
 
 if TYPE_CHECKING:
@@ -51,14 +51,14 @@ def _known(values: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
     return values
 
 
-Position = tuple[Number, Number, Number]
+Position = tuple[FiniteNumber, FiniteNumber, FiniteNumber]
 
 
 class RecordedLowPass(StoredPart):
     """Low-pass filters of the recorded moments and forces; see `LowPass`."""
 
-    moments_hz: Annotated[Number, Field(gt=0)]
-    forces_hz: Annotated[Number, Field(gt=0)]
+    moments_hz: Annotated[FiniteNumber, Field(gt=0)]
+    forces_hz: Annotated[FiniteNumber, Field(gt=0)]
 
 
 class Trial(StoredPart):
@@ -66,11 +66,11 @@ class Trial(StoredPart):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
     """Of the trial in its source: "T03"."""
-    walking_speed_m_s: Number
-    stride_time_s: Number
-    left_phase: Number
-    left_phase_from_force: Number | None = None
-    mean_vertical_force: Number | None = None
+    walking_speed_m_s: FiniteNumber
+    stride_time_s: FiniteNumber
+    left_phase: FiniteNumber
+    left_phase_from_force: FiniteNumber | None = None
+    mean_vertical_force: FiniteNumber | None = None
     stance_fraction: StanceFraction
     low_pass: RecordedLowPass | None = None
     plates: PlateCorrection | None = None
@@ -83,10 +83,10 @@ class Printed(StoredPart):
     """What the paper's table prints for this subject, errors included; not used to compute."""
 
     sex: Literal["F", "M"]
-    age_years: Number
-    mass_kg: Number
-    height_m: Number
-    walking_speed_m_s: Number
+    age_years: FiniteNumber
+    mass_kg: FiniteNumber
+    height_m: FiniteNumber
+    walking_speed_m_s: FiniteNumber
 
 
 class Subject(Displayed, StoredPart):
@@ -115,7 +115,7 @@ class Subject(Displayed, StoredPart):
     licence: str
     sex: Literal["F", "M"]
     """Chooses the segment tables (de Leva 1996)."""
-    age_years: Number | None = None
+    age_years: FiniteNumber | None = None
     """Below 16, the segments have a child's masses (Jensen 1986)."""
     prosthesis: Literal["none", "right", "left"] | None = None
     """Side of a leg prosthesis; not there if nobody said. Each leg of the body then keeps its own
@@ -125,17 +125,17 @@ class Subject(Displayed, StoredPart):
     aid: Aid | None = None
     """What carries a part of the body beside the feet; it is not measured, so mean force is below
     one body weight, and moments of the legs are those of what the feet carry."""
-    mass_kg: Number
-    height_m: Number
-    leg_length_m: Number
-    walking_speed_m_s: Number
+    mass_kg: FiniteNumber
+    height_m: FiniteNumber
+    leg_length_m: FiniteNumber
+    walking_speed_m_s: FiniteNumber
     """Mean forward speed; on a treadmill the belt's."""
-    stride_time_s: Number
-    left_phase: Number
+    stride_time_s: FiniteNumber
+    left_phase: FiniteNumber
     """Phase of the right cycle at left heel strike, from the pelvis curves of the two sides."""
-    left_phase_from_force: Number | None = None
+    left_phase_from_force: FiniteNumber | None = None
     """A second estimate, from the vertical forces; not used to compute."""
-    mean_vertical_force: Number | None = None
+    mean_vertical_force: FiniteNumber | None = None
     """Mean over the cycle of right + left vertical force, body weights; None if not both were
     recorded. The true value is 1; the difference comes from the source's calibration or filter."""
     stance_fraction: StanceFraction
@@ -149,17 +149,17 @@ class Subject(Displayed, StoredPart):
         default_factory=dict
     )
     """Standing marker positions, m, REP-103 axes. May be empty: scaling then uses `tape`."""
-    tape: Annotated[dict[str, Number], AfterValidator(partial(_known, names=TAPE))] = Field(
+    tape: Annotated[dict[str, FiniteNumber], AfterValidator(partial(_known, names=TAPE))] = Field(
         default_factory=dict
     )
     """Lengths by tape measure, m (`TAPE`), for scaling without markers; the others follow from
     stature."""
     trials: tuple[Trial, ...] = ()
     """Further trials of the same person, at other speeds."""
-    measurements: dict[str, Number | Position | dict[str, str]] = Field(default_factory=dict)
+    measurements: dict[str, FiniteNumber | Position | dict[str, str]] = Field(default_factory=dict)
     """Lengths of the body as `scaling.measurements.Measurements.to_dict` gives them, m; they take
     precedence over the markers. Empty if scaling finds them from the markers."""
-    uncertainty: dict[str, Annotated[Number, Field(ge=0)]] = Field(default_factory=dict)
+    uncertainty: dict[str, Annotated[FiniteNumber, Field(ge=0)]] = Field(default_factory=dict)
     """Half the width of the 90 % band of a mean curve of the own trial, median over the cycle (rad,
     Nm/kg, body weights), by its name in `curves.csv`, and of "length_thigh_right" and others (m).
     """
@@ -190,7 +190,7 @@ class Subject(Displayed, StoredPart):
     @property
     def described(self) -> str:
         """The source, and which of its curves were not recorded."""
-        said = "".join(
+        message = "".join(
             f"; the {side} {'angles' if what == 'angles' else 'moments and forces'} were not "
             f"recorded{then}"
             for which, then in (
@@ -199,7 +199,7 @@ class Subject(Displayed, StoredPart):
             )
             for what, side in which.items()
         )
-        return self.source + said
+        return self.source + message
 
     def origin(self, side: Side, kind: Literal["angles", "kinetics", "stance"]) -> Origin:
         """Where a side's angles, its moments and forces, or its stance fraction come from.
@@ -306,9 +306,9 @@ class Subject(Displayed, StoredPart):
 
     def title(self) -> str:
         """Name, person and trial, and what was said of a prosthesis or an aid."""
-        said = "" if self.prosthesis is None else f", prosthesis: {self.prosthesis}"
-        said += "" if self.aid is None else f", aid: {self.aid}"
-        return f"Subject {self.identifier} ({self.source}){said}"
+        message = "" if self.prosthesis is None else f", prosthesis: {self.prosthesis}"
+        message += "" if self.aid is None else f", aid: {self.aid}"
+        return f"Subject {self.identifier} ({self.source}){message}"
 
     def overview(self) -> "pd.DataFrame":
         """Build and gait, in SI units."""

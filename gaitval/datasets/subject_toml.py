@@ -7,7 +7,7 @@ from typing import Any, Final
 import tomli_w
 from pydantic import BaseModel
 
-from gaitval.gait.record import Curve
+from gaitval.gait.record import FittedCurve
 from gaitval.model.devices.device import tables_of
 
 
@@ -19,7 +19,7 @@ def _figures(values: Iterable[float]) -> str:
     return "[" + ", ".join(_figure(value) for value in values) + "]"
 
 
-def _curve_line(name: str, curve: Curve) -> str:
+def _curve_line(name: str, curve: FittedCurve) -> str:
     return (
         f"{name} = {{ mean = {_figure(curve.mean)}, residual = {curve.residual:.3g}, "
         f"cosine = {_figures(curve.cosine)}, sine = {_figures(curve.sine)} }}"

@@ -168,13 +168,13 @@ def holdings(folder: Path) -> Holdings:
     return Holdings(folder, trials, standing, tables)
 
 
-def person_values(held: Holdings, person: str) -> dict[str, Any]:
+def person_values(data: Holdings, person: str) -> dict[str, Any]:
     """Sex, age, mass (kg), height and leg length (m) of a `person`, by the names of `Subject`.
-    Raises RecordError if no table of `held` has them.
+    Raises RecordError if no table of `data` has them.
     """
     number = str(int(person.removeprefix("WBDS")))
     for table, leg, metres in (("people", "LegLen", 1.0), ("info", "LegLength", 0.01)):
-        for row in held.rows(table):
+        for row in data.rows(table):
             if row.get("Subject", "").partition(".")[0] != number:
                 continue
             values = [_number(row, each) for each in ("Age", "Mass", "Height", leg)]
@@ -190,56 +190,56 @@ def person_values(held: Holdings, person: str) -> dict[str, Any]:
                 "leg_length_m": leg_length,
             }
     raise RecordError(
-        f"{held.folder}: no table with sex, mass, height and leg length of {person}. WBDSinfo.xlsx "
+        f"{data.folder}: no table with sex, mass, height and leg length of {person}. WBDSinfo.xlsx "
         "has them; save it there."
     )
 
 
-def trial_values(held: Holdings, person: str, trial: str) -> dict[str, float]:
+def trial_values(data: Holdings, person: str, trial: str) -> dict[str, float]:
     """Belt speed (m/s) and stride time (s) of a treadmill `trial` of `person`, by the names of
     `Subject`.
 
     The speed is that of `stride_times.csv` where it has one (measured at the feet), else that of
     the published table. The stride time is from a table, else from the forces. Raises RecordError
-    if neither a table nor a file of `held` has them.
+    if neither a table nor a file of `data` has them.
     """
     number = int(person.removeprefix("WBDS"))
-    for row in held.rows("strides"):
+    for row in data.rows("strides"):
         if int(row["WBDS"]) == number and row["trial"] == trial:
             speed, stride = _number(row, "belt_speed_m_s"), _number(row, "stride_time_s")
             if speed and stride:
                 return {"walking_speed_m_s": speed, "stride_time_s": stride}
-    found = _speed(held, number, person, trial)
+    found = _speed(data, number, person, trial)
     if found is None:
-        raise RecordError(f"{held.folder}: no table with the speed of {person} {trial}.")
-    return {"walking_speed_m_s": found, "stride_time_s": _stride(held, number, person, trial)}
+        raise RecordError(f"{data.folder}: no table with the speed of {person} {trial}.")
+    return {"walking_speed_m_s": found, "stride_time_s": _stride(data, number, person, trial)}
 
 
-def _speed(held: Holdings, number: int, person: str, trial: str) -> float | None:
-    for row in held.rows("info"):
+def _speed(data: Holdings, number: int, person: str, trial: str) -> float | None:
+    for row in data.rows("info"):
         if row.get("FileName", "").startswith(f"{person}walk{trial}"):
             value = _number(row, "GaitSpeed(m/s)")
             if value is not None:
                 return value
-    for row in held.rows("people"):
+    for row in data.rows("people"):
         if row["Subject"] == str(number):
             return _number(row, trial)
     return None
 
 
-def _stride(held: Holdings, number: int, person: str, trial: str) -> float:
-    for row in held.rows("speeds"):
+def _stride(data: Holdings, number: int, person: str, trial: str) -> float:
+    for row in data.rows("speeds"):
         if row["Subject"] == str(number) and row["SpeedCat"] == f"V{int(trial[1:])}":
             cadence = _number(row, "Cadence")
             if cadence:
                 # Cadence is in steps a minute, and a stride is two steps.
                 return 120.0 / cadence
-    files = held.trials.get((person, trial), {})
+    files = data.trials.get((person, trial), {})
     for kind in ("forces", "c3d"):
         if kind in files:
             return stride_time(files[kind])
     raise RecordError(
-        f"{held.folder}: nothing says the stride time of {person} {trial}: neither a table nor "
+        f"{data.folder}: nothing says the stride time of {person} {trial}: neither a table nor "
         "forces (grf.txt, C3D)."
     )
 
@@ -292,17 +292,17 @@ def _number(row: Mapping[str, str], column: str) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def standing_markers(held: Holdings, person: str) -> dict[str, tuple[float, float, float]]:
+def standing_markers(data: Holdings, person: str) -> dict[str, tuple[float, float, float]]:
     """Standing marker positions of a `person`, m, REP-103 axes: means over the standing trial in
-    `held`. Raises RecordError if there is no standing trial, or markers are missing in it.
+    `data`. Raises RecordError if there is no standing trial, or markers are missing in it.
     """
-    if "markers" in held.tables:
-        known = held.rows("markers")
+    if "markers" in data.tables:
+        known = data.rows("markers")
         if any(row["Subject"] == person for row in known):
-            return read_static_markers(held.tables["markers"], person)
-    if person not in held.standing:
-        raise RecordError(f"{held.folder}: no standing trial of {person} ({person}static1.c3d).")
-    trial = read_recording(held.standing[person])
+            return read_static_markers(data.tables["markers"], person)
+    if person not in data.standing:
+        raise RecordError(f"{data.folder}: no standing trial of {person} ({person}static1.c3d).")
+    trial = read_recording(data.standing[person])
     found = {}
     for name in MARKERS:
         if name not in trial.names:
@@ -313,8 +313,8 @@ def standing_markers(held: Holdings, person: str) -> dict[str, tuple[float, floa
     return found
 
 
-def subject_of(held: Holdings, person: str, trials: Iterable[str]) -> Subject:
-    """A `person` of `held` with the mean curves of these treadmill `trials`; the first is the
+def subject_of(data: Holdings, person: str, trials: Iterable[str]) -> Subject:
+    """A `person` of `data` with the mean curves of these treadmill `trials`; the first is the
     subject's own.
 
     Raises RecordError or SubjectError if a file is missing or cannot be used, or a value is
@@ -322,15 +322,15 @@ def subject_of(held: Holdings, person: str, trials: Iterable[str]) -> Subject:
     """
     found: Subject | None = None
     for trial in trials:
-        one = _of_trial(held, person, trial)
+        one = _of_trial(data, person, trial)
         found = one if found is None else found.with_trial(one)
     if found is None:
-        raise RecordError(f"{held.folder}: no trial of {person} was asked for.")
+        raise RecordError(f"{data.folder}: no trial of {person} was asked for.")
     return found
 
 
-def _of_trial(held: Holdings, person: str, trial: str) -> Subject:
-    files = held.trials[person, trial]
+def _of_trial(data: Holdings, person: str, trial: str) -> Subject:
+    files = data.trials[person, trial]
     angles, kinetics = read_angles(files["angles"]), read_kinetics(files["kinetics"])
     curves = MeanCurves(angles, kinetics.moments, kinetics.forces, MOMENT_SEAM)
     return make_subject(
@@ -342,11 +342,11 @@ def _of_trial(held: Holdings, person: str, trial: str) -> Subject:
             "source": f"{person} {trial}",
             "citation": CITATION,
             "licence": LICENCE,
-            **person_values(held, person),
-            **trial_values(held, person, trial),
+            **person_values(data, person),
+            **trial_values(data, person, trial),
             "left_phase_from_force": left_phase_from_force(kinetics.forces),
             **gait_values(curves, f"{files['angles']}, {files['kinetics'].name}"),
-            "markers": standing_markers(held, person),
+            "markers": standing_markers(data, person),
         },
         f"{person} {trial}",
     )

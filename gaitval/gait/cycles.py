@@ -215,10 +215,10 @@ def _unshown(forces: FootForces | None, side: Side, start: float, end: float) ->
     if start < samples[0] - spacing or end > samples[-1] + spacing:
         return "it is outside the time of the forces: no kinetics"
     inside = (samples >= start) & (samples <= end - EDGE_SECONDS)
-    doubtful = ~forces.valid[inside, SIDES.index(side)]
-    if not doubtful.any():
+    uncertain = ~forces.valid[inside, SIDES.index(side)]
+    if not uncertain.any():
         return ""
-    when = samples[inside][doubtful]
+    when = samples[inside][uncertain]
     return (
         f"the plates do not show the {side} foot alone at {when[0]:.3f}-{when[-1]:.3f} s: no "
         "kinetics"
@@ -249,13 +249,13 @@ def normalise(time: Array, values: ArrayLike, cycle: GaitCycle) -> Array:
     return interpolated(values, (wanted - time[0]) / spacing, lone=True)
 
 
-Part = tuple[Array, Array, Sequence[GaitCycle]]
+WalkedPart = tuple[Array, Array, Sequence[GaitCycle]]
 """Times (T,) s, values (T, ...) and the cycles that count, of one trial."""
 
 
-def average(parts: Iterable[Part]) -> AverageCurve | None:
+def average(parts: Iterable[WalkedPart]) -> AverageCurve | None:
     """Mean and standard deviation of a quantity over the cycles of one or several trials, whose
-    `parts` are (times, values, cycles), see `Part`; every cycle counts the same, whatever its
+    `parts` are (times, values, cycles), see `WalkedPart`; every cycle counts the same, whatever its
     trial. None if there is no cycle. Raises RecordError as `normalise`.
     """
     curves = [normalise(time, values, cycle) for time, values, cycles in parts for cycle in cycles]

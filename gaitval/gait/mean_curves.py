@@ -14,7 +14,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import RecordError
-from gaitval.gait.record import Curve, Force, fit_periodic
+from gaitval.gait.record import FittedCurve, Force, fit_periodic
 
 ANGLE_TOLERANCE: Final = float(np.radians(0.3))
 """rad. Small compared with the 5° above which a change between sessions is detectable (Wilken
@@ -40,7 +40,7 @@ class MeanCurves:
     forces : body weights, (101, 3) of each side; empty likewise.
     seam : rows whose moments are not to be trusted.
     left_out : names of the columns that are no curves.
-    doubts : a sentence on each sign that may be wrong.
+    warnings : a sentence on each sign that may be wrong.
     """
 
     angles: Mapping[str, Array]
@@ -48,7 +48,7 @@ class MeanCurves:
     forces: Mapping[Side, Array]
     seam: tuple[int, ...] = ()
     left_out: tuple[str, ...] = ()
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def in_words(self) -> str:
         """What was read, and what was left out."""
@@ -85,7 +85,9 @@ def mean_vertical_force(forces: Mapping[Side, Array]) -> float:
     return float(sum(forces[side][:100, 2].mean() for side in SIDES))
 
 
-def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Path | str) -> Curve:
+def fit_curve(
+    name: str, phase: Array, values: Array, tolerance: float, path: Path | str
+) -> FittedCurve:
     """Fit one mean curve of `values` (n,) at `phase` (n,) in 0…1 of the gait cycle, with the fewest
     harmonics that are within `tolerance`, in their unit; see `fit_periodic`. `name` and `path` are
     for the message of the RecordError if `HARMONICS_CAP` harmonics leave more than `REFUSED`
@@ -98,7 +100,7 @@ def fit_curve(name: str, phase: Array, values: Array, tolerance: float, path: Pa
             f"of {residual:.3g} (allowed {REFUSED * tolerance:.3g}): it is noisy or jumps. Give "
             "more cycles or another trial, or filter it."
         )
-    return Curve.fitted((curve, residual))
+    return FittedCurve.fitted((curve, residual))
 
 
 def fit_force(force: Array, stance: float, path: Path | str) -> Force:

@@ -17,8 +17,8 @@ from gaitval.constants import STANDARD_GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import (
     HARMONICS_CAP,
+    FiniteNumber,
     GaitRecord,
-    Number,
     PeriodicCurve,
     StoredPart,
     periodic_through,
@@ -41,14 +41,14 @@ _SAMPLES = 400
 class PlateCorrection(StoredPart):
     """What was wrong with the plates of a record; `corrected` takes it away."""
 
-    scale: Annotated[Number, Field(gt=0.5, lt=2.0)] = 1.0
+    scale: Annotated[FiniteNumber, Field(gt=0.5, lt=2.0)] = 1.0
     """True force / measured force."""
-    scale_sd: Annotated[Number, Field(ge=0)] = 0.0
-    shift_right: Annotated[Number, Field(gt=-0.2, lt=0.2)] = 0.0
+    scale_sd: Annotated[FiniteNumber, Field(ge=0)] = 0.0
+    shift_right: Annotated[FiniteNumber, Field(gt=-0.2, lt=0.2)] = 0.0
     """m, by which the centre of pressure under the right foot is too far forward."""
-    shift_right_sd: Annotated[Number, Field(ge=0)] = 0.0
-    shift_left: Annotated[Number, Field(gt=-0.2, lt=0.2)] = 0.0
-    shift_left_sd: Annotated[Number, Field(ge=0)] = 0.0
+    shift_right_sd: Annotated[FiniteNumber, Field(ge=0)] = 0.0
+    shift_left: Annotated[FiniteNumber, Field(gt=-0.2, lt=0.2)] = 0.0
+    shift_left_sd: Annotated[FiniteNumber, Field(ge=0)] = 0.0
 
     @property
     def shift(self) -> dict[Side, float]:

@@ -34,19 +34,21 @@ class QualityFlag:
         return f"{self.where}: {self.message}"
 
 
-def refuse_certain(source: str, doubts: Sequence[QualityFlag], plates: int) -> None:
+def refuse_certain(source: str, warnings: Sequence[QualityFlag], plates: int) -> None:
     """Refuse a trial, from the file `source`, with a value that cannot be right: raises
-    RecordError, which names every `certain` one of its `doubts` and the options to continue without
-    it. The last of its `plates`, by their number, cannot be left out.
+    RecordError, which names every `certain` one of its `warnings` and the options to continue
+    without it. The last of its `plates`, by their number, cannot be left out.
     """
-    wrong = [doubt for doubt in doubts if doubt.certain]
+    wrong = [warning for warning in warnings if warning.certain]
     if not wrong:
         return
-    named = sorted({doubt.plate for doubt in wrong if doubt.plate})
+    named = sorted({warning.plate for warning in wrong if warning.plate})
     without = [f"--no-plate {quote(name)}" for name in named]
     # To leave plates out helps only if one remains, and if every wrong value is that of a plate.
-    spare = len(named) < plates and all(doubt.plate for doubt in wrong)
+    spare = len(named) < plates and all(warning.plate for warning in wrong)
     ways = ([" ".join(without)] if spare else []) + ["--kinematics-only"]
     raise RecordError(
-        "\n".join([f"{source}: the forces cannot be right.", *(f"  {doubt}" for doubt in wrong)])
+        "\n".join(
+            [f"{source}: the forces cannot be right.", *(f"  {warning}" for warning in wrong)]
+        )
     ).with_way_on(*ways)

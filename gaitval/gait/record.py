@@ -240,7 +240,7 @@ class GaitRecord:
         return force
 
 
-Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+FiniteNumber = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 
 
 class StoredPart(BaseModel):
@@ -249,13 +249,13 @@ class StoredPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
-class Curve(StoredPart):
+class FittedCurve(StoredPart):
     """A fitted mean curve; see `PeriodicCurve` and `fit_periodic`."""
 
-    mean: Number
-    cosine: tuple[Number, ...]
-    sine: tuple[Number, ...]
-    residual: Number
+    mean: FiniteNumber
+    cosine: tuple[FiniteNumber, ...]
+    sine: tuple[FiniteNumber, ...]
+    residual: FiniteNumber
     """Largest absolute difference from the samples it was fitted to, in the curve's unit."""
 
     @model_validator(mode="after")
@@ -281,14 +281,14 @@ class Curve(StoredPart):
 class MeanSteps(StoredPart):
     """Mean length of the steps that end with each foot's heel strike, and their width, m."""
 
-    right: Number
-    left: Number
-    width: Number
+    right: FiniteNumber
+    left: FiniteNumber
+    width: FiniteNumber
 
 
 class Force(StoredPart):
     """Ground reaction on one foot, body weights, world axes; stance only."""
 
-    forward: Curve
-    left: Curve
-    up: Curve
+    forward: FittedCurve
+    left: FittedCurve
+    up: FittedCurve

@@ -93,7 +93,7 @@ def stored_events(stored: Sequence[Event], found: Sequence[Event]) -> tuple[Stor
     return tuple(compared)
 
 
-def event_doubts(compared: Sequence[StoredEvents]) -> Iterator[QualityFlag]:
+def event_warnings(compared: Sequence[StoredEvents]) -> Iterator[QualityFlag]:
     """Warnings about the events that a file stores.
 
     Parameters

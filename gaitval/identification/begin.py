@@ -8,15 +8,15 @@ from gaitval.model.body import BodyModel
 from gaitval.reference.dynamic_fit import Solution
 from gaitval.reference.motion import ReferenceMotion
 
-Begun = tuple[BodyFit, Solution]
+FirstFit = tuple[BodyFit, Solution]
 """The fit to a record, and its solution with the body as scaled."""
 
 
-def noise_of(configuration: Configuration, kinetics_told: bool) -> NoiseSettings:
+def noise_of(configuration: Configuration, kinetics_known: bool) -> NoiseSettings:
     """The noise model of `configuration` for a record, whose kinetics are the person's own if
-    `kinetics_told`, else what is expected of anybody.
+    `kinetics_known`, else what is expected of anybody.
     """
-    if kinetics_told:
+    if kinetics_known:
         return configuration.noise
     from gaitval.prediction.population import noise_of_expected
 
@@ -28,17 +28,17 @@ def begin(
     model: BodyModel,
     prior_sd: Array,
     configuration: Configuration,
-    kinetics_told: bool,
+    kinetics_known: bool,
     near: ReferenceMotion | None = None,
-) -> Begun:
+) -> FirstFit:
     """The fit to a `record` with moments and forces, solved in full with the body as scaled
     (`model`), whose mu has `prior_sd` (14,), see `prior.prior_sd`.
 
-    `configuration` has the settings of identification, noise and contact; `kinetics_told` is
+    `configuration` has the settings of identification, noise and contact; `kinetics_known` is
     whether the record's moments and forces are the person's own; `near`: see `BodyFit.as_scaled`.
     """
     fit = BodyFit(
-        record, model, configuration.contact, noise_of(configuration, kinetics_told),
+        record, model, configuration.contact, noise_of(configuration, kinetics_known),
         prior_sd=prior_sd, extended=configuration.identification.parameters == "extended",
     )  # fmt: skip
     return fit, fit.as_scaled(near)

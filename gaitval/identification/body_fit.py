@@ -48,7 +48,7 @@ _PLATES: Final = 2
 """First numbers of `Solution.common`: shifts of the plates; then the lean of the trunk."""
 BODY: Final = _PLATES + 1
 """First of the numbers that are mu, in units of the prior's SD."""
-_HELD: Final = 1e6
+_FIXED: Final = 1e6
 """1 / prior SD of a number that is held."""
 NUISANCES: Final = BODY + len(PARAMETERS)
 """First of the errors of the laboratory's joint centres, in units of their SD."""
@@ -209,7 +209,7 @@ class BodyFit:
             whole = problem.bodies
             varied = tuple(index for index in problem.varied if index >= _EXTENDED)
             problem = problem._replace(bodies=lambda common: whole(common + unit), varied=varied)
-            prior[BODY:NUISANCES] = _HELD
+            prior[BODY:NUISANCES] = _FIXED
         return solve_problem(
             problem._replace(prior=prior), start=begin, smallest_gain=smallest_gain
         )

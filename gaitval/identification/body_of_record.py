@@ -42,8 +42,8 @@ def body_of_record(
         record = own.record()
         with one_thread():
             near = consistent_reference(record, model, configuration.contact)
-            fit, held = begin(
+            fit, fixed = begin(
                 record, model, prior_sd(person), configuration, own.has_kinetics, near
             )
-            each_trial.append(identified(fit, held, offset_of(person)))
+            each_trial.append(identified(fit, fixed, offset_of(person)))
     return pooled(each_trial) if others else each_trial[0]

@@ -64,8 +64,8 @@ def next_trials(found: Shared, model: BodyModel) -> list[list[str]]:
     """
     posterior = found.posterior
     prior = np.diag(1.0 / posterior.prior_sd**2)
-    told = np.linalg.inv(posterior.covariance) - prior
-    again = np.asarray(np.linalg.inv(prior + _AGAIN * told), dtype=np.float64)
+    information = np.linalg.inv(posterior.covariance) - prior
+    again = np.asarray(np.linalg.inv(prior + _AGAIN * information), dtype=np.float64)
     unmoved = FunctionalLeg(np.zeros(3), 0.0, 0.0, 0.0)
     moved = with_joints(posterior, model, dict.fromkeys(SIDES, unmoved))
     shown = ("thigh_length", "shank_length", "foot_length", "hip_y")

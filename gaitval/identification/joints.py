@@ -152,13 +152,13 @@ def with_joints(
         one[2, 3] = one[3, 2] = variance
         one[3, 4] = one[4, 3] = ANKLE**2
         covariance += one / len(SIDES) ** 2
-    told = np.zeros((5, len(PARAMETERS)))
-    told[range(3), [PARAMETERS.index(name) for name in _MEASURED]] = 1.0
-    told[3], told[4] = (lengths(model)[index].weights for index in (1, 3))
+    observed = np.zeros((5, len(PARAMETERS)))
+    observed[range(3), [PARAMETERS.index(name) for name in _MEASURED]] = 1.0
+    observed[3], observed[4] = (lengths(model)[index].weights for index in (1, 3))
     kept = slice(0, 5 if knees else 4)
-    told, values, covariance = told[kept], values[kept], covariance[kept, kept]
+    observed, values, covariance = observed[kept], values[kept], covariance[kept, kept]
     before = posterior.covariance
-    gain = before @ told.T @ np.linalg.inv(told @ before @ told.T + covariance)
-    left = values - told @ (posterior.mean - nominal_parameters())
-    after = before - gain @ told @ before
+    gain = before @ observed.T @ np.linalg.inv(observed @ before @ observed.T + covariance)
+    left = values - observed @ (posterior.mean - nominal_parameters())
+    after = before - gain @ observed @ before
     return replace(posterior, mean=posterior.mean + gain @ left, covariance=(after + after.T) / 2)

@@ -34,7 +34,7 @@ from gaitval.reference.dynamic_fit import Solution
 WORDS: Final = "words"
 """What the report of a study says of the body (`bars.in_words`), in `identification.json`."""
 WIDE: Final = 2.5
-Progress = Callable[[dict[str, float]], None]
+_Progress = Callable[[dict[str, float]], None]
 """Called with the generation, how many there are at most, and the value, as by `identify`."""
 
 
@@ -57,21 +57,21 @@ def _bounded(mu: Array, prior_sd: Array, configuration: Configuration) -> FoundP
 
 def shared_identification(
     fit: BodyFit,
-    held: Solution,
+    fixed_body: Solution,
     subject: Subject,
     record: GaitRecord,
     model: BodyModel,
     configuration: Configuration,
-    on_progress: Progress,
+    on_progress: _Progress,
 ) -> FoundParameters:
     """`identification.method=shared`: the posterior with errors that angles and belt share. The
     walker has its mean, and legs that differ by the mean of their difference (`legs`).
 
-    `fit` is of `record`, and `held` its solution with the body (`model`) as scaled. `subject` is
-    whose record it is; the prior's mean has the offset of other people. Of the `configuration` the
-    bounds of damping and friction are used. `on_progress` is called once, with the sum of squares.
-    Raises ConfigurationError if the extended parameters are asked for, which are among its errors
-    already.
+    `fit` is of `record`, and `fixed_body` its solution with the body (`model`) as scaled. `subject`
+    is whose record it is; the prior's mean has the offset of other people. Of the `configuration`
+    the bounds of damping and friction are used. `on_progress` is called once, with the sum of
+    squares. Raises ConfigurationError if the extended parameters are asked for, which are among its
+    errors already.
     """
     if fit.extended:
         raise ConfigurationError(
@@ -79,7 +79,7 @@ def shared_identification(
             "already. Leave identification.parameters at paper, or set identification.method to "
             "posterior."
         )
-    shared = identified(fit, held, offset_of(subject))
+    shared = identified(fit, fixed_body, offset_of(subject))
     posterior, (apart, _) = shared.posterior, shared.legs.estimate
     on_progress({"generation": 1, "total": 1, "value": shared.cost})
     return _bounded(posterior.mean, posterior.prior_sd, configuration).model_copy(
@@ -93,7 +93,7 @@ def shared_identification(
             # of the difference, the left leg is longer by half, and the right one shorter
             WORDS: in_words(shared, model, "shared"),
             "left_leg": float(np.clip(0.5 * apart / model.leg_length, -MOST, MOST)),
-            "deviance_nominal": number(held.cost),
+            "deviance_nominal": number(fixed_body.cost),
             "deviance_identified": number(shared.cost),
             "converged": shared.left <= STUCK,
         }
@@ -106,7 +106,7 @@ def rollouts_identification(
     model: BodyModel,
     policy: Policy,
     configuration: Configuration,
-    on_progress: Progress,
+    on_progress: _Progress,
 ) -> FoundParameters:
     """`identification.method=rollouts`: the paper's own, with a `policy` (the general one), on
     `record` and the body (`model`) as scaled. It has no posterior, so no parameter is identified by
@@ -116,7 +116,7 @@ def rollouts_identification(
     settings of the search and of walking; `on_progress` is called after each generation, with its
     best epsilon.
     """
-    from gaitval.identification.rollouts import Walks, identified_by_rollouts
+    from gaitval.identification.rollouts import BodyWalks, identified_by_rollouts
 
     most = configuration.identification.generations
 
@@ -124,7 +124,7 @@ def rollouts_identification(
         on_progress({"generation": generation, "total": most, "value": best})
 
     found = identified_by_rollouts(
-        Walks(record, model, policy, configuration),
+        BodyWalks(record, model, policy, configuration),
         fit.prior_sd, configuration.identification,
         seed=configuration.seed, on_generation=on_generation,
     )  # fmt: skip

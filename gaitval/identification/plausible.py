@@ -11,7 +11,7 @@ from gaitval.errors import GaitvalError
 from gaitval.gait.record import GaitRecord
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.prediction.known import quantities_told
+from gaitval.prediction.known import quantities_known
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
 from gaitval.scaling.stature import mean_lengths
@@ -56,7 +56,7 @@ def implausible(subject: Subject, configuration: Configuration, record: GaitReco
     """
     found = []
     model = scale_subject(subject).model
-    known = "forces" in quantities_told(subject, configuration.record)
+    known = "forces" in quantities_known(subject, configuration.record)
     force = subject.mean_vertical_force if known else None
     if force is not None and subject.aid is None and abs(force - 1.0) > FORCE:
         found.append(

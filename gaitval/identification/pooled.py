@@ -34,20 +34,20 @@ def together(shifts: Sequence[Array], joints: Sequence[Array]) -> tuple[Array, A
     """Posterior mean (K,) and covariance (K, K) of what several trials say, in prior SDs from the
     prior mean; `shifts` and `joints` are each trial's.
     """
-    told, one = np.stack([np.linalg.inv(each) for each in joints]), np.eye(len(shifts[0]))
-    scores = np.einsum("tkl,tl->tk", told, np.stack(shifts))
+    information, one = np.stack([np.linalg.inv(each) for each in joints]), np.eye(len(shifts[0]))
+    scores = np.einsum("tkl,tl->tk", information, np.stack(shifts))
 
     def known(weights: Array) -> tuple[Array, Array]:
         weights = weights / weights.sum()
         weights = weights / (SAME + (1.0 - SAME) * weights @ weights)
-        return one + np.tensordot(weights, told - one, axes=1), weights
+        return one + np.tensordot(weights, information - one, axes=1), weights
 
     def open_(weights: Array) -> float:
         return -float(np.linalg.slogdet(known(weights)[0])[1])
 
     # From all alike and from each alone, so that no trial alone is better than what is found.
-    starts = np.vstack([np.ones(len(told)), np.eye(len(told)) + _NO_WEIGHT])
-    limits = len(told) * [(_NO_WEIGHT, 1.0 + _NO_WEIGHT)]
+    starts = np.vstack([np.ones(len(information)), np.eye(len(information)) + _NO_WEIGHT])
+    limits = len(information) * [(_NO_WEIGHT, 1.0 + _NO_WEIGHT)]
     ends = [minimize(open_, start, bounds=limits).x for start in starts]
     whole, weights = known(min(ends, key=open_))
     joint = np.linalg.inv(whole)

@@ -105,11 +105,11 @@ def search(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # cma warns about options it does not use
         strategy = cma.CMAEvolutionStrategy(np.zeros(size), settings.initial_sigma, options)
-    told: list[list[float]] = []
+    evaluated: list[list[float]] = []
     if state_file is not None and state_file.exists():
         state = read_json(state_file)
         if state.get("key") == key:
-            told = state["values"]
+            evaluated = state["values"]
     history: list[Generation] = []
     so_far: list[list[float]] = []
     converged = False
@@ -118,7 +118,7 @@ def search(
         points = strategy.ask()
         generation = len(history)
         rounded = [np.round(point, _DIGITS) for point in points]
-        values = told[generation] if generation < len(told) else evaluate(rounded)
+        values = evaluated[generation] if generation < len(evaluated) else evaluate(rounded)
         strategy.tell(points, values)
         so_far.append([float(each) for each in values])
         if state_file is not None:
@@ -135,15 +135,15 @@ def search(
 
 def _search_near(
     fit: BodyFit,
-    held: Solution,
+    fixed_body: Solution,
     settings: IdentificationSettings,
     seed: int,
     state_file: Path,
     key: str,
     on_generation: Callable[[int, float], None] | None,
 ) -> Searched:
-    """`search` for the mode of the posterior of `fit`, near its solution `held`."""
-    profile = Profile(fit, held)
+    """`search` for the mode of the posterior of `fit`, near its solution `fixed_body`."""
+    profile = Profile(fit, fixed_body)
     return search(
         lambda points: profile([fit.mu_at(each) for each in points]),
         int(BodyFit.looked_for().sum()),
@@ -190,15 +190,15 @@ class Profile:
         self,
         fit: BodyFit,
         solution: Solution,
-        held: Sequence[int] = range(BODY, NUISANCES),
+        fixed_body: Sequence[int] = range(BODY, NUISANCES),
         *,
         equations: _Equations | None = None,
     ) -> None:
         self._fit, self._problem, self._near = fit, fit.problem, solution
         self._equations = equations or _Equations(fit, solution)
         self._size = solution.change.size
-        self._held = np.array(held)
-        places = self._size + self._held
+        self._fixed = np.array(fixed_body)
+        places = self._size + self._fixed
         unit = np.zeros((self._equations.unknowns, len(places)))
         unit[places, np.arange(len(places))] = 1.0
         columns = self._equations.solved(unit)
@@ -217,10 +217,10 @@ class Profile:
         """What is most likely with the held numbers at each of `zs`, in prior SDs from the mean;
         with the covariance of the solution.
         """
-        held, size = self._held, self._size
+        fixed_body, size = self._fixed, self._size
         place = np.concatenate([self._near.change.ravel(), self._near.common])
         unknowns = np.repeat(place[:, None], len(zs), axis=1)
-        step = self._answer @ (np.stack(zs, axis=1) - unknowns[size + held])
+        step = self._answer @ (np.stack(zs, axis=1) - unknowns[size + fixed_body])
         best = [self._near._replace(cost=np.inf)] * len(zs)
         # Points whose sum of squares no longer decreases drop out; the others share each solution
         # of the equations.
@@ -240,9 +240,9 @@ class Profile:
             right = np.stack(gradients, axis=1)[:, gained]
             # A Newton step with the old matrix, then moved back along `_answer` so that the held
             # numbers stay exactly where they are.
-            right[size + held] = 0.0
+            right[size + fixed_body] = 0.0
             step = -self._equations.solved(right)
-            step -= self._answer @ step[size + held]
+            step -= self._answer @ step[size + fixed_body]
         return best
 
     def _found(self, unknowns: Array) -> tuple[Solution, Array]:
@@ -294,7 +294,7 @@ def identify(
     configuration: Configuration,
     folder: Path,
     *,
-    kinetics_told: bool = True,
+    kinetics_known: bool = True,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> FoundParameters:
     """Find what a record says about the body. An interrupted identification resumes.
@@ -306,21 +306,21 @@ def identify(
     prior_sd : (14,) of mu about the body as scaled, see `prior.prior_sd`.
     configuration : settings of identification, noise, contact and bounds; the seed.
     folder : receives the state of the search while it runs.
-    kinetics_told : whether the record's moments and forces are the person's own.
+    kinetics_known : whether the record's moments and forces are the person's own.
     on_progress : called after each generation with generation, total and value.
     """
     settings = configuration.identification
-    noise = noise_of(configuration, kinetics_told)
+    noise = noise_of(configuration, kinetics_known)
     # The search moves mu near the solution with the body as scaled, which costs hundredths of a
     # second per candidate.
-    fit, held = begin(record, model, prior_sd, configuration, kinetics_told)
+    fit, fixed_body = begin(record, model, prior_sd, configuration, kinetics_known)
     state_file = Path(folder) / _STATE
     key = value_hash(
         {
             "settings": settings.model_dump(mode="json"),
             "noise": noise.model_dump(mode="json"),
             "prior": list(map(float, prior_sd)),
-            "deviance": held.cost,
+            "deviance": fixed_body.cost,
         }
     )
 
@@ -330,14 +330,14 @@ def identify(
 
     # In a worker, if some are kept: cma and a training that runs meanwhile both draw from NumPy's
     # common random numbers. Nothing is reported from there.
-    search = partial(_search_near, fit, held, settings, configuration.seed, state_file, key)
+    search = partial(_search_near, fit, fixed_body, settings, configuration.seed, state_file, key)
     (searched,) = side_by_side(search, [progress if kept_workers() is None else None])
     best = fit.mu_at(searched.best)
     # From the scaled body and from what CMA-ES found: two starts, because contact makes local
     # minima.
-    mode = fit.mode(held, fit.near(held, best))
+    mode = fit.mode(fixed_body, fit.near(fixed_body, best))
     state_file.unlink(missing_ok=True)
-    return found(fit, mode, searched, best, held.cost, model, configuration)
+    return found(fit, mode, searched, best, fixed_body.cost, model, configuration)
 
 
 def found(

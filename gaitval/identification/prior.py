@@ -26,9 +26,9 @@ from gaitval.arrays import Array
 from gaitval.datasets.subject import Subject
 from gaitval.model.parameters import PARAMETERS
 
-Measured = Literal["markers", "tape", "stature"]
+_MeasuredBy = Literal["markers", "tape", "stature"]
 
-LENGTHS: Final[Mapping[Measured, Mapping[str, float]]] = {
+LENGTHS: Final[Mapping[_MeasuredBy, Mapping[str, float]]] = {
     "markers": {"foot_length": 0.03, "shank_length": 0.03, "thigh_length": 0.04},
     "tape": {"foot_length": 0.03, "shank_length": 0.03, "thigh_length": 0.04},
     "stature": {"foot_length": 0.05, "shank_length": 0.04, "thigh_length": 0.055},
@@ -45,7 +45,7 @@ _OTHERS: Final = {
 _TAPE: Final = {"foot_length": "foot", "shank_length": "shank", "thigh_length": "thigh"}
 
 
-def measured_by(subject: Subject) -> dict[str, Measured]:
+def measured_by(subject: Subject) -> dict[str, _MeasuredBy]:
     """How each length of mu was measured in this `subject`: by markers, tape or stature."""
     if subject.measurements or subject.markers:
         return dict.fromkeys(_TAPE, "markers")

@@ -56,7 +56,7 @@ class ByRollouts:
     searched: Searched
 
 
-class Walks:
+class BodyWalks:
     """Epsilon of the walks of several bodies against one `record`: of the `model` as scaled, with a
     `policy` that walks without noise, by the settings of contact, simulation and cycles of the
     `configuration`.
@@ -108,7 +108,7 @@ class Walks:
 
 
 def identified_by_rollouts(
-    walks: Walks,
+    walks: BodyWalks,
     prior_sd: Array,
     settings: IdentificationSettings,
     *,

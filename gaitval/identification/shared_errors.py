@@ -351,13 +351,13 @@ def _patterns(problem: Problem, sizes: Array) -> Array:
 
 
 @one_thread()
-def identified(fit: BodyFit, held: Solution, offset: Array | None = None) -> Shared:
-    """What `fit` finds from `held`, its solution with the body as scaled; `offset` of the prior's
-    mean as in `SharedFit`. If the steps ended early, `STUCK`, they begin again from the mode
-    without shared errors, and the likelier of the two is taken.
+def identified(fit: BodyFit, fixed_body: Solution, offset: Array | None = None) -> Shared:
+    """What `fit` finds from `fixed_body`, its solution with the body as scaled; `offset` of the
+    prior's mean as in `SharedFit`. If the steps ended early, `STUCK`, they begin again from the
+    mode without shared errors, and the likelier of the two is taken.
     """
     shared = SharedFit(fit, offset=offset)
-    found = shared.solve(held)
+    found = shared.solve(fixed_body)
     if found.left > STUCK:
-        found = min((found, shared.solve(shared.fit.mode(held))), key=lambda each: each.cost)
+        found = min((found, shared.solve(shared.fit.mode(fixed_body))), key=lambda each: each.cost)
     return found

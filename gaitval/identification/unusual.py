@@ -89,11 +89,11 @@ def remarks_on_gait(subject: Subject, others: Sequence[Subject]) -> list[str]:
     return [f"{subject.identifier}: {each}" for each in found]
 
 
-Curves = dict[tuple[str, str], Array]
+_SideCurves = dict[tuple[str, str], Array]
 """By group and name with its side; each side's forces are forward, towards the midline and up."""
 
 
-def _curves(subject: Subject) -> Curves:
+def _curves(subject: Subject) -> _SideCurves:
     kinetic = subject.has_kinetics
     angles = subject.gait.angles_of_both()
     found = {("angles", n): angles[n](_PHASES) for n in REQUIRED_ANGLES}
@@ -110,7 +110,7 @@ def _curves(subject: Subject) -> Curves:
     return found
 
 
-def _mean(people: Sequence[Curves], group: str, name: str) -> Array | None:
+def _mean(people: Sequence[_SideCurves], group: str, name: str) -> Array | None:
     """Other people's mean of a curve without its side."""
     known = [
         each[group, f"{name}_{x}"]
@@ -121,7 +121,7 @@ def _mean(people: Sequence[Curves], group: str, name: str) -> Array | None:
     return np.asarray(np.mean(known, axis=0)) if known else None
 
 
-def _signs(own: Curves, people: Sequence[Curves]) -> Iterator[str]:
+def _signs(own: _SideCurves, people: Sequence[_SideCurves]) -> Iterator[str]:
     for group, name in dict.fromkeys((group, name[:-2]) for group, name in own):
         mean = _mean(people, group, name)
         if mean is None:
@@ -164,7 +164,7 @@ def _times(curve: Array, known: Sequence[Array]) -> float:
     return float(np.sqrt(far / max(turned, 1e-12)))
 
 
-def _moments(own: Curves, people: Sequence[Curves]) -> Iterator[str]:
+def _moments(own: _SideCurves, people: Sequence[_SideCurves]) -> Iterator[str]:
     """Moments in another unit, or over another mass, are too small or large all together."""
     ratios = []
     for group, name in own:

@@ -23,7 +23,7 @@ from gaitval.importing.program_folders import opencap_sessions, pose2sim_session
 from gaitval.importing.summary import limit_rows
 from gaitval.importing.write import FOLDER
 from gaitval.metrics.recording_limits import State, failure
-from gaitval.session.request import Tell, silent
+from gaitval.session.request import Notify, silent
 from gaitval.session.trial import valid_cycles
 
 TABLE: Final = "batch.csv"
@@ -32,7 +32,7 @@ _OF_THE_PAGE: Final = ("What was found before this:", "Everything else was worke
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ImportOutcome:
     """What became of one person; empty where it was not reached.
 
     Attributes
@@ -57,11 +57,11 @@ class Outcome:
     warnings: str = ""
 
 
-Sessions = Callable[[Path], Iterable[tuple[Path, Sequence[Mapping[str, Any]]]]]
+_SessionsOf = Callable[[Path], Iterable[tuple[Path, Sequence[Mapping[str, Any]]]]]
 """From a folder to each session in it: the file that describes it, and a table a person."""
 
 
-def _program_folders() -> dict[str, Sessions]:
+def _program_folders() -> dict[str, _SessionsOf]:
     """Readers of the folders of other programs, by their name."""
     others = {
         name: plugins.load(plugins.SESSIONS, name) for name in plugins.names(plugins.SESSIONS)
@@ -69,25 +69,25 @@ def _program_folders() -> dict[str, Sessions]:
     return {"opencap": opencap_sessions, "pose2sim": pose2sim_sessions, **others}
 
 
-def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
+def read_batch(path: Path, notify: Notify = silent) -> tuple[BatchPerson, ...]:
     """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
     else of the program that wrote it, if a wing reads its folders.
 
-    `tell` is called with a sentence for each key of an earlier gaitval, what it is read as, and for
-    each person of a program's folder, which of its files are read. Raises
+    `notify` is called with a sentence for each key of an earlier gaitval, what it is read as, and
+    for each person of a program's folder, which of its files are read. Raises
     ConfigurationError if a file is missing or not TOML, has unknown or missing keys, or if two
     people have one name.
     """
     path = Path(path)
     files = sorted(path.rglob("session.toml")) if path.is_dir() else [path]
-    people = [person for file in files for person in _read(file, tell)]
+    people = [person for file in files for person in _read(file, notify)]
     for name, sessions_of in _program_folders().items() if path.is_dir() and not files else ():
         for about, tables in sessions_of(path):
             for table in tables:
-                people.append(person_of(about, f"read as {name}", table, tell))
+                people.append(person_of(about, f"read as {name}", table, notify))
                 still = table.get("static", "none")
                 walks = ", ".join(table["trials"])
-                tell("session", f"{about}: read as {name}: standing trial {still}; walks {walks}")
+                notify("session", f"{about}: read as {name}: standing trial {still}; walks {walks}")
     if not people:
         raise ConfigurationError(
             f"{path}: no session.toml in this folder or below it. Write one with a table "
@@ -103,7 +103,7 @@ def read_batch(path: Path, tell: Tell = silent) -> tuple[BatchPerson, ...]:
     return tuple(people)
 
 
-def _read(file: Path, tell: Tell) -> list[BatchPerson]:
+def _read(file: Path, notify: Notify) -> list[BatchPerson]:
     values = read_toml(file, ConfigurationError, "Check the name and the folder")
     tables = values.get("people")
     if not isinstance(tables, list) or not tables or set(values) != {"people"}:
@@ -112,7 +112,7 @@ def _read(file: Path, tell: Tell) -> list[BatchPerson]:
             f"this one has {', '.join(values) or 'nothing'}."
         )
     return [
-        person_of(file, f"person {number}", table, tell)
+        person_of(file, f"person {number}", table, notify)
         for number, table in enumerate(tables, start=1)
     ]
 
@@ -122,56 +122,60 @@ def import_batch(
     out: Path,
     configuration: Configuration,
     *,
-    tell: Callable[[str, str, str], None] | None = None,
-) -> list[Outcome]:
+    notify: Callable[[str, str, str], None] | None = None,
+) -> list[ImportOutcome]:
     """Import `people` one after the other, each into a folder of their name in `out`; writes a
     table.
 
-    `configuration` serves all; `tell` is called with each decision: person, step, and a sentence.
+    `configuration` serves all; `notify` is called with each decision: person, step, and a sentence.
     """
     outcomes = []
     for person in people:
 
-        def told(step: str, text: str, name: str = person.name) -> None:
-            if tell is not None:
-                tell(name, step, text)
+        def notify_person(step: str, text: str, name: str = person.name) -> None:
+            if notify is not None:
+                notify(name, step, text)
 
         # The table is written after every person: a run that is cut off has those that are done.
-        outcomes.append(_one(person, Path(out), configuration, told if tell else silent))
+        outcomes.append(_one(person, Path(out), configuration, notify_person if notify else silent))
         _write(Path(out) / TABLE, outcomes)
     return outcomes
 
 
-def _one(person: BatchPerson, out: Path, configuration: Configuration, tell: Tell) -> Outcome:
+def _one(
+    person: BatchPerson, out: Path, configuration: Configuration, notify: Notify
+) -> ImportOutcome:
     options = person.model_copy(update={"person": person.person or person.name})
     try:
-        imported = import_files(options, out / person.name, configuration=configuration, tell=tell)
+        imported = import_files(
+            options, out / person.name, configuration=configuration, notify=notify
+        )
     except GaitvalError as error:
-        tell("refused", str(error))
+        notify("refused", str(error))
         pages = [out / person.name / FOLDER / f"{name}.html" for name in ("recording", "refused")]
         page = next((str(each) for each in pages if each.exists()), "")
         trials = f"0 of {len(person.trials)}"
-        return Outcome(person.name, False, trials, "", _in_one_line(error), page)
+        return ImportOutcome(person.name, False, trials, "", _in_one_line(error), page)
     return _made(person, imported, out)
 
 
 def _in_one_line(error: GaitvalError) -> str:
     """All that an error says, and the options to continue with, without line breaks."""
     lines = [line for line in str(error).splitlines() if line.strip()]
-    said, in_list = "", False
+    message, in_list = "", False
     for line in lines:
         if line.startswith(_OF_THE_PAGE):
             continue
         item = line[0].isspace()
         if in_list:  # its items have no full stop
-            said = said.rstrip(".;") + (";" if item else ".")
-        said, in_list = f"{said} {line.strip()}", item
+            message = message.rstrip(".;") + (";" if item else ".")
+        message, in_list = f"{message} {line.strip()}", item
     if error.goes_on:
-        said += f" To continue without it: {' or '.join(error.goes_on)}."
-    return re.sub(r"\s+", " ", said).strip()
+        message += f" To continue without it: {' or '.join(error.goes_on)}."
+    return re.sub(r"\s+", " ", message).strip()
 
 
-def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
+def _made(person: BatchPerson, imported: Imported, out: Path) -> ImportOutcome:
     found = imported.found
     kinetics = bool(found.forces)
     counts = [
@@ -180,7 +184,7 @@ def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
     ]
     rows = limit_rows(found)
     states = Counter(row.state for row in rows)
-    return Outcome(
+    return ImportOutcome(
         name=person.name,
         made=True,
         trials=f"{len(found.trials)} of {len(person.trials)}",
@@ -199,9 +203,11 @@ def _made(person: BatchPerson, imported: Imported, out: Path) -> Outcome:
     )
 
 
-def _write(path: Path, outcomes: Sequence[Outcome]) -> None:
+def _write(path: Path, outcomes: Sequence[ImportOutcome]) -> None:
     text = io.StringIO()
-    table = csv.DictWriter(text, [field.name for field in fields(Outcome)], lineterminator="\n")
+    table = csv.DictWriter(
+        text, [field.name for field in fields(ImportOutcome)], lineterminator="\n"
+    )
     table.writeheader()
     table.writerows(asdict(outcome) for outcome in outcomes)
     write_text(path, text.getvalue())

@@ -19,7 +19,7 @@ from typing import Annotated, Any, Final, TypeVar
 from pydantic import Field
 
 from gaitval.errors import ConfigurationError
-from gaitval.session.request import ImportOptions, Tell, checked, silent
+from gaitval.session.request import ImportOptions, Notify, checked, silent
 
 OLD_KEYS: Final = {"feet_flat": "feet_not_flat"}
 """Keys of earlier session files, and the option that says the opposite."""
@@ -48,11 +48,12 @@ def below(folder: Path, options: Options) -> Options:
     return options.model_copy(update=changed)
 
 
-def person_of(file: Path, where: str, table: Any, tell: Tell = silent) -> BatchPerson:
+def person_of(file: Path, where: str, table: Any, notify: Notify = silent) -> BatchPerson:
     """A person from a `table` of the file `file`; paths in it are relative to the file.
 
-    Messages say `where` in the file the table is; `tell` is called for keys of an earlier gaitval.
-    Raises ConfigurationError if a key is unknown or missing, or a value is of the wrong type.
+    Messages say `where` in the file the table is; `notify` is called for keys of an earlier
+    gaitval. Raises ConfigurationError if a key is unknown or missing, or a value is of the wrong
+    type.
     """
     if not isinstance(table, dict):
         raise ConfigurationError(f"{file}: {where}: not a table. Write [[people]] before it.")
@@ -60,8 +61,8 @@ def person_of(file: Path, where: str, table: Any, tell: Tell = silent) -> BatchP
     for old, opposite in OLD_KEYS.items():
         if isinstance(values.get(old), bool):
             values[opposite] = not values.pop(old)
-            said = f"{opposite} = {str(values[opposite]).lower()}"
-            tell("session", f"{file}: {where}: {old} is read as {said}; write that")
+            message = f"{opposite} = {str(values[opposite]).lower()}"
+            notify("session", f"{file}: {where}: {old} is read as {message}; write that")
     try:
         return below(file.parent, checked(BatchPerson, values))
     except ConfigurationError as error:

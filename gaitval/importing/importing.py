@@ -16,14 +16,14 @@ from gaitval.errors import (
     NoCycleError,
     TrialOnlyError,
 )
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 from gaitval.importing.person import check_there, person_of_session
 from gaitval.importing.write import SUBJECT, check_folder, write_import, write_subject
 from gaitval.measurement.correct import wanted
 from gaitval.measurement.halves import subject_of_halves
 from gaitval.measurement.measured import measured
-from gaitval.session.request import FILES, ImportOptions, Request, Tell, silent
-from gaitval.session.session import Import, Progress, work_out_trials
+from gaitval.session.request import FILES, ImportOptions, Notify, Request, silent
+from gaitval.session.session import Import, ImportProgress, work_out_trials
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import WalkingTrial
 
@@ -47,26 +47,26 @@ class Imported:
 def work_out(
     request: Request,
     processing: ProcessingSettings,
-    tell: Tell = silent,
-    progress: Progress | None = None,
+    notify: Notify = silent,
+    progress: ImportProgress | None = None,
     *,
     symmetric: bool = True,
 ) -> Import:
     """Everything from the files of `request` to the mean gait cycle, as `work_out_trials`, and what
     forces and markers say of each other's faults, with bands.
     """
-    found = work_out_trials(request, processing, tell, progress, symmetric=symmetric)
-    return measured(found, tell)
+    found = work_out_trials(request, processing, notify, progress, symmetric=symmetric)
+    return measured(found, notify)
 
 
 def import_files(
-    options: ImportOptions, out: Path, *, configuration: Configuration, tell: Tell = silent
+    options: ImportOptions, out: Path, *, configuration: Configuration, notify: Notify = silent
 ) -> Imported:
     """Work out the trials of a session (`options`) and write everything into the folder `out`.
 
     A refusal throws nothing away: what was found before it is written, with a page. The subject is
-    named after the folder; `configuration` has the constants; `tell` is called with each decision:
-    the step, and a sentence.
+    named after the folder; `configuration` has the constants; `notify` is called with each
+    decision: the step, and a sentence.
 
     Raises
     ------
@@ -78,8 +78,8 @@ def import_files(
     """
     out = Path(out)
     check_folder(out)
-    progress = Progress()
-    request = request_of(options, out, progress.noting(tell))
+    progress = ImportProgress()
+    request = request_of(options, out, progress.noting(notify))
     # A typing error leaves no folder behind.
     check_there([request.static, *(path for name in FILES for path in getattr(request, name))])
     if request.aid is not None and (request.consistent or request.correct):
@@ -90,18 +90,22 @@ def import_files(
         )
     if request.correct:
         wanted(request.correct)
-    with held(out):
-        return _import(out, request, configuration, tell, progress)
+    with locked(out):
+        return _import(out, request, configuration, notify, progress)
 
 
 def _import(
-    out: Path, request: Request, configuration: Configuration, tell: Tell, progress: Progress
+    out: Path,
+    request: Request,
+    configuration: Configuration,
+    notify: Notify,
+    progress: ImportProgress,
 ) -> Imported:
     """Work out a request and write what was found, in a folder that is locked."""
     try:
         # as `scale_subject` has it of the subject that comes of this
         symmetric = configuration.scaling.symmetric and request.prosthesis not in SIDES
-        found = work_out(request, configuration.processing, tell, progress, symmetric=symmetric)
+        found = work_out(request, configuration.processing, notify, progress, symmetric=symmetric)
     except GaitvalError as error:
         from gaitval.importing.refusal import EARLIER, write_refusal
 
@@ -112,9 +116,9 @@ def _import(
                 f"{_kind(progress.trials)}: {parts}. No subject is made of it, for a "
                 f"walk needs a whole gait cycle: {error}\nThe trial: {page}"
             ) from None
-        said = f"{error}\nWhat was found before this: {page}"
-        said += f"\nThe subject of the import before is kept: {out / EARLIER}" if had else ""
-        raise type(error)(said).with_way_on(*error.goes_on) from None
+        message = f"{error}\nWhat was found before this: {page}"
+        message += f"\nThe subject of the import before is kept: {out / EARLIER}" if had else ""
+        raise type(error)(message).with_way_on(*error.goes_on) from None
     files = tuple(write_import(out, found, configuration))
     try:
         if request.halves is None:
@@ -141,7 +145,7 @@ def trial_parts(trials: Sequence[WalkingTrial]) -> str:
     """When each leg's moments are known in the trials, or their poses without forces; empty where
     nothing is known.
     """
-    said = []
+    message = []
     for walk in trials:
         time, parts = walk.recording.time, []
         for column, side in enumerate(SIDES):
@@ -157,8 +161,8 @@ def trial_parts(trials: Sequence[WalkingTrial]) -> str:
         if walk.loads is None and walk.kinematics.determined.any():
             parts.append(f"poses from {time[0]:.2f} to {time[-1]:.2f} s")
         if parts:
-            said.append(f"{walk.name}: {', '.join(parts)}")
-    return "; ".join(said)
+            message.append(f"{walk.name}: {', '.join(parts)}")
+    return "; ".join(message)
 
 
 LIKELY: Final = (
@@ -170,17 +174,19 @@ LIKELY: Final = (
 
 def _likely(found: Import) -> str:
     """What of the warnings may be why no subject can be made, for the end of a message."""
-    doubts = [f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check in LIKELY]
-    if not doubts:
+    warnings = [
+        f"{trial}: {warning}" for trial, warning in found.warnings if warning.check in LIKELY
+    ]
+    if not warnings:
         return ""
-    return "\nWhat was seen before may be the reason:" + "".join(f"\n  {each}" for each in doubts)
+    return "\nWhat was seen before may be the reason:" + "".join(f"\n  {each}" for each in warnings)
 
 
-def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
+def request_of(options: ImportOptions, out: Path, notify: Notify) -> Request:
     """What is to be worked out, into `out`: what the `options` do not give of the person comes from
-    the files, and `tell` says so.
+    the files, and `notify` says so.
     """
-    known = person_of_session(options, tell)
+    known = person_of_session(options, notify)
     static = options.trials[0] if options.static is None else options.static
     given = {name: getattr(options, name) for name in ImportOptions.model_fields}
     folder = re.sub(r"[^A-Za-z0-9_-]+", "_", out.resolve().name).strip("_")
@@ -188,7 +194,7 @@ def request_of(options: ImportOptions, out: Path, tell: Tell) -> Request:
     request = Request.model_validate(given | known._asdict() | about)
     person, laboratory, guessed = request.who
     assumed = f"; assumed: {guessed}. Say so with --person and --laboratory" if guessed else ""
-    said = [(name, getattr(request, name)) for name in ("age", "prosthesis", "aid")]
-    also = "".join(f", {name} {value}" for name, value in said if value is not None)
-    tell("person", f"{person} of laboratory {laboratory}, trial {request.trial}{also}{assumed}")
+    message = [(name, getattr(request, name)) for name in ("age", "prosthesis", "aid")]
+    also = "".join(f", {name} {value}" for name, value in message if value is not None)
+    notify("person", f"{person} of laboratory {laboratory}, trial {request.trial}{also}{assumed}")
     return request

@@ -13,7 +13,7 @@ from gaitval.errors import RecordError, SubjectError
 from gaitval.mocap.c3d_person import PersonFacts, read_person
 from gaitval.scaling.anthropometry import Sex
 from gaitval.scaling.landmarks import Width
-from gaitval.session.request import ImportOptions, Tell
+from gaitval.session.request import ImportOptions, Notify
 
 _DIFFERS: Final = 0.02
 """Relative difference from which on two values contradict each other."""
@@ -35,7 +35,9 @@ class SessionPerson(NamedTuple):
     """The person's name in a recording, and the name of that file; empty where none says it."""
 
 
-def check_said(mass: float | None, height: float | None, sex: str, age: float | None = None) -> Sex:
+def check_given(
+    mass: float | None, height: float | None, sex: str, age: float | None = None
+) -> Sex:
     """Refuse `mass` (kg), `height` (m), `sex` and `age` (years) of a body that cannot be, before
     any file is read; returns the sex.
 
@@ -66,14 +68,14 @@ def check_there(files: Iterable[Path]) -> None:
         )
 
 
-def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
+def person_of_session(options: ImportOptions, notify: Notify) -> SessionPerson:
     """The person, from what the user says (`options`) and from the files, the standing trial first;
-    `tell` is called with what the files say.
+    `notify` is called with what the files say.
 
     Raises SubjectError if mass or stature is nowhere, or cannot be, and RecordError if all files
     are damaged: of several, those that can be read are used.
     """
-    sex = check_said(options.mass, options.height, options.sex, options.age)
+    sex = check_given(options.mass, options.height, options.sex, options.age)
     files = [options.trials[0] if options.static is None else options.static, *options.trials]
     facts, damaged = list[PersonFacts](), list[RecordError]()
     for path in dict.fromkeys(files):
@@ -86,11 +88,11 @@ def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
     for each in facts[:1]:
         if each.name or each.system:
             words = [each.name or "no name", *([f"made by {each.system}"] if each.system else [])]
-            tell("person", f"{each.source}: {', '.join(words)}")
+            notify("person", f"{each.source}: {', '.join(words)}")
         if measured := _measured(each):
-            tell("person", f"{each.source} also says {measured}: the markers are used instead")
-    mass = _one(facts, lambda each: each.mass_kg, options.mass, "--mass", "kg", tell)
-    height = _one(facts, lambda each: each.height_m, options.height, "--height", "m", tell)
+            notify("person", f"{each.source} also says {measured}: the markers are used instead")
+    mass = _one(facts, lambda each: each.mass_kg, options.mass, "--mass", "kg", notify)
+    height = _one(facts, lambda each: each.height_m, options.height, "--height", "m", notify)
     missing = [
         f"{option} ({unit})"
         for option, unit, value in (("--mass", "kg", mass), ("--height", "m", height))
@@ -103,15 +105,15 @@ def person_of_session(options: ImportOptions, tell: Tell) -> SessionPerson:
             "(PROCESSING:Bodymass, SUBJECTS:A_Height_mm or the like in C3D). The body is scaled "
             f"by them: give {' and '.join(missing)}."
         )
-    check_said(mass, height, sex)
+    check_given(mass, height, sex)
     return SessionPerson(
         mass=mass,
         height=height,
         sex=sex,
-        age=_one(facts, lambda each: each.age_years, options.age, "--age", "years", tell),
-        knee_width=_width(facts, "knee", options.knee_width, tell),
-        ankle_width=_width(facts, "ankle", options.ankle_width, tell),
-        elbow_width=_width(facts, "elbow", options.elbow_width, tell),
+        age=_one(facts, lambda each: each.age_years, options.age, "--age", "years", notify),
+        knee_width=_width(facts, "knee", options.knee_width, notify),
+        ankle_width=_width(facts, "ankle", options.ankle_width, notify),
+        elbow_width=_width(facts, "elbow", options.elbow_width, notify),
         recorded_name=next((found for each in facts if (found := _name(each))[0]), ("", "")),
     )
 
@@ -121,54 +123,54 @@ def _name(facts: PersonFacts) -> tuple[str, str]:
 
     Cortex writes the marker set there: all people of a laboratory would be one.
     """
-    says_nobody = facts.system == "Cortex" or facts.name.lower() in _NOBODY
-    return ("", "") if says_nobody else (facts.name, Path(facts.source).name)
+    names_nobody = facts.system == "Cortex" or facts.name.lower() in _NOBODY
+    return ("", "") if names_nobody else (facts.name, Path(facts.source).name)
 
 
 def _measured(facts: PersonFacts) -> str:
     """What a file says of the person that scaling takes from the markers, in words."""
-    (right, left), said = facts.leg_length_m, []
+    (right, left), message = facts.leg_length_m, []
     if right is not None and left is not None:
-        said.append(f"leg lengths (right, left) {right:.4g}, {left:.4g} m")
+        message.append(f"leg lengths (right, left) {right:.4g}, {left:.4g} m")
     if facts.asis_distance_m is not None:
-        said.append(f"distance of the ASIS {facts.asis_distance_m:.4g} m")
+        message.append(f"distance of the ASIS {facts.asis_distance_m:.4g} m")
     if facts.marker_diameter_m is not None:
-        said.append(f"marker diameter {1000 * facts.marker_diameter_m:.3g} mm")
-    return ", ".join(said)
+        message.append(f"marker diameter {1000 * facts.marker_diameter_m:.3g} mm")
+    return ", ".join(message)
 
 
 def _one(
     facts: Sequence[PersonFacts],
     of: Callable[[PersonFacts], float | None],
-    said: float | None,
+    message: float | None,
     option: str,
     unit: str,
-    tell: Tell,
+    notify: Notify,
 ) -> float | None:
     """What the user says, else the first file that says something."""
-    used = said
+    used = message
     for each in facts:
         found = of(each)
         if found is None:
             continue
         if used is None:
             used = found
-            tell("person", f"{option} {found:.4g} {unit}: from {each.source}")
+            notify("person", f"{option} {found:.4g} {unit}: from {each.source}")
         elif abs(found - used) > _DIFFERS * used:
-            tell("person", f"{each.source} says {found:.4g} {unit}; {option} {used:.4g} is used")
+            notify("person", f"{each.source} says {found:.4g} {unit}; {option} {used:.4g} is used")
     return used
 
 
-def _width(facts: Sequence[PersonFacts], joint: str, said: Width, tell: Tell) -> Width:
+def _width(facts: Sequence[PersonFacts], joint: str, message: Width, notify: Notify) -> Width:
     """Width of a joint by side, as `_one`."""
-    used = said
+    used = message
     for each in facts:
         right, left = getattr(each, f"{joint}_width_m")
         if right is None or left is None:
             continue
         if used is None:
             used = (right, left)
-            tell(
+            notify(
                 "person",
                 f"--{joint}-width {right:.4g},{left:.4g} m (right, left): from {each.source}, used "
                 "where a side has no medial marker",
@@ -177,7 +179,7 @@ def _width(facts: Sequence[PersonFacts], joint: str, said: Width, tell: Tell) ->
         # The user may give one width for both sides.
         ours = used if isinstance(used, tuple) else (used, used)
         if max(abs(right - ours[0]), abs(left - ours[1])) > _DIFFERS * max(ours):
-            tell(
+            notify(
                 "person",
                 f"{each.source} says {joint} widths of {right:.4g} and {left:.4g} m (right, left); "
                 f"{ours[0]:.4g} and {ours[1]:.4g} are used",

@@ -25,7 +25,7 @@ from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.opensim.of_import import write_trial
 from gaitval.reporting.page import write_page
 from gaitval.session.request import Request
-from gaitval.session.session import Progress
+from gaitval.session.session import ImportProgress
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
 EARLIER: Final = f"{SUBJECT}.before"
@@ -41,7 +41,7 @@ _STEPS: Final = (
 def write_refusal(
     folder: Path,
     request: Request,
-    progress: Progress,
+    progress: ImportProgress,
     error: GaitvalError,
     settings: ReportSettings | None = None,
 ) -> Path:
@@ -81,7 +81,7 @@ def write_refusal(
     return refusal_files(target)[0]
 
 
-def _finished(target: Path, progress: Progress) -> list[Path]:
+def _finished(target: Path, progress: ImportProgress) -> list[Path]:
     written: list[Path] = []
     if progress.body is not None and progress.session is not None:
         written += write_body(target, progress.body, progress.session.marker_set.name)

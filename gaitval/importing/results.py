@@ -10,14 +10,14 @@ from pydantic import Field
 
 from gaitval.configuration import ProcessingSettings
 from gaitval.metrics.quantity_results import QuantityResult
-from gaitval.metrics.typed import Count, Flag, Number, Positive, Result, Sha256, Sides
+from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256, Sides, StrictPositive
 
 IMPORT_VERSION: Final = 1
 """Of `import.json`."""
 
-Figure = Number | None
+_Figure = Number | None
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
-MeanAndDeviation = Annotated[list[Figure], Field(min_length=2, max_length=2)]
+_MeanAndDeviation = Annotated[list[_Figure], Field(min_length=2, max_length=2)]
 """Mean and standard deviation over gait cycles; the deviation of one cycle is null."""
 
 
@@ -36,8 +36,8 @@ class PersonResult(Result):
 
     identifier: str
     sex: Literal["F", "M"]
-    mass_kg: Positive
-    height_m: Positive
+    mass_kg: StrictPositive
+    height_m: StrictPositive
 
 
 class LengthResult(Result):
@@ -47,7 +47,7 @@ class LengthResult(Result):
     prior: Number
     prior_sd: Number
     fitted: Number
-    standard_error: Figure
+    standard_error: _Figure
     at_bound: Flag
 
 
@@ -56,7 +56,7 @@ class LimitResult(Result):
 
     id: str
     target: str
-    value: Figure
+    value: _Figure
     limit: Number
     unit: str
     passed: Flag
@@ -68,7 +68,7 @@ class PlacementResult(Result):
     """How well the markers of the standing trial are on their landmarks."""
 
     name: str
-    value: Figure
+    value: _Figure
     limit: Number
     unit: str
     source: str
@@ -78,37 +78,37 @@ class PlacementResult(Result):
 class MarkerErrorsResult(Result):
     """Distances of the markers from their places on the model, m."""
 
-    rms: Figure
-    largest: Figure
+    rms: _Figure
+    largest: _Figure
     worst: str
-    by_marker: dict[str, Figure]
+    by_marker: dict[str, _Figure]
     """RMS of each."""
 
 
 class AnchoringResult(Result):
     """How resting feet slid before and after they were anchored, m."""
 
-    sliding_before: Figure
-    sliding_after: Figure
-    largest_before: Figure
-    largest_after: Figure
-    marker_rms_before: Figure
-    marker_rms_after: Figure
+    sliding_before: _Figure
+    sliding_after: _Figure
+    largest_before: _Figure
+    largest_after: _Figure
+    marker_rms_before: _Figure
+    marker_rms_after: _Figure
 
 
 class GaitResult(Result):
     """Spatiotemporal parameters of a side; s, steps/min, m, shares of the cycle, m/s."""
 
-    stride_time: MeanAndDeviation
-    step_time: MeanAndDeviation
-    cadence: MeanAndDeviation
-    stride_length: MeanAndDeviation
-    step_length: MeanAndDeviation
-    step_width: MeanAndDeviation
-    stance_fraction: MeanAndDeviation
-    double_support_fraction: MeanAndDeviation
-    speed: MeanAndDeviation
-    walk_ratio: MeanAndDeviation
+    stride_time: _MeanAndDeviation
+    step_time: _MeanAndDeviation
+    cadence: _MeanAndDeviation
+    stride_length: _MeanAndDeviation
+    step_length: _MeanAndDeviation
+    step_width: _MeanAndDeviation
+    stance_fraction: _MeanAndDeviation
+    double_support_fraction: _MeanAndDeviation
+    speed: _MeanAndDeviation
+    walk_ratio: _MeanAndDeviation
 
 
 class GaitBySide(Sides[GaitResult]):
@@ -118,21 +118,21 @@ class GaitBySide(Sides[GaitResult]):
 class ResidualsResult(Result):
     """What inverse dynamics leaves on the pelvis, N and Nm; see `Residuals`."""
 
-    force_rms: Figure
-    force_peak: Figure
-    moment_rms: Figure
-    moment_peak: Figure
-    force_share: Figure
-    moment_share: Figure
+    force_rms: _Figure
+    force_peak: _Figure
+    moment_rms: _Figure
+    moment_peak: _Figure
+    force_share: _Figure
+    moment_share: _Figure
     frames: Count
 
 
 class ConsistentResult(Result):
     """What `--consistent` changed: coordinates rad or m (RMS), markers m, masses."""
 
-    coordinate_change: dict[str, Figure]
-    marker_change_rms_m: Figure
-    marker_change_max_m: Figure
+    coordinate_change: dict[str, _Figure]
+    marker_change_rms_m: _Figure
+    marker_change_max_m: _Figure
     mass_factors: dict[str, Number]
     trunk_offset_m: Point
 
@@ -181,13 +181,13 @@ class FunctionalResult(Result):
     knee: FunctionalKneeResult | None = None
 
 
-class DoubtResult(Result):
+class WarningResult(Result):
     """A figure that physics, or everybody's walking, contradicts; see `gait.quality_flags`."""
 
     trial: str
     check: str
     where: str
-    value: Figure
+    value: _Figure
     limit: Number
     unit: str
     message: str
@@ -200,15 +200,15 @@ class StoredEventsResult(Result):
     stored: Count
     matched: Count
     other_foot: Count
-    mean_s: Figure
-    sd_s: Figure
+    mean_s: _Figure
+    sd_s: _Figure
 
 
 class TrialResult(Result):
     """One walking trial."""
 
     trial: str
-    belt_speed_m_s: Figure
+    belt_speed_m_s: _Figure
     marker_errors_m: dict[Literal["joint fit", "marker pairs"], MarkerErrorsResult]
     anchoring: AnchoringResult
     frames_not_converged: Count
@@ -239,15 +239,15 @@ class ImportResult(Result):
     """By which marker pairs scale the generic body."""
     model: Sha256
     """Of the masses, joints and inertias of the body."""
-    weight_ratio: Figure
+    weight_ratio: _Figure
     """Mean vertical force over the body's weight."""
-    walking_speed_m_s: Figure
+    walking_speed_m_s: _Figure
     verdicts: list[LimitResult]
     placement: list[PlacementResult]
-    doubts: Annotated[list[DoubtResult], Field(default_factory=list)]
-    measurement: list[dict[str, str | Figure]] = Field(default_factory=list)
-    """Each a `gaitval.measurement.said.FaultRow`."""
-    bands: dict[str, dict[str, list[Figure] | dict[str, Number]]] = Field(default_factory=dict)
+    doubts: Annotated[list[WarningResult], Field(default_factory=list)]
+    measurement: list[dict[str, str | _Figure]] = Field(default_factory=list)
+    """Each a `gaitval.measurement.fault_text.FaultRow`."""
+    bands: dict[str, dict[str, list[_Figure] | dict[str, Number]]] = Field(default_factory=dict)
     """Of each curve: `half` of the width of its band of 90 %, and `sources`: shares of it."""
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)

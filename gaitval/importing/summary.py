@@ -159,9 +159,11 @@ def summary_of(found: Import) -> page.RecordingSummary:
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=changes,
         measurement=found.measurement,
-        missing=[str(doubt) for _, doubt in found.doubts if doubt.check == ONE_SIDE],
-        doubts=[f"{trial}: {doubt}" for trial, doubt in found.doubts if doubt.check != ONE_SIDE],
-        findings=[message for step, message in found.decisions if step not in _SAID],
+        missing=[str(warning) for _, warning in found.warnings if warning.check == ONE_SIDE],
+        doubts=[
+            f"{trial}: {warning}" for trial, warning in found.warnings if warning.check != ONE_SIDE
+        ],
+        findings=[message for step, message in found.decisions if step not in _SHOWN_STEPS],
         left_out=[
             page.LeftOut(walk.name, side, cycle.start, "; ".join(cycle.reasons))
             for walk in found.trials
@@ -196,7 +198,7 @@ def _stance_fraction(found: Import, side: Side) -> float:
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
-_SAID: Final = (*_DECIDED, "warnings")
+_SHOWN_STEPS: Final = (*_DECIDED, "warnings")
 """Steps that the page says elsewhere than among the findings."""
 
 

@@ -198,8 +198,8 @@ def _record(found: Import) -> dict[str, Any]:
         ],
         "placement": [asdict(check) | {"passed": check.passed} for check in body.placement.checks],
         "doubts": [
-            {"trial": trial} | {name: getattr(doubt, name) for name in _OF_A_DOUBT}
-            for trial, doubt in found.doubts
+            {"trial": trial} | {name: getattr(warning, name) for name in _OF_A_WARNING}
+            for trial, warning in found.warnings
         ],
         "measurement": [] if seen is None else [asdict(row) for row in seen.faults],
         "bands": {} if seen is None else seen.band_records(),
@@ -208,7 +208,7 @@ def _record(found: Import) -> dict[str, Any]:
     }
 
 
-_OF_A_DOUBT: Final = ("check", "where", "value", "limit", "unit", "message")
+_OF_A_WARNING: Final = ("check", "where", "value", "limit", "unit", "message")
 
 
 def _trial_record(walk: WalkingTrial) -> dict[str, Any]:

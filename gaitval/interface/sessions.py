@@ -8,7 +8,7 @@ from typing import Any
 from gaitval.configuration import load_configuration
 from gaitval.importing.importing import import_files
 from gaitval.importing.stored import Session
-from gaitval.session.request import ImportOptions, Tell, checked, silent
+from gaitval.session.request import ImportOptions, Notify, checked, silent
 
 
 def import_session(
@@ -18,7 +18,7 @@ def import_session(
     out: str | Path,
     config: str | Path | None = None,
     settings: Sequence[str] = (),
-    tell: Tell = silent,
+    tell: Notify = silent,
     **options: Any,
 ) -> Session:
     """Turn a laboratory's recordings into a subject, as `gaitval import` does.
@@ -78,7 +78,7 @@ def import_session(
         checked(ImportOptions, {"static": static, "trials": trials, **options}),
         Path(out),
         configuration=load_configuration(config, settings=settings),
-        tell=tell,
+        notify=tell,
     )
     return Session.load(out)
 

@@ -13,7 +13,7 @@ from gaitval.configuration import load_configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 from gaitval.metrics.results import METRICS, Metrics, read_metrics
 from gaitval.reporting import report
 from gaitval.study.one_stage import run_one
@@ -153,15 +153,15 @@ def write_report(
             f"{where}: no {METRICS}, so there is nothing to report. Give a finished run folder, or "
             "run `gaitval subject` or run_study."
         )
-    asked = {"language": language, "paper": paper}
-    settings = [f"report.{key}={value}" for key, value in asked.items() if value is not None]
+    wanted = {"language": language, "paper": paper}
+    settings = [f"report.{key}={value}" for key, value in wanted.items() if value is not None]
     if (where / RECORDS).is_file():
         subject = load_subject(where / "subject.toml")
         configuration = load_configuration(where / "configuration.toml", settings=settings)
         with open_run(subject, configuration, where, Observer()) as run:
             run_one(run, "report", force=force)
     else:
-        with held(where):
+        with locked(where):
             report.write_report(where, settings)
     page, document = (where / name for name in REPORT)
     return page, document

@@ -25,7 +25,7 @@ from gaitval.policy.rollouts import record_rollout
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy, stored_baseline
 
-Body = Literal["nominal", "identified"]
+_WhichBody = Literal["nominal", "identified"]
 
 
 def load_policy(subject_or_folder: str | int | Path) -> StoredPolicy:
@@ -88,7 +88,7 @@ def rollout(
     *,
     cycles: float = 6.0,
     start_phase: float = 0.0,
-    body: Body = "identified",
+    body: _WhichBody = "identified",
     push: tuple[float, float, float] | None = None,
 ) -> SimulatedWalk:
     """Let a stored policy walk in DART, without noise.
@@ -129,8 +129,8 @@ def rollout(
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
     number("cycles", cycles, 0.01, 10_000.0, "gait cycles, more than 0 and at most 10,000")
     number("start_phase", start_phase, 0.0, 1.0, "a phase of the right gait cycle, 0 to 1")
-    if body not in get_args(Body):
-        raise ConfigurationError(f"body is {body!r}. Give {' or '.join(get_args(Body))}.")
+    if body not in get_args(_WhichBody):
+        raise ConfigurationError(f"body is {body!r}. Give {' or '.join(get_args(_WhichBody))}.")
     if push is not None:
         _check_push(push, start_phase, start_phase + cycles)
     found = record_rollout(

@@ -109,7 +109,7 @@ def anchored(
         model,
         [*markers, *anchors],
         np.concatenate([measured, *targets], axis=1),
-        held=unseen,
+        fixed=unseen,
         ranges=ranges,
     )
     solved = replace(

@@ -19,7 +19,7 @@ from gaitval.arrays import Array, Flags, Index
 from gaitval.coordinates import COORDINATES, LEG, RANGES, ROOT
 from gaitval.display import Saved
 from gaitval.errors import RecordError
-from gaitval.inverse.marked_body import MarkerTrial, bounds, held_pose, marker_trial, place
+from gaitval.inverse.marked_body import MarkerTrial, bounds, fixed_pose, marker_trial, place
 from gaitval.inverse.marker_derivatives import evaluate, independent_coordinates, workspace
 from gaitval.inverse.pose_solver import solve_frame, solve_from_all_sides, solve_trial
 from gaitval.model.body import BodyModel
@@ -147,7 +147,7 @@ def inverse_kinematics(
     markers: Sequence[ModelMarker],
     measured: Array,
     *,
-    held: Mapping[str, float] | None = None,
+    fixed: Mapping[str, float] | None = None,
     ranges: Mapping[str, tuple[float, float]] = RANGES,
 ) -> InverseKinematics:
     """Poses of the model that best fit measured markers, frame by frame.
@@ -157,7 +157,7 @@ def inverse_kinematics(
     model : the scaled model.
     markers : M markers on its segments, with their weights.
     measured : (T, M, 3) m, project axes, in the order of `markers`; NaN where not seen.
-    held : value (rad) of actuated coordinates that are not fitted.
+    fixed : value (rad) of actuated coordinates that are not fitted.
     ranges : lowest and highest value of actuated coordinates, rad; others are free.
 
     Raises
@@ -168,9 +168,9 @@ def inverse_kinematics(
         the pelvis rotates by more than `LARGEST_TURN`.
     """
     problem = marker_trial(model, markers, measured)
-    held = held or {}
-    frozen, start = held_pose(held)
-    low, high = bounds({name: ranges[name] for name in ranges if name not in held})
+    fixed = fixed or {}
+    frozen, start = fixed_pose(fixed)
+    low, high = bounds({name: ranges[name] for name in ranges if name not in fixed})
     start = np.clip(start, low, high)
     determined = _determined(problem, frozen)
     solvable = np.asarray(determined[:, :ROOT_DOFS].all(axis=1))

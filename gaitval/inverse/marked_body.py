@@ -89,12 +89,12 @@ def marker_trial(model: BodyModel, markers: Sequence[ModelMarker], measured: Arr
     )
 
 
-def held_pose(held: Mapping[str, float]) -> tuple[Flags, Array]:
-    """(31,) which coordinates are `held`, actuated ones by name, and a pose (31,) with their
+def fixed_pose(fixed: Mapping[str, float]) -> tuple[Flags, Array]:
+    """(31,) which coordinates are `fixed`, actuated ones by name, and a pose (31,) with their
     values, rad, zero for all others.
     """
     frozen, start = np.zeros(len(COORDINATES), dtype=np.bool_), np.zeros(len(COORDINATES))
-    for name, value in held.items():
+    for name, value in fixed.items():
         frozen[COORDINATES.index(name)] = True
         start[COORDINATES.index(name)] = value
     return frozen, start

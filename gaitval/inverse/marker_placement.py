@@ -228,14 +228,14 @@ def _pose(
     model: BodyModel, anatomy: Sequence[ModelMarker], points: Mapping[str, Array]
 ) -> tuple[InverseKinematics, Array]:
     """The pose that fits landmarks of the model to `points`, and its segments, (14, 4, 4)."""
-    held = {f"mtp_angle_{side}": 0.0 for side in "rl"}
+    fixed = {f"mtp_angle_{side}": 0.0 for side in "rl"}
     if not any(marker.segment.startswith(("torso", "upper_arm")) for marker in anatomy):
         # With a pelvis tilted forward by this angle, as much lumbar extension keeps the trunk
         # upright.
         upright = float(np.arcsin(-_pelvis(points)[2, 0]))
-        held |= {"lumbar_extension": upright, "lumbar_bending": 0.0, "lumbar_rotation": 0.0}
+        fixed |= {"lumbar_extension": upright, "lumbar_bending": 0.0, "lumbar_rotation": 0.0}
     places = np.array([[points[marker.name] for marker in anatomy]])
-    fit = inverse_kinematics(model, anatomy, places, held=held)
+    fit = inverse_kinematics(model, anatomy, places, fixed=fixed)
     return fit, segment_frames(model, fit.positions)[0]
 
 

@@ -118,7 +118,7 @@ class Corrected:
 
 
 def beside_reference(
-    environment: WalkingEnvironment, cases: Sequence["Case"], to_record: float = 0.0
+    environment: WalkingEnvironment, cases: Sequence["CorrectedWalk"], to_record: float = 0.0
 ) -> list["Walked | None"]:
     """Walk with at most eight changed references side by side (`cases`, of one policy and body),
     each beside the unchanged one of `environment`, or `to_record` of the way to the record; None
@@ -179,7 +179,7 @@ def _compared(
 
 
 @dataclass(frozen=True)
-class Case:
+class CorrectedWalk:
     """One walk: a policy, body parameters mu (14,), a correction of the reference, and the phase of
     the right gait cycle at its start (`start_phase`).
     """
@@ -190,7 +190,9 @@ class Case:
     start_phase: float
 
 
-def _walks(pool: RolloutPool, to_record: float, cases: Sequence[Case]) -> Iterator[Walked | None]:
+def _walks(
+    pool: RolloutPool, to_record: float, cases: Sequence[CorrectedWalk]
+) -> Iterator[Walked | None]:
     """`beside_reference` of any number of cases."""
     walk = partial(beside_reference, to_record=to_record)
     # What goes before and after the walks of a group takes as long as they: workers share it.
@@ -217,7 +219,7 @@ def correct(
     policy: Policy,
     mu: Array,
     *,
-    asked: GaitRecord | None = None,
+    target_record: GaitRecord | None = None,
     to_record: float = TO_RECORD,
     slopes: Slopes | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
@@ -230,17 +232,17 @@ def correct(
     Otherwise smaller shares of it are tried, after a fall from twice as many starts.
 
     `task` has body, reference and constants; the trained `policy` is not changed; `mu` (14,) are
-    body parameters. `asked` is the record that the reference was fitted to, with the person's own
-    or estimated kinetics, to which the target goes a part of the way, `to_record`; without it the
-    target is the reference alone. `slopes`, by rad and m, are what is known of them beforehand, by
-    default what other people's walks say. `on_progress` is called after each step with `steps`,
-    `total` and `error`.
+    body parameters. `target_record` is the record that the reference was fitted to, with the
+    person's own or estimated kinetics, to which the target goes a part of the way, `to_record`;
+    without it the target is the reference alone. `slopes`, by rad and m, are what is known of them
+    beforehand, by default what other people's walks say. `on_progress` is called after each step
+    with `steps`, `total` and `error`.
     """
     settings = task.configuration.correction
-    if asked is None:
+    if target_record is None:
         to_record = 0.0
     else:
-        task = replace(task, record=asked)
+        task = replace(task, record=target_record)
     phases = tuple(task.configuration.validation.start_phases)
     start = phases[0]
     sd = prior_sd(settings.harmonics)
@@ -254,7 +256,7 @@ def correct(
         def walk(points: Sequence[Array], *phases: float) -> list[Walked | None]:
             """At every point from each phase."""
             cases = [
-                Case(policy, mu, correction_of(sd * point), phase)
+                CorrectedWalk(policy, mu, correction_of(sd * point), phase)
                 for phase in phases
                 for point in points
             ]

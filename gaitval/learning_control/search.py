@@ -25,7 +25,7 @@ _PELVIS = 0.25
 angles are looked for. Corrections of people that are in no table of walks made them worse by at
 most 0.21, and what they looked at better by 7 to 72 % (docs/learning.md)."""
 
-Walk = Callable[[Sequence[Array]], Sequence[Walked | None]]
+WalkFunction = Callable[[Sequence[Array]], Sequence[Walked | None]]
 """Walks at each of several points, (n,) in units of the prior's SD; None for one that fell."""
 
 
@@ -39,7 +39,7 @@ class Optimum:
 
 
 def search(
-    walk: Walk,
+    walk: WalkFunction,
     slopes: Slopes,
     *,
     steps: int,

@@ -24,7 +24,7 @@ from gaitval.coordinates import SIDES
 from gaitval.gait.filters import low_pass
 from gaitval.gait.sampling import bridged
 from gaitval.inverse.inverse_dynamics import InverseDynamics
-from gaitval.measurement.standing import Standing
+from gaitval.measurement.standing import StandingForces
 from gaitval.mocap.recording import FootForces, Plate, Recording
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
@@ -87,7 +87,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Trial:
+class PlateTrial:
     """A walk as the data are made of it, whatever the delay of its forces.
 
     Attributes
@@ -99,14 +99,14 @@ class Trial:
     """
 
     walk: WalkingTrial
-    ground: "Ground"
+    ground: "GroundWrenches"
     needed: Array
     ankles: Array
     middles: tuple[Array, ...]
     falls: tuple["_Row", ...]
 
 
-def trials_of(model: BodyModel, walks: Sequence[WalkingTrial]) -> tuple[Trial, ...]:
+def trials_of(model: BodyModel, walks: Sequence[WalkingTrial]) -> tuple[PlateTrial, ...]:
     """Those of the `walks` of the `model` that have forces."""
     found = []
     for walk in walks:
@@ -116,7 +116,7 @@ def trials_of(model: BodyModel, walks: Sequence[WalkingTrial]) -> tuple[Trial, .
         frames = segment_frames(model, walk.positions)
         plates = walk.recording.plates
         found.append(
-            Trial(
+            PlateTrial(
                 walk=walk,
                 ground=ground,
                 needed=_needed(ground, walk.dynamics, walk.positions[:, 3:6]),
@@ -132,7 +132,11 @@ def trials_of(model: BodyModel, walks: Sequence[WalkingTrial]) -> tuple[Trial, .
 
 
 def data_of(
-    trials: Sequence[Trial], mass_kg: float, *, later: float = 0.0, stood: Standing | None = None
+    trials: Sequence[PlateTrial],
+    mass_kg: float,
+    *,
+    later: float = 0.0,
+    stood: StandingForces | None = None,
 ) -> Data | None:
     """The data of all `trials` of a person of `mass_kg`, and of the forces when the person `stood`;
     None if no frame shows the forces of both feet. Those of the trials are taken to come `later`
@@ -215,7 +219,7 @@ class _Row:
 
 
 @dataclass(frozen=True)
-class Ground:
+class GroundWrenches:
     """Wrenches at the marker frames, of the ground on each foot and on each plate: force N and
     moment Nm about the origin.
 
@@ -236,7 +240,7 @@ class Ground:
     height: float
     rate: float
 
-    def earlier(self, seconds: float) -> "Ground":
+    def earlier(self, seconds: float) -> "GroundWrenches":
         """As if the forces had come this much earlier."""
         at = np.clip(np.arange(len(self.on)) + seconds * self.rate, 0, len(self.on) - 1)
         low = np.floor(at).astype(int)
@@ -263,13 +267,13 @@ class Ground:
         )
 
 
-def ground_of(loads: FootForces, recording: Recording) -> Ground:
+def ground_of(loads: FootForces, recording: Recording) -> GroundWrenches:
     """What the ground does, of the `loads` on the feet and the plates of a `recording`."""
     point = np.nan_to_num(loads.centre_of_pressure)
     moment = np.cross(point, loads.force) + loads.free_moment
     on = np.isfinite(loads.centre_of_pressure[..., 0])
     known = loads.centre_of_pressure[..., 2][on]
-    return Ground(
+    return GroundWrenches(
         feet=np.where(on[..., None], np.concatenate([loads.force, moment], axis=2), 0.0),
         on=on,
         valid=np.asarray(loads.valid),
@@ -302,7 +306,7 @@ def moment_of(plate: Plate) -> Array:
     return np.asarray(np.cross(point, plate.force) + plate.free_moment)
 
 
-def _of_trial(trial: Trial, mass_kg: float, later: float) -> list[_Row]:
+def _of_trial(trial: PlateTrial, mass_kg: float, later: float) -> list[_Row]:
     ground = trial.ground.earlier(later) if later else trial.ground
     known = binary_erosion(
         np.asarray(ground.valid.all(axis=1)),
@@ -317,7 +321,12 @@ def _of_trial(trial: Trial, mass_kg: float, later: float) -> list[_Row]:
 
 
 def _newton_rows(
-    trial: Trial, ground: Ground, weight: float, known: Flags, phase: Array, number: Index
+    trial: PlateTrial,
+    ground: GroundWrenches,
+    weight: float,
+    known: Flags,
+    phase: Array,
+    number: Index,
 ) -> list[_Row]:
     """Newton's law, a row for each component and each bin of each stride."""
     assert trial.walk.dynamics is not None
@@ -347,7 +356,7 @@ def _newton_rows(
     return rows
 
 
-def _needed(ground: Ground, dynamics: InverseDynamics, pelvis: Array) -> Array:
+def _needed(ground: GroundWrenches, dynamics: InverseDynamics, pelvis: Array) -> Array:
     """(T, 6) N and Nm about the centre of mass that the motion needs of the ground."""
     centre = dynamics.centre_of_mass
     total = ground.feet.sum(axis=1)
@@ -358,7 +367,7 @@ def _needed(ground: Ground, dynamics: InverseDynamics, pelvis: Array) -> Array:
 
 
 def newton(
-    ground: Ground,
+    ground: GroundWrenches,
     centre: Array,
     needed: Array,
     recording: Recording,
@@ -462,7 +471,7 @@ def _strides(walk: WalkingTrial, later: float) -> tuple[Array, Index] | None:
     return np.asarray(count % 1.0), before + np.floor(np.maximum(count, 0.0)).astype(int)
 
 
-def _pressures(trial: Trial, ground: Ground) -> list[_Row]:
+def _pressures(trial: PlateTrial, ground: GroundWrenches) -> list[_Row]:
     """Centre of pressure in the axes of the standing foot, from its ankle, by shares of stance."""
     plates = trial.walk.recording.plates
     points = ground.point
@@ -512,7 +521,7 @@ def _pressures(trial: Trial, ground: Ground) -> list[_Row]:
     return rows
 
 
-def _plate_under(ground: Ground, column: int, begin: int, end: int) -> Index:
+def _plate_under(ground: GroundWrenches, column: int, begin: int, end: int) -> Index:
     """(n,) number of the plate that alone carries a foot's force; -1 where none does."""
     vertical = ground.feet[begin:end, column, 2]
     off = np.abs(ground.plates[:, begin:end, 2] - vertical)

@@ -62,7 +62,7 @@ REMEDIES: Final = {
     "soft tissue": "clusters of markers on plates of thigh and shank",
 }
 
-Curves = dict[str, Array]
+_BandCurves = dict[str, Array]
 AXES: Final = ("forward", "left", "up")
 """Of a force, in the names of its curves."""
 
@@ -81,7 +81,7 @@ class Bands:
     remedy : which recording would make the bands narrower most, and by how much of the variance.
     """
 
-    half: Curves
+    half: _BandCurves
     lengths: dict[str, float]
     shares: dict[str, tuple[tuple[str, float], ...]]
     remedy: tuple[str, float]
@@ -123,7 +123,7 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
     if not chain.windows:
         return None
     base, lengths = chain.run(chain.nothing)
-    parts: dict[str, Curves] = {}
+    parts: dict[str, _BandCurves] = {}
     of_lengths: dict[str, dict[str, float]] = {}
     for change in chain.changes():
         try:
@@ -145,13 +145,13 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
     return _summed(parts, of_lengths)
 
 
-def _add(parts: dict[str, Curves], source: str, moved: Curves) -> None:
+def _add(parts: dict[str, _BandCurves], source: str, moved: _BandCurves) -> None:
     of = parts.setdefault(source, {})
     for name, values in moved.items():
         of[name] = of.get(name, 0.0) + values**2
 
 
-def _summed(parts: dict[str, Curves], lengths: dict[str, dict[str, float]]) -> Bands:
+def _summed(parts: dict[str, _BandCurves], lengths: dict[str, dict[str, float]]) -> Bands:
     names = sorted({name for of in parts.values() for name in of})
     total = {name: sum(of[name] for of in parts.values() if name in of) for name in names}
     shares = {}
@@ -194,9 +194,9 @@ def _group(source: str) -> str:
     return "soft tissue" if source.startswith("soft tissue") else "landmarks"
 
 
-def _between_cycles(found: Import) -> Curves:
+def _between_cycles(found: Import) -> _BandCurves:
     """Standard errors of the means."""
-    curves: Curves = {}
+    curves: _BandCurves = {}
     for kind, of in (("angle", found.angles), ("moment", found.moments)):
         for name, curve in of.items():
             curves[f"{kind}_{name}"] = _error(curve.deviation, len(curve.curves), kind)
@@ -272,11 +272,11 @@ class _Chain:
         processing = self.found.processing
         return completed(poses, smoothed(poses, recording.marker_rate, processing))
 
-    def run(self, change: _Change) -> tuple[Curves, dict[str, float]]:
+    def run(self, change: _Change) -> tuple[_BandCurves, dict[str, float]]:
         """Curves and lengths with a change."""
         change = change if change.hips else replace(change, hips=self.nothing.hips)
         model, markers, _ = self.body(change)
-        curves: Curves = {}
+        curves: _BandCurves = {}
         for window in self.windows:
             positions = self.positions(window, model, markers, change)
             curves |= self.curves(window, model, positions, None)
@@ -289,7 +289,7 @@ class _Chain:
 
     def curves(
         self, window: _Window, model: BodyModel, positions: Array, loads: FootForces | None
-    ) -> Curves:
+    ) -> _BandCurves:
         """Of a window's side: angles, moments and forces over its cycle."""
         walk, side = window.walk, window.side
         time = walk.recording.time[window.frames]
@@ -364,7 +364,7 @@ class _Chain:
                 walking[side, name] = moved * (self.turning[side][:, index] @ own)
         return _Change(f"soft tissue of the {segment}", {}, walking, {})
 
-    def of_loads(self, seen: Examined | None) -> list[tuple[str, Curves]]:
+    def of_loads(self, seen: Examined | None) -> list[tuple[str, _BandCurves]]:
         """Curves with faults of plates as large as usual, or as found, and with other masses."""
         model, _, _ = self.body(self.nothing)
         found = []

@@ -13,10 +13,10 @@ from gaitval.gait.agreement import both_known
 from gaitval.inverse.inverse_dynamics import residuals
 from gaitval.measurement.balance import moment_of, plate_middle
 from gaitval.measurement.estimate import Examined, kind_of, together
-from gaitval.measurement.said import WORDS, title
+from gaitval.measurement.fault_text import WORDS, title
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.average import check_mass, mean_angles, mean_kinetics
-from gaitval.session.request import Tell
+from gaitval.session.request import Notify
 from gaitval.session.session import Import
 from gaitval.session.trial import WalkingTrial, work_out_trial
 
@@ -27,7 +27,7 @@ WORSE: Final = 1.1
 """Times the residuals, beyond which a correction does harm; that of a small error that is not there
 changes them by less."""
 
-Change = Callable[[Array, Array], tuple[Array, Array]]
+_Correction = Callable[[Array, Array], tuple[Array, Array]]
 
 
 def wanted(given: Sequence[str]) -> tuple[str, ...]:
@@ -44,7 +44,7 @@ def wanted(given: Sequence[str]) -> tuple[str, ...]:
     return kinds
 
 
-def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -> Import:
+def corrected(found: Import, seen: Examined, kinds: Sequence[str], notify: Notify) -> Import:
     """The import `found` again, with its plates corrected for the faults of these `kinds`.
 
     Of a kind that was found, only the plates that have it are changed; of another, those whose
@@ -53,10 +53,10 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
     faults = together(seen, kinds)
     for kind in kinds:
         if not any(kind_of(name) == kind for name in faults):
-            tell("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
+            notify("correct", f"{kind}: none that its estimate is sure of; nothing is changed")
     for name, value in faults.items():
         words = WORDS[kind_of(name)]
-        tell("correct", f"{title(name)}: {-words.factor * value:+.1f} {words.unit}")
+        notify("correct", f"{title(name)}: {-words.factor * value:+.1f} {words.unit}")
     trials = []
     for walk, recording in zip(found.trials, _recordings(found), strict=True):
         trials.append(
@@ -68,7 +68,7 @@ def corrected(found: Import, seen: Examined, kinds: Sequence[str], tell: Tell) -
     (force, moment), (force_now, moment_now) = _left(found.trials), _left(trials)
     force, moment = force_now / force, moment_now / moment
     if force * moment > WORSE**2:
-        tell(
+        notify(
             "warnings",
             f"--correct {','.join(kinds)}: forces and motion contradict each other more than "
             f"before (residual force {force:.1f} times, moment {moment:.1f} times), so these "

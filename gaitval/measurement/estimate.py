@@ -35,7 +35,7 @@ from gaitval.measurement.expected import (
     expected,
     spread,
 )
-from gaitval.measurement.standing import Standing
+from gaitval.measurement.standing import StandingForces
 from gaitval.model.body import BodyModel
 from gaitval.session.trial import WalkingTrial
 
@@ -103,7 +103,7 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundFault:
     """A fault that explains the data.
 
     Attributes
@@ -139,7 +139,7 @@ class Examined:
     weighed : log of the probability of each set of causes, up to a constant.
     """
 
-    found: tuple[Found, ...]
+    found: tuple[FoundFault, ...]
     data: Data
     model: "Balance"
     delay: float
@@ -152,7 +152,7 @@ def examined(
     walks: Sequence[WalkingTrial],
     mass_kg: float,
     height_m: float,
-    stood: Standing | None = None,
+    stood: StandingForces | None = None,
 ) -> Examined | None:
     """Look for faults in the trials (`walks`) of a person of `mass_kg` and `height_m` on their
     `model`, who `stood` on plates before; None without forces of both feet.
@@ -443,13 +443,13 @@ def contradiction(data: Data, height_m: float, left: Array) -> float:
 
 
 def standing_up(
-    found: Sequence[Found], data: Data, model: Balance, height_m: float
-) -> tuple[Found, ...]:
+    found: Sequence[FoundFault], data: Data, model: Balance, height_m: float
+) -> tuple[FoundFault, ...]:
     """Those of the faults `found` in the `data` without which, beside the others, forces and
     markers do not contradict each other more.
     """
 
-    def without(some: Iterable[Found]) -> float:
+    def without(some: Iterable[FoundFault]) -> float:
         return contradiction(data, height_m, model.rest - _explained(some, model))
 
     whole = without(found)
@@ -460,7 +460,7 @@ def standing_up(
     )
 
 
-def _explained(found: Iterable[Found], model: Balance) -> Array:
+def _explained(found: Iterable[FoundFault], model: Balance) -> Array:
     """(N,) what faults do to the data, other than a delay."""
     total = np.zeros(len(model.rest))
     for each in found:
@@ -471,7 +471,7 @@ def _explained(found: Iterable[Found], model: Balance) -> Array:
 
 
 def _left_by_delay(
-    found: Sequence[Found],
+    found: Sequence[FoundFault],
     shifted: tuple[Data, Balance],
     recorded: tuple[Data, Balance],
     height_m: float,
@@ -519,7 +519,7 @@ def weigh(
 
 def faults_of(
     weighed: Mapping[frozenset[Cause], float], best: frozenset[Cause], model: Balance, lag: Lag
-) -> tuple[Found, ...]:
+) -> tuple[FoundFault, ...]:
     """The faults of the `best` set that are certain, each with what could stand for it."""
     found = []
     causes_ = {cause for one in weighed for cause in one}
@@ -542,7 +542,7 @@ def faults_of(
             values, errors = values[-count:], np.sqrt(np.diag(covariance)[-count:])
         others = sorted(((c, o / total) for c, o in odds.items() if c != cause), key=_second)
         found.append(
-            Found(
+            FoundFault(
                 cause, values, errors, total / (1.0 + total), odds[cause] / total,
                 tuple(others[:3]), _matters(cause, values, model.reach),
             )

@@ -19,7 +19,7 @@ and Aalborg, patients among them; 5.4 to 12.5 mm with one marker 30 mm forward o
 only, which turns the knee by 5 to 8 degrees."""
 
 
-def knee_doubts(
+def knee_warnings(
     model: BodyModel,
     markers: Sequence[ModelMarker],
     walks: Sequence[WalkingTrial],

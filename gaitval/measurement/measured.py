@@ -17,7 +17,8 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.bands import AXES, Bands, bands
 from gaitval.measurement.correct import corrected, wanted
 from gaitval.measurement.estimate import Examined, examined
-from gaitval.measurement.knee_markers import knee_doubts
+from gaitval.measurement.fault_text import FaultRow, rows, unused, warnings
+from gaitval.measurement.knee_markers import knee_warnings
 from gaitval.measurement.page import (
     SHOWN,
     TITLES,
@@ -28,9 +29,8 @@ from gaitval.measurement.page import (
     draw_bands,
     fits,
 )
-from gaitval.measurement.said import FaultRow, rows, unused, warnings
 from gaitval.measurement.standing import standing_of
-from gaitval.session.request import Tell
+from gaitval.session.request import Notify
 from gaitval.session.session import Import
 
 UNSHOWN: Final = 15.0
@@ -132,18 +132,18 @@ def unshown(found: Bands) -> Iterator[QualityFlag]:
     wide = {name: size for name, size in half.items() if size > UNSHOWN}
     if wide:
         sides = {name: split_side(name) for name in wide}
-        said = ", ".join(
+        few = ", ".join(
             f"{side} {titles[joint].lower()} ± {wide[name]:.0f}°"
             for name, (side, joint) in sides.items()
         )
         yield QualityFlag(
             "shown angles", "angles", max(wide.values()), UNSHOWN, "deg",
-            f"the markers hardly show {said}: a segment beside it has too few that are seen in the "
+            f"the markers hardly show {few}: a segment beside it has too few that are seen in the "
             "walk. Look at what was left out, and label more of its markers",
         )  # fmt: skip
 
 
-def said_bands(found: Bands) -> str:
+def bands_text(found: Bands) -> str:
     """The widths of the sagittal bands, and what they come from, in a sentence."""
     parts = []
     for kind, factor, unit in (("angle", 180.0 / np.pi, "°"), ("moment", 1.0, " Nm/kg")):
@@ -169,21 +169,21 @@ def measurement_of(found: Import) -> Measurement | None:
     return found.measurement
 
 
-def measured(found: Import, tell: Tell) -> Import:
+def measured(found: Import, notify: Notify) -> Import:
     """The import `found` with the estimate of its faults, and warnings of those that matter.
 
-    Each is said with `tell`. With `--correct`, moments and forces are those of corrected plates, as
-    are the bands, and the estimate is that before; ConfigurationError if it names a fault that
+    Each is said with `notify`. With `--correct`, moments and forces are those of corrected plates,
+    as are the bands, and the estimate is that before; ConfigurationError if it names a fault that
     cannot be corrected. Without forces of both feet, or with an aid that carries what no plate
     shows, no fault is looked for; there is a warning if none of the plates' forces is used.
     """
     request = found.request
     kinds = wanted(request.correct)
-    said: list[tuple[str, str]] = []
+    few: list[tuple[str, str]] = []
 
     def noted(step: str, text: str) -> None:
-        said.append((step, text))
-        tell(step, text)
+        few.append((step, text))
+        notify(step, text)
 
     def look(at: Import) -> Examined | None:
         if request.aid is not None or not at.forces:
@@ -192,13 +192,13 @@ def measured(found: Import, tell: Tell) -> Import:
         return examined(at.body.model, at.trials, request.mass_kg, request.height_m, stood)
 
     seen = left = look(found)
-    doubts = (doubt for walk in found.trials for doubt in walk.doubts)
-    cut_off = sorted({doubt.plate for doubt in doubts if doubt.check == SATURATED})
+    all_flags = (warning for walk in found.trials for warning in walk.warnings)
+    cut_off = sorted({warning.plate for warning in all_flags if warning.check == SATURATED})
     flags = [] if seen is None else [*warnings(seen, cut_off, kinds)]
     if request.aid is None and not found.forces and any(walk.forces for walk in found.trials):
         flags = [unused(found.trials)]
     landmarks = found.session.marker_set.landmarks
-    flags += knee_doubts(found.body.model, found.body.markers, found.trials, landmarks)
+    flags += knee_warnings(found.body.model, found.body.markers, found.trials, landmarks)
     for flag in flags:
         noted("warnings", str(flag))
     result, uncorrected = found, dict[str, AverageCurve | dict[Side, AverageCurve]]()
@@ -209,7 +209,7 @@ def measured(found: Import, tell: Tell) -> Import:
     around = bands(result, left)
     measurement = None
     if around is not None:
-        noted("uncertainty", said_bands(around))
+        noted("uncertainty", bands_text(around))
         for flag in unshown(around):
             noted("warnings", str(flag))
             flags.append(flag)
@@ -224,6 +224,6 @@ def measured(found: Import, tell: Tell) -> Import:
     return replace(
         result,
         of_means=(*flags, *result.of_means),
-        decisions=(*result.decisions, *said),
+        decisions=(*result.decisions, *few),
         measurement=measurement,
     )

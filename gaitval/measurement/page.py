@@ -32,7 +32,7 @@ REGULAR: Final = 0.5
 IRREGULAR: Final = 2.0
 """Mean squares, over those expected, below and above which a group of data is not as usual."""
 
-Drawn = Mapping[str, tuple[Array, Array]]
+_DrawnCurves = Mapping[str, tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def curves_with_bands(found: Import, bands: Bands) -> dict[str, tuple[Array, Arr
     return drawn
 
 
-def band_rows(curves: Drawn, bands: Bands) -> list[BandRow]:
+def band_rows(curves: _DrawnCurves, bands: Bands) -> list[BandRow]:
     """A row for each of the drawn `curves`, and for the lengths of the legs."""
     rows = []
     for name, (_, half) in curves.items():
@@ -96,7 +96,7 @@ def _sources(bands: Bands, name: str) -> str:
     return "; ".join(f"{100 * share:.0f} % {of}" for of, share in bands.shares[name][:3])
 
 
-def draw_bands(curves: Drawn) -> str:
+def draw_bands(curves: _DrawnCurves) -> str:
     """The `curves` with their bands, angles above moments, as SVG."""
     # matplotlib is loaded only where a page is written
     from gaitval.reporting.drawing import new_figure, svg

@@ -36,7 +36,7 @@ SWAY: Final = 0.05
 
 
 @dataclass(frozen=True)
-class Standing:
+class StandingForces:
     """Mean force (3,) N of each plate that carries the standing person, in the axes of the walk;
     horizontal ones only if `level`: else it is unknown where the walk's axes point.
     """
@@ -76,7 +76,7 @@ class Standing:
         ]
 
 
-def standing_of(request: Request, session: SessionRecordings) -> Standing | None:
+def standing_of(request: Request, session: SessionRecordings) -> StandingForces | None:
     """What the plates show in the standing trial of a `request`, whose trials are `session`; None
     without a standing trial, and where nobody stands still on plates and nowhere else.
     """
@@ -101,7 +101,7 @@ def standing_of(request: Request, session: SessionRecordings) -> Standing | None
         return None
     known = {plate.name for plate in recording.plates if np.isfinite(plate.corners).all()}
     means = {name: np.median(force, axis=0) for name, force in loaded.items()}
-    return Standing(means, known.issuperset(means))
+    return StandingForces(means, known.issuperset(means))
 
 
 def with_plates(request: Request, session: SessionRecordings) -> SessionRecordings:
@@ -113,9 +113,9 @@ def with_plates(request: Request, session: SessionRecordings) -> SessionRecordin
         warnings.simplefilter("ignore", RecordWarning)
         found = read_recording(request.static)
     if request.no_plate or request.plate or request.plate_axis:
-        from gaitval.session.said_plates import as_said
+        from gaitval.session.stated_plates import apply_options
 
-        found = as_said(found, request)
+        found = apply_options(found, request)
     if request.static_time is not None:
         found = found.between(request.static_time, "--static-time")
     plates = found.turned(session.axes.rotation).plates

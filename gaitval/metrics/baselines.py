@@ -29,14 +29,14 @@ class Prediction:
     Attributes
     ----------
     name : of the method, as shown in tables.
-    told : what the method knows of the person.
+    known : what the method knows of the person.
     people : how many others it was made from.
     curves : as `gait.cycle_curves.recorded_curves`; without moments and forces where the method's
         trials have none.
     """
 
     name: str
-    told: str
+    known: str
     people: int
     curves: Curves
 
@@ -59,7 +59,7 @@ def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | Non
     recorded = [recorded_curves(other.record()) for other in learned]
     return Prediction(
         name="line through others",
-        told="walking speed and leg length",
+        known="walking speed and leg length",
         people=len(learned),
         curves=_combined(recorded, weights),
     )
@@ -73,7 +73,7 @@ def nearest_trial(subject: Subject) -> Prediction | None:
     nearest = min(trials, key=lambda t: abs(t.walking_speed_m_s - subject.walking_speed_m_s))
     return Prediction(
         name="nearest trial copied",
-        told=f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s",
+        known=f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s",
         people=0,
         curves=_curves_of([nearest])[0],
     )
@@ -92,7 +92,7 @@ def line_of_trials(subject: Subject) -> Prediction | None:
     speeds = [trial.walking_speed_m_s for trial in trials]
     return Prediction(
         name="line through two trials",
-        told="the person's " + " and ".join(trial.trial for trial in trials),
+        known="the person's " + " and ".join(trial.trial for trial in trials),
         people=0,
         curves=_combined(_curves_of(trials), line_weights(np.array(speeds), speed)),
     )
@@ -114,7 +114,7 @@ def change_added(subject: Subject, others: Sequence[Subject]) -> Prediction | No
     recorded = [recorded_curves(other.record()) for other in learned]
     return Prediction(
         name="other people's change added",
-        told=copied.told,
+        known=copied.known,
         people=len(learned),
         # a line's value is linear in its curves: the difference of the weights gives the difference
         # between the two speeds
@@ -154,7 +154,7 @@ def predicted_parts(
     return [
         PredictionResult(
             name=each.name,
-            told=each.told,
+            told=each.known,
             people=each.people,
             rmse=PredictionErrors(
                 **{

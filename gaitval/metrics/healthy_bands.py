@@ -11,40 +11,40 @@ from gaitval.arrays import Array
 from gaitval.datasets.plausible import ADULT
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.record_results import KINDS, Kind
-from gaitval.metrics.statistics_results import People
+from gaitval.metrics.statistics_results import AgeGroup
 
 BAND: Final = 2.0
 """Standard deviations between healthy people on both sides of their mean; 95 % of them."""
 
-Bands = dict[Kind, dict[str, tuple[Array, Array]]]
+HealthyBands = dict[Kind, dict[str, tuple[Array, Array]]]
 """Mean and standard deviation, (101,) each, by kind and curve."""
 
 
 @cache
-def healthy_bands() -> Bands:
+def healthy_bands() -> HealthyBands:
     """Angles and moments of typically developing children: `healthy_bands.csv`."""
     return _read_bands("healthy_bands.csv")
 
 
 @cache
-def adult_bands() -> Bands:
+def adult_bands() -> HealthyBands:
     """Angles of 42 adults: `adult_bands.csv`. No moments of as many adults may be shipped."""
     return _read_bands("adult_bands.csv")
 
 
-def bands_beside(age_years: float | None) -> tuple[Bands, dict[str, People]]:
+def bands_beside(age_years: float | None) -> tuple[HealthyBands, dict[str, AgeGroup]]:
     """The bands for a person of `age_years` (unknown: an adult), and whose they are by kind of
     curve.
     """
     grown = age_years is None or age_years >= ADULT
     bands = {**healthy_bands(), **(adult_bands() if grown else {})}
-    people: dict[str, People] = {
+    people: dict[str, AgeGroup] = {
         kind: "adults" if grown and kind in adult_bands() else "children" for kind in bands
     }
     return bands, people
 
 
-def _read_bands(name: str) -> Bands:
+def _read_bands(name: str) -> HealthyBands:
     text = resources.files("gaitval.metrics").joinpath(name).read_text("utf-8")
     rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
     table = np.array(rows[1:], dtype=float)

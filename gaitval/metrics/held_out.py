@@ -21,8 +21,8 @@ from gaitval.metrics.recorded import CURVE_UNITS, by_kind
 from gaitval.metrics.repetitions import repeats
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.typed import sided
-from gaitval.prediction.known import told
-from gaitval.prediction.speed import trials_told
+from gaitval.prediction.known import known_record
+from gaitval.prediction.speed import trials_known
 
 FEWEST_TRIALS: Final = 2
 """Trials that can be held out of a person; with fewer, other people's are. With fewer of those,
@@ -41,7 +41,7 @@ def prediction_errors(
     The predictions know the same quantities as the run (`use` of `settings`). For a speed beyond
     the person's trials only trials beyond the others of theirs count, at least as far.
     """
-    known = [each.walking_speed_m_s for each in trials_told(subject, settings.holdout or None)]
+    known = [each.walking_speed_m_s for each in trials_known(subject, settings.holdout or None)]
     least = beyond(settings.speed, known) if settings.speed else 0.0
     own = _of_person(subject, settings, others, least)
     rows, people = own, 1
@@ -88,7 +88,7 @@ def _of_person(
         if not (chosen.has_kinetics and rest) or beyond(chosen.walking_speed_m_s, rest) < least:
             continue
         try:
-            guess = told(
+            guess = known_record(
                 chosen, RecordSettings(use=settings.use, holdout=name), others, forced=True
             ).record
         except SubjectError:  # it is the only trial, or the others do not allow a prediction

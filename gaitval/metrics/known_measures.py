@@ -6,7 +6,7 @@ from typing import Final, Literal, get_args
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.side_measures import SIDE_MEASURES
-from gaitval.prediction.known import QUANTITIES, RecordedQuantity, quantities_told
+from gaitval.prediction.known import QUANTITIES, RecordedQuantity, quantities_known
 from gaitval.quantities import QUANTITIES as QUANTITY_TABLE
 
 Status = Literal["fitted", "partly fitted", "predicted", "not compared"]
@@ -48,22 +48,26 @@ def uses(
     """What reads each quantity of the compared record of `subject` before the comparison; nothing
     reads those that `configuration` keeps from the run, and no reward if nothing was `trained`.
     """
-    told = quantities_told(subject, configuration.record)
+    known_quantities = quantities_known(subject, configuration.record)
     idle: dict[ReadBy, bool] = {
         "reward": not trained,
         "identification": configuration.identification.method == "none",
         "correction": configuration.correction.steps == 0,
     }
     return {
-        quantity: [by for by in _READ_BY[quantity] if quantity in told and not idle.get(by)]
+        quantity: [
+            by for by in _READ_BY[quantity] if quantity in known_quantities and not idle.get(by)
+        ]
         for quantity in QUANTITIES
     }
 
 
-def status(measure: str, told: Collection[str]) -> Status:
-    """Whether `measure` is compared with quantities known to the run, which are `told`."""
+def status(measure: str, known_quantities: Collection[str]) -> Status:
+    """Whether `measure` is compared with quantities known to the run, which are
+    `known_quantities`.
+    """
     of = QUANTITIES_OF.get(measure, ())
     if not of:
         return "not compared"
-    known = [quantity in told for quantity in of]
+    known = [quantity in known_quantities for quantity in of]
     return "fitted" if all(known) else "partly fitted" if any(known) else "predicted"

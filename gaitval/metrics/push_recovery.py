@@ -139,11 +139,11 @@ def _once(survived: Survived) -> Survived:
     known: dict[Push, bool] = {}
 
     def remembered(pushes: Sequence[Push]) -> list[bool]:
-        asked = [replace(push, direction=round(push.direction, 12)) for push in pushes]
-        new = [at for at, push in enumerate(asked) if push not in known]
+        wanted = [replace(push, direction=round(push.direction, 12)) for push in pushes]
+        new = [at for at, push in enumerate(wanted) if push not in known]
         stood = survived([pushes[at] for at in new])
-        known.update(zip((asked[at] for at in new), stood, strict=True))
-        return [known[push] for push in asked]
+        known.update(zip((wanted[at] for at in new), stood, strict=True))
+        return [known[push] for push in wanted]
 
     return remembered
 

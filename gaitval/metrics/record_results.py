@@ -10,7 +10,17 @@ from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import RECORDED_ANGLES, Origin
 from gaitval.metrics.quantity_results import JointPower, QuantityResult
 from gaitval.metrics.record_consistency import Consistency
-from gaitval.metrics.typed import Count, Curve, Number, Positive, Result, Sides, Size, named, sided
+from gaitval.metrics.typed import (
+    Count,
+    Curve,
+    Number,
+    Result,
+    Sides,
+    Size,
+    StrictPositive,
+    named,
+    sided,
+)
 from gaitval.prediction.known import QUANTITIES, RecordedQuantity
 
 T = TypeVar("T")
@@ -136,7 +146,7 @@ class UnseenResult(Result):
     """A trial at the same speed that was held out, see gaitval/metrics/unseen.py."""
 
     trial: str
-    speed: Positive
+    speed: StrictPositive
     rmse: UnseenErrors
     between: PredictionErrors
     """RMSE between this trial and the compared one."""

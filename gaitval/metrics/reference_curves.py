@@ -59,10 +59,10 @@ def reference_curves(reference: ReferenceMotion, mass: float, left_phase: float)
 
 def floor_of(task: WalkingTask) -> float:
     """Epsilon of the reference of `task` itself, of a walker that would follow it exactly."""
-    asked = reference_curves(task.reference, task.model.mass, task.record.left_phase)
+    target = reference_curves(task.reference, task.model.mass, task.record.left_phase)
     once = Curves(
         **{
-            kind: {name: curve[None] for name, curve in getattr(asked, kind).items()}
+            kind: {name: curve[None] for name, curve in getattr(target, kind).items()}
             for kind in ("angles", "moments", "forces")
         }
     )

@@ -323,7 +323,7 @@ class CorrectionResult(Result):
     curves: list[CorrectedCurve]
 
 
-class WitnessResult(Result):
+class SecondEngineResult(Result):
     """The final walk's body and policy in a second physics engine, for the compared cycles."""
 
     engine: str
@@ -404,7 +404,7 @@ class Metrics(Displayed, Result):
     push_recovery: PushRecovery | None
     torque_shares: TorqueShares | None = None
     """Of the final walk."""
-    witness: WitnessResult | None = None
+    witness: SecondEngineResult | None = None
     curve_statistics: WalkStatistics | None = None
     """Of the final walk; null with fewer than two gait cycles."""
     identification: IdentificationResult | None

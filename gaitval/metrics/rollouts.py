@@ -134,7 +134,7 @@ def walked_far(
     return tuple(chain.from_iterable(pool.each_together(_walk_together, groups)))
 
 
-def begun_walk(
+def started_walk(
     pool: RolloutPool, policy: Policy, mu: Array, phase: float, *, engine: Engine
 ) -> Callable[[], tuple[Endurance, Rollout]]:
     """Start a walk of the compared length in an `engine` beside the next ones of `pool`: `policy`
@@ -152,5 +152,5 @@ def roll_out_from(
     """The rollout of `policy` with the body `mu` (14,) that is compared: from the first of the
     `starts` (`walked_far`), in DART, by a worker of `pool`. A fall there counts, too.
     """
-    went, compared = begun_walk(pool, policy, mu, starts[0].start_phase, engine="dart")()
+    went, compared = started_walk(pool, policy, mu, starts[0].start_phase, engine="dart")()
     return Rollouts(compared, (went if went.fell else starts[0], *starts[1:]))

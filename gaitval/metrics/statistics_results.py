@@ -6,7 +6,7 @@ from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.record_results import Kinds
 from gaitval.metrics.typed import Count, Result, Share, Sides, Size
 
-People = Literal["adults", "children"]
+AgeGroup = Literal["adults", "children"]
 """Whose band it is: 42 adults over ground (Fukuchi et al. 2018), or typically developing children
 (Schwartz et al. 2008)."""
 
@@ -67,8 +67,8 @@ class GaitProfiles(Result):
 class BandPeople(Result):
     """Whose bands they are, by kind of curve."""
 
-    angles: People = "children"
-    moments: People = "children"
+    angles: AgeGroup = "children"
+    moments: AgeGroup = "children"
 
 
 class BandShares(Result):

@@ -20,7 +20,7 @@ DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Size = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0)]
 Share = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=0, le=1)]
-Positive = Annotated[float, Strict(), Field(allow_inf_nan=False, gt=0)]
+StrictPositive = Annotated[float, Strict(), Field(allow_inf_nan=False, gt=0)]
 Count = Annotated[int, Strict(), Field(ge=0)]
 Flag = Annotated[bool, Strict()]
 Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]

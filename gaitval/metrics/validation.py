@@ -62,13 +62,13 @@ from gaitval.metrics.results import (
     Method,
     Metrics,
     Provenance,
+    SecondEngineResult,
     Spatiotemporal,
     SpatiotemporalResult,
     SubjectResult,
     WalkedCurves,
     WalkResult,
     WalkResults,
-    WitnessResult,
 )
 from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.side_measures import side_values
@@ -380,11 +380,13 @@ def _method(
     )
 
 
-def _witness(walks: Rollouts, measures: Sequence[Measure], origins: Origins) -> WitnessResult:
+def _second_engine(
+    walks: Rollouts, measures: Sequence[Measure], origins: Origins
+) -> SecondEngineResult:
     """The second-engine check: results of the same walk in the second engine."""
     (start,) = walks.starts
     counted = summary(judged([each for each in measures if each.measure not in ENDURANCE], origins))
-    return WitnessResult(
+    return SecondEngineResult(
         engine=f"MuJoCo {version('mujoco')}",
         fell=start.fell,
         cycles=start.cycles,
@@ -453,7 +455,7 @@ def validate(
     pushes: PushRecovery | None = None,
     others: Sequence["Subject"] = (),
     torque_shares: TorqueShares | None = None,
-    witness: Rollouts | None = None,
+    second_engine: Rollouts | None = None,
     repeats: Sequence[Repeat] = (),
     centring: float | None = None,
     prediction_errors: HeldOutErrors | None = None,
@@ -475,7 +477,7 @@ def validate(
     pushes : of the validated body.
     others : people from whom predictions without a model are made.
     torque_shares : of the validated rollout.
-    witness : the compared rollout of that body in the second engine.
+    second_engine : the compared rollout of that body in the second engine.
     repeats : what was measured of repeated walks (`repeats.repeated_walks`).
     centring : share of the policy's action bias that was removed, if not the configured one.
     prediction_errors : of held-out trials (`held_out.prediction_errors`), given beside the distance
@@ -534,8 +536,10 @@ def validate(
             torque_shares=torque_shares,
             curve_statistics=_statistics(last.compared, compared, of, subject.age_years),
             witness=None
-            if witness is None
-            else _witness(witness, _measured(witness, of, configuration)[1], of.origins),
+            if second_engine is None
+            else _second_engine(
+                second_engine, _measured(second_engine, of, configuration)[1], of.origins
+            ),
             identification=identification,
             correction=correction,
             training=training,

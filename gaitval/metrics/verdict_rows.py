@@ -33,12 +33,12 @@ def judged(measures: Sequence[Measure], origins: Origins) -> list[Verdict]:
 
 
 def measure_rows(
-    measures: Sequence[Measure], told: Mapping[str, Sequence[str]], origins: Origins
+    measures: Sequence[Measure], known_by: Mapping[str, Sequence[str]], origins: Origins
 ) -> list[ComparedMeasure]:
-    """`measures` with their origins and whether their reference was known to the run (`told`: what
-    read each quantity). Skill is left out where there is no record to compare with.
+    """`measures` with their origins and whether their reference was known to the run (`known_by`:
+    what read each quantity). Skill is left out where there is no record to compare with.
     """
-    known = [quantity for quantity, read_by in told.items() if read_by]
+    known = [quantity for quantity, read_by in known_by.items() if read_by]
     return [
         ComparedMeasure(**each.as_dict(), comparison=status(each.measure, known), origin=origin)
         for each in measures

@@ -176,8 +176,8 @@ def sentence(metrics: Metrics) -> str:
     first, second = counts
     close = sum(len(each.close) for each in every if each.first.role == "acceptance")
     narrow = f" {close} accepted {'value passes' if close == 1 else 'values pass'} narrowly."
-    said = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}"
-    return said + unjudged_text(metrics.origins)
+    message = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}"
+    return message + unjudged_text(metrics.origins)
 
 
 def unjudged_text(origins: Origins) -> str:
@@ -190,12 +190,12 @@ def unjudged_text(origins: Origins) -> str:
     by_reason: dict[str, dict[str, list[str]]] = {}
     for quantity, side, origin in not_recorded(origins):
         by_reason.setdefault(origin, {}).setdefault(quantity, []).append(side)
-    said = [
+    messages = [
         f"{_listed([n if len(sides) > 1 else f'{sides[0]} {n}' for n, sides in found.items()])} "
         f"({reasons[origin]})"
         for origin, found in by_reason.items()
     ]
-    return f" Not recorded, so not judged: {'; '.join(said)}." if said else ""
+    return f" Not recorded, so not judged: {'; '.join(messages)}." if messages else ""
 
 
 def _listed(words: Sequence[str]) -> str:

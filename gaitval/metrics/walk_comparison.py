@@ -41,8 +41,8 @@ class Comparison(Saved):
     def title(self) -> str:
         """What is compared, and what of it is no error because it was not recorded."""
         other = sorted({str(each) for each in self.origins if not is_judged(each)})
-        said = f"; {', '.join(other)} curves: distance, not an error" if other else ""
-        return f"Walk of {self.of} against {self.against}: RMSE{said}"
+        reasons = f"; {', '.join(other)} curves: distance, not an error" if other else ""
+        return f"Walk of {self.of} against {self.against}: RMSE{reasons}"
 
     def overview(self) -> pd.DataFrame:
         """RMSE of each quantity, by side."""
@@ -59,9 +59,9 @@ class Comparison(Saved):
             if not is_judged(origin):
                 side, quantity = split_side(name)
                 sides.setdefault(quantity, {})[side] = str(origin)
-        said = [sides.get(name, {}) for name in found["quantity"]]
+        reasons = [sides.get(name, {}) for name in found["quantity"]]
         return found.assign(
-            not_recorded=[", ".join(f"{side}: {why}" for side, why in e.items()) for e in said]
+            not_recorded=[", ".join(f"{side}: {why}" for side, why in e.items()) for e in reasons]
         )
 
     def rmse(self, name: str) -> float:

@@ -8,7 +8,17 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from gaitval.configuration import PushSettings
-from gaitval.metrics.typed import Count, Curve, Flag, Number, Positive, Result, Sides, Size, named
+from gaitval.metrics.typed import (
+    Count,
+    Curve,
+    Flag,
+    Number,
+    Result,
+    Sides,
+    Size,
+    StrictPositive,
+    named,
+)
 
 
 class CountBySide(Sides[Count]):
@@ -84,7 +94,7 @@ class FootContact(Result):
     """How one foot met the ground, see gaitval/metrics/foot_contact.py."""
 
     stances: Count
-    foot_length_m: Positive
+    foot_length_m: StrictPositive
     spheres: list[Annotated[list[Number], Field(min_length=3, max_length=3)]]
     """Along, across and radius of each contact sphere in the footprint, foot lengths."""
     path: PressurePath
@@ -102,11 +112,11 @@ class FootContacts(Sides[FootContact]):
 class PushRecovery(Result):
     """Recovery from horizontal pushes at the pelvis, see gaitval/metrics/push_recovery.py."""
 
-    seconds: Positive
+    seconds: StrictPositive
     """s, how long each push lasts."""
-    cycles: Positive
+    cycles: StrictPositive
     """Gait cycles without a fall after which a push counts as survived."""
-    resolution: Positive
+    resolution: StrictPositive
     """N, the finest step in force."""
     ceiling: Size
     """N, the largest push tested: a walker that survived it may survive more."""

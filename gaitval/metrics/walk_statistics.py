@@ -20,7 +20,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.curve_statistics import ALPHA, one_sample_test
 from gaitval.metrics.gait_profile import gait_profile
-from gaitval.metrics.healthy_bands import BAND, Bands, bands_beside
+from gaitval.metrics.healthy_bands import BAND, HealthyBands, bands_beside
 from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.record_results import Kind
 from gaitval.metrics.recorded import by_kind
@@ -163,7 +163,7 @@ def _bands(
     walked: Mapping[Kind, Mapping[str, Array]],
     recorded: Mapping[Kind, Mapping[str, Array]],
     origins: Origins,
-    bands: Bands,
+    bands: HealthyBands,
 ) -> dict[str, dict[str, BandShares]]:
     found: dict[str, dict[str, BandShares]] = {}
     for kind, each in bands.items():

@@ -353,10 +353,10 @@ def _walking_velocity(
         velocity, how = drift - ground, "on a treadmill"
     speed = float(np.linalg.norm(velocity))
     if speed < SLOWEST_WALK:
-        if said := what_instead(recording, landmarks, pelvis):
+        if message := what_instead(recording, landmarks, pelvis):
             raise RecordError(
-                f"{where}: {said}. Only walking can be analysed; give a walking trial, or the part "
-                "of this one in which the person walks with --trial-time."
+                f"{where}: {message}. Only walking can be analysed; give a walking trial, or the "
+                "part of this one in which the person walks with --trial-time."
             )
         raise RecordError(
             f"{where}: neither the pelvis nor a belt under the feet moves (at most {speed:.2f} "

@@ -214,11 +214,11 @@ def check_frames(path: Path, contents: Contents, analogs: int, samples: int, roo
     """
     frames = len(contents.points)
     found = contents.analogs.size // max(frames, 1)
-    held = room // max(4 * contents.points.shape[1] + found, 1)
+    fits = room // max(4 * contents.points.shape[1] + found, 1)
     # Rotations of segments follow the points and would be taken for more frames.
-    if held > max(frames, _MOST_COUNTED) and not contents.number("ROTATION", "USED"):
+    if fits > max(frames, _MOST_COUNTED) and not contents.number("ROTATION", "USED"):
         raise RecordError(
-            f"{path}: has about {held} frames, but its header counts {frames}: it cannot count "
+            f"{path}: has about {fits} frames, but its header counts {frames}: it cannot count "
             f"more than {_MOST_COUNTED}. Export the trial in parts of at most {_MOST_COUNTED} "
             "frames."
         )

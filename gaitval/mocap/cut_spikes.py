@@ -8,7 +8,7 @@ import numpy as np
 from gaitval.arrays import Array, Flags
 from gaitval.errors import count_of
 from gaitval.mocap.findings import Finding, finding, seen_frames
-from gaitval.mocap.lost_frames import lost_frames, said_lost
+from gaitval.mocap.lost_frames import lost_frames, lost_text
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.spikes import jump_tolerance, surprise_of
 
@@ -37,7 +37,7 @@ def cut_spikes(recording: Recording, markers: Array) -> tuple[list[Finding], Fla
     lost = lost_frames(markers)
     findings = [
         finding(
-            recording, "jump", ["all markers"], at, at + 1, f"{said_lost(frames)}; left as it is"
+            recording, "jump", ["all markers"], at, at + 1, f"{lost_text(frames)}; left as it is"
         )
         for at, frames in lost
     ]

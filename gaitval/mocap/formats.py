@@ -65,36 +65,36 @@ def further(readers: Iterable[str], group: str) -> str:
     return "".join(f", {each}" for each in endings if each != ".txt")
 
 
-Forces = tuple[float, float, tuple[Plate, ...]]
+_PlateForces = tuple[float, float, tuple[Plate, ...]]
 """Rate, Hz, the first time, s, and the plates."""
 
 
-def _mot(path: Path, recording: Recording) -> Forces:
+def _mot(path: Path, recording: Recording) -> _PlateForces:
     from gaitval.mocap.mot import read_ground_reaction
 
     del recording
     return read_ground_reaction(path)
 
 
-def _motion_analysis(path: Path, recording: Recording) -> Forces:
+def _motion_analysis(path: Path, recording: Recording) -> _PlateForces:
     from gaitval.mocap.motion_analysis import read_motion_analysis_forces
 
     return read_motion_analysis_forces(path, recording)
 
 
-def _tsv_forces(path: Path, recording: Recording) -> Forces:
+def _tsv_forces(path: Path, recording: Recording) -> _PlateForces:
     from gaitval.mocap.qualisys_tsv import read_qualisys_forces
 
     return read_qualisys_forces(path, recording)
 
 
-def _txt_forces(path: Path, recording: Recording) -> Forces:
+def _txt_forces(path: Path, recording: Recording) -> _PlateForces:
     from gaitval.mocap.kistler_text import read_kistler_text
 
     return read_kistler_text(path, recording)
 
 
-FORCE_READERS: Final[dict[str, Callable[[Path, Recording], Forces]]] = {
+FORCE_READERS: Final[dict[str, Callable[[Path, Recording], _PlateForces]]] = {
     ".mot": _mot,
     ".sto": _mot,
     ".forces": _motion_analysis,

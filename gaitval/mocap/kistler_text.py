@@ -178,8 +178,8 @@ def _give_torques(
     if len(places) == len(plates):
         owners: list[dict[str, int] | None] = [*plates]
     else:
-        begun = [[each for each in plates if min(each.values()) < place] for place in places]
-        owners = [each[-1] if each else None for each in begun]
+        started = [[each for each in plates if min(each.values()) < place] for place in places]
+        owners = [each[-1] if each else None for each in started]
     ends = [max(plate.values()) for plate in plates]
     mixed = any(min(plate.values()) < end for plate, end in zip(plates[1:], ends, strict=False))
     for owner, place in zip(owners, places, strict=True):

@@ -61,7 +61,7 @@ def _repeats(markers: Array) -> Flags:
     return np.asarray(same.all(axis=(1, 2)) & seen_frames(markers[1:]).any(axis=1))
 
 
-def said_lost(frames: int) -> str:
+def lost_text(frames: int) -> str:
     """How many `frames` are missing, or too many if negative, in words."""
     if frames < 0:
         return count_of(-frames, "repeated frame")

@@ -132,8 +132,8 @@ def _header(path: Path, lines: Sequence[str]) -> tuple[dict[str, str], list[str]
         )
         if found:
             header[found[1].lower()] = found[2].strip()
-        elif said := re.search(r"angles\s+are\s+in\s+(degrees|radians)", line, re.IGNORECASE):
-            words.append(said[1].lower())
+        elif value := re.search(r"angles\s+are\s+in\s+(degrees|radians)", line, re.IGNORECASE):
+            words.append(value[1].lower())
     version = header.get("version", "1")
     if version not in VERSIONS:
         raise RecordError(
@@ -149,15 +149,15 @@ def _header(path: Path, lines: Sequence[str]) -> tuple[dict[str, str], list[str]
     return header, words
 
 
-def _range(path: Path, said: str, rows: int) -> Array:
+def _range(path: Path, value: str, rows: int) -> Array:
     """Times (`rows`,) s of a SIMM motion without them: evenly over its range."""
     try:
-        begin, end = map(float, said.split()[:2])
+        begin, end = map(float, value.split()[:2])
     except ValueError:
         begin = end = np.nan
     if not begin < end < np.inf:
         raise RecordError(
-            f"{path}: no column is named time, and the range {said!r} is not that of its times "
+            f"{path}: no column is named time, and the range {value!r} is not that of its times "
             "(two times in s). Export the file again."
         )
     return np.linspace(begin, end, rows)
@@ -165,15 +165,15 @@ def _range(path: Path, said: str, rows: int) -> Array:
 
 def _in_degrees(path: Path, header: Mapping[str, str], words: Sequence[str]) -> bool:
     """Whether angles are in degrees, by the `header` at `path` and what it says in `words`."""
-    said = header.get("indegrees")
-    if said is None and words:
+    value = header.get("indegrees")
+    if value is None and words:
         if len(set(words)) > 1:
             raise RecordError(
                 f"{path}: the header says that angles are in degrees, and that they are in "
                 "radians. Correct it."
             )
         return words[0] == "degrees"
-    if said is None:
+    if value is None:
         try:
             return float(header.get("version", "0")) < 1
         except ValueError:
@@ -181,12 +181,12 @@ def _in_degrees(path: Path, header: Mapping[str, str], words: Sequence[str]) -> 
                 f"{path}: version is {header['version']!r}, which is no number, and nothing else "
                 "says the unit of angles. Add the line inDegrees=yes, or inDegrees=no for radians."
             ) from None
-    if said.lower() not in ("yes", "y", "no", "n"):
+    if value.lower() not in ("yes", "y", "no", "n"):
         raise RecordError(
-            f"{path}: inDegrees is {said!r}, which OpenSim does not know: write yes if the angles "
+            f"{path}: inDegrees is {value!r}, which OpenSim does not know: write yes if the angles "
             "are in degrees, no if they are in radians."
         )
-    return said.lower() in ("yes", "y")
+    return value.lower() in ("yes", "y")
 
 
 def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
@@ -299,11 +299,11 @@ def _devices(
     if not plates:  # in another unit than N all plates are weak
         return ()
     if devices:
-        said = ", ".join(
+        value = ", ".join(
             f"{name or 'without a name'} (up to {t:.3g} Nm)" for name, t in devices.items()
         )
         passed_over(
-            f"{path}: {said}: a torque without a force is no force plate's, but a device's on the "
+            f"{path}: {value}: a torque without a force is no force plate's, but a device's on the "
             "body. It is not used, so joint moments are those of person and device together: take "
             "the device's away from them"
         )

@@ -126,8 +126,8 @@ def _about_pressure(path: Path, name: str, force: Array, point: Array, torque: A
         return upright
     if lever <= LONGEST_LEVER_M:  # about no one point: noise, or a filter
         size = f"{across:.3g} m times the force across the vertical (median)"
-        said = f"{path}: plate {name}: no foot exerts its torque of {size}; it is used as it is"
-        passed_over(said)
+        message = f"{path}: plate {name}: no foot exerts its torque of {size}; it is used as it is"
+        passed_over(message)
         return torque
     why = (
         "It looks like Nmm: divide the torques by 1000"

@@ -31,7 +31,7 @@ _QUADRANTS: Final = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")
 _MOMENTS: Final = {"Nm": 1.0, "Nmm": 1e-3}
 _FORCE_COLUMNS: Final = 9
 
-Forces = tuple[float, float, tuple[Plate, ...]]
+_PlateForces = tuple[float, float, tuple[Plate, ...]]
 
 
 class _Table(NamedTuple):
@@ -78,7 +78,7 @@ def read_qualisys_tsv(path: Path) -> Recording:
     return with_plates(recording, several, plates, rate=force_rate, start=begin)
 
 
-def read_qualisys_forces(path: Path, recording: Recording) -> Forces:
+def read_qualisys_forces(path: Path, recording: Recording) -> _PlateForces:
     """Read the plates of a trial: that of `path`, `…_f_1.tsv`, and those beside it with other
     numbers. `recording` has the markers of the trial. Returns the rate Hz, the time of the first
     sample s, and the plates. Raises RecordError if a file is no force file of QTM, is truncated,
@@ -102,7 +102,7 @@ def _number(path: Path) -> tuple[int, str]:
     return (int(found[1]) if found else 0, path.stem)
 
 
-def _forces(files: list[Path], recording: Recording) -> Forces:
+def _forces(files: list[Path], recording: Recording) -> _PlateForces:
     found = [_plate(path, recording) for path in files]
     rates = {rate for rate, _, _ in found}
     counts = {len(plate.force) for _, _, plate in found}

@@ -133,7 +133,7 @@ def _resampled(plate: Plate, rate: float, finer: float) -> Plate:
     if loaded.any():
         known = np.flatnonzero(loaded)
         # Between two loaded samples the line, beside the edge of a contact its last sample.
-        held = np.stack(
+        fixed = np.stack(
             [
                 np.interp(old, old[known], plate.centre_of_pressure[known, axis])
                 for axis in range(3)
@@ -141,7 +141,7 @@ def _resampled(plate: Plate, rate: float, finer: float) -> Plate:
             axis=1,
         )
         nearest = np.clip(np.rint(new * rate).astype(int), 0, len(old) - 1)
-        point[loaded[nearest]] = linear(held)[loaded[nearest]]
+        point[loaded[nearest]] = linear(fixed)[loaded[nearest]]
     free = np.where(np.isfinite(point), linear(plate.free_moment), 0.0)
     moment = None if plate.moment is None else linear(plate.moment)
     return replace(plate, force=force, centre_of_pressure=point, free_moment=free, moment=moment)

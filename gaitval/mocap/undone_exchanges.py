@@ -8,7 +8,7 @@ from gaitval.errors import RecordError
 from gaitval.mocap.findings import Finding, finding
 from gaitval.mocap.recording import Recording
 
-Change = tuple[int, int, int]
+_Exchange = tuple[int, int, int]
 """First frame of an exchange, and the columns of the two markers."""
 
 AMBIGUOUS_SHARE: Final = 0.25
@@ -17,7 +17,7 @@ than this; otherwise it is unclear which part is right."""
 
 
 def undo_exchanges(
-    recording: Recording, markers: Array, next_change: Callable[[set[Change]], Change | None]
+    recording: Recording, markers: Array, next_change: Callable[[set[_Exchange]], _Exchange | None]
 ) -> list[Finding]:
     """Change back what changes places; see `exchanges.exchange_back`.
 
@@ -33,7 +33,7 @@ def undo_exchanges(
     """
     names = recording.names
     changes: dict[tuple[int, int], list[int]] = {}
-    done: set[Change] = set()
+    done: set[_Exchange] = set()
     # Each change is undone up to the end of the trial, so a change back shows up as the next one.
     # `done` keeps a pair from being exchanged at the same frame for ever.
     while (change := next_change(done)) is not None:

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags
-from gaitval.muscles.mapping import LegLoads, Sizes, tibia_axes
+from gaitval.muscles.mapping import BoneSizes, LegLoads, tibia_axes
 from gaitval.muscles.paths import JOINTS, KNEE, Geometry
 
 PLATEAUS: Final = 0.040
@@ -57,7 +57,7 @@ class Contact:
         return np.asarray(np.linalg.norm(getattr(self, joint), axis=-1))
 
 
-def contact(loads: LegLoads, paths: Geometry, force: Array, own: Sizes) -> Contact:
+def contact(loads: LegLoads, paths: Geometry, force: Array, own: BoneSizes) -> Contact:
     """What the joints carry with `loads`, where muscles pull with `force` (T, 40) N along `paths`,
     in a leg of the sizes `own`.
     """

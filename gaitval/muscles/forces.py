@@ -110,7 +110,7 @@ class MuscleForces:
         """What a reader must know of this result: moments that the muscles do not make, angles that
         the paths do not reach, muscles at their limit, frames without a solution.
         """
-        return tuple(said for side, leg in self.legs.items() for said in self._of(side, leg))
+        return tuple(message for side, leg in self.legs.items() for message in self._of(side, leg))
 
     def _of(self, side: Side, leg: LegForces) -> Iterator[str]:
         largest = np.abs(leg.moments).max(axis=0, initial=0.0)
@@ -294,8 +294,8 @@ def capacity(
     slope = along / fibre
     normal = fibre / muscles.optimal_fibre
     fast = np.clip(speed * slope / (FASTEST * muscles.optimal_fibre), -1.0, 1.0)
-    held = length - slack <= _SHORTEST * muscles.optimal_fibre
-    active = np.where(held, 0.0, active_length(normal) * velocity(fast))
+    fixed = length - slack <= _SHORTEST * muscles.optimal_fibre
+    active = np.where(fixed, 0.0, active_length(normal) * velocity(fast))
     passive = passive_length(normal, muscles.passive_from, muscles.passive_to)
     return Capacity(muscles.max_force * active * slope, muscles.max_force * passive * slope, normal)
 
@@ -330,7 +330,7 @@ def _spared(loads: LegLoads, paths: Geometry, criterion: Criterion, weight: floa
 
 
 @dataclass(frozen=True)
-class Shared:
+class SharedFrames:
     """Activations (T, 40) and forces (T, 40) N, what the muscles were able to do, and whether a
     frame was solved, (T,).
     """
@@ -351,7 +351,7 @@ def capacity_shares(
     criterion: Criterion,
     weight: float,
     lowest: float = LOWEST,
-) -> Shared:
+) -> SharedFrames:
     """Share `loads` to muscles of whole `length` (T, 40) m, that change by `speed` m/s, with `arms`
     (T, 40, 6) m, in a body of `weight` N; none is less active than `lowest`.
     """
@@ -388,7 +388,7 @@ def capacity_shares(
         # Halfway, so that a tendon that stretches too far in one step does not slacken in the next.
         guess = force if step == 0 else (guess + force) / 2
         able = capacity(length, speed, muscles, guess)
-    return Shared(shares.activations, force, able, shares.solved)
+    return SharedFrames(shares.activations, force, able, shares.solved)
 
 
 __all__ = ["LOWEST", "LegForces", "MuscleForces", "share", "share_leg"]

@@ -3,7 +3,7 @@
 The model that the muscles are of (`paths`) has another zero, a knee whose tibia moves along the
 femur as it bends, and oblique axes of ankle and subtalar joint:
 
-* pelvis and knee: gaitval's zero is at `Skeleton.hip_zero` and `knee_zero` of the model;
+* pelvis and knee: gaitval's zero is at `MuscleSkeleton.hip_zero` and `knee_zero` of the model;
 * hips: same axes, so same moments, about the person's hip centre;
 * knee: the moment that the muscles must make is by virtual work that of the intersegmental moment
   and force on the tibia, which turns *and shifts* per rate of the angle;
@@ -24,7 +24,7 @@ from gaitval.coordinates import COORDINATES as ALL
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.muscles.paths import KNEE, Skeleton, table
+from gaitval.muscles.paths import KNEE, MuscleSkeleton, table
 
 _TO_OPENSIM = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """x forward, y left, z up to x forward, y up, z right."""
@@ -33,7 +33,7 @@ _MIRROR = np.diag([1.0, 1.0, -1.0])
 
 
 @dataclass(frozen=True)
-class Sizes:
+class BoneSizes:
     """The bones of a leg against the published ones, as (4,) `factors` in the order of
     `paths.BONES`.
     """
@@ -56,8 +56,8 @@ class Sizes:
         return float(self.factors[2])
 
 
-def sizes(model: BodyModel, side: str) -> Sizes:
-    """Sizes of the bones of a `side` ("r" or "l") of a body."""
+def sizes(model: BodyModel, side: str) -> BoneSizes:
+    """BoneSizes of the bones of a `side` ("r" or "l") of a body."""
     bones = table().skeleton
     found = [
         abs(model[f"thigh_{side}"].joint_position[1]) / bones.hip_half_width,
@@ -65,7 +65,7 @@ def sizes(model: BodyModel, side: str) -> Sizes:
         float(np.linalg.norm(model[f"foot_{side}"].joint_position)) / bones.shank,
         model[f"toes_{side}"].joint_position[0] / bones.foot,
     ]
-    return Sizes(np.array(found))
+    return BoneSizes(np.array(found))
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def leg_loads(model: BodyModel, positions: Array, dynamics: InverseDynamics, sid
 
 
 def _angles(
-    positions: Array, turned: dict[str, Array], side: str, bones: Skeleton
+    positions: Array, turned: dict[str, Array], side: str, bones: MuscleSkeleton
 ) -> tuple[Array, Array]:
     found = np.empty((len(positions), 6))
     for i, name in enumerate(("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle")):
@@ -150,7 +150,7 @@ def _angles(
 
 
 def _moments(
-    angles: Array, force: Array, moment: Array, own: Sizes, bones: Skeleton
+    angles: Array, force: Array, moment: Array, own: BoneSizes, bones: MuscleSkeleton
 ) -> tuple[Array, Array]:
     found, per_shift = np.empty((len(angles), 6)), np.zeros((len(angles), 6, 3))
     flexion, adduction = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])

@@ -63,7 +63,7 @@ class Muscle:
 
 
 @dataclass(frozen=True)
-class Skeleton:
+class MuscleSkeleton:
     """Joints of the published leg; m, and axes of the bone named.
 
     Attributes
@@ -117,11 +117,11 @@ class _Paths:
 
 
 @dataclass(frozen=True)
-class Table:
+class PathTable:
     """The shipped muscles: see `table`. `ranges` (6, 2) rad is where the paths were computed."""
 
     muscles: tuple[Muscle, ...]
-    skeleton: Skeleton
+    skeleton: MuscleSkeleton
     ranges: Array
     paths: tuple[_Paths, ...]
 
@@ -161,7 +161,7 @@ class _Member(NamedTuple):
 
 
 @cache
-def table() -> Table:
+def table() -> PathTable:
     """The shipped muscles and their paths."""
     with files("gaitval.muscles").joinpath("paths.npz").open("rb") as file, np.load(file) as stored:
         arrays = {name: stored[name] for name in stored.files}
@@ -194,9 +194,9 @@ def table() -> Table:
         key = (own, powers.tobytes())
         member = _Member(index, length, pull, moment)
         groups.setdefault(key, (powers, []))[1].append(member)
-    return Table(
+    return PathTable(
         muscles=tuple(muscles),
-        skeleton=Skeleton(
+        skeleton=MuscleSkeleton(
             hip_half_width=float(arrays["hip_half_width"]),
             thigh=float(arrays["thigh"]),
             shank=float(arrays["shank"]),

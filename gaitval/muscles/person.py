@@ -15,7 +15,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
-from gaitval.muscles.mapping import Sizes
+from gaitval.muscles.mapping import BoneSizes
 from gaitval.muscles.paths import geometry, table
 
 SPECIFIC_TENSION: Final = 60e4
@@ -49,7 +49,7 @@ class LegMuscles:
     """
 
     names: tuple[str, ...]
-    sizes: Sizes
+    sizes: BoneSizes
     max_force: Array
     optimal_fibre: Array
     tendon_slack: Array
@@ -67,7 +67,7 @@ def muscle_volume(mass: float, height: float) -> float:
 
 
 def leg_muscles(
-    own: Sizes,
+    own: BoneSizes,
     *,
     mass: float,
     height: float,

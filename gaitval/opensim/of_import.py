@@ -42,7 +42,7 @@ def write_import(target: Path, found: Import, contact: ContactSettings) -> list[
     `contact`.
     """
     determined = np.asarray(found.trials[0].kinematics.determined.any(axis=0))
-    held = {
+    locked = {
         name: 0.0
         for name, seen in zip(COORDINATES, determined, strict=True)
         if not seen and name not in ROOT
@@ -50,7 +50,7 @@ def write_import(target: Path, found: Import, contact: ContactSettings) -> list[
     friction = float(nominal_parameters()[PARAMETERS.index("friction")])
 
     def write_model(path: Path, model: BodyModel) -> None:
-        write_osim(path, model, found.body.markers, contact, friction, held=held)
+        write_osim(path, model, found.body.markers, contact, friction, locked=locked)
         written.append(path)
 
     written: list[Path] = []

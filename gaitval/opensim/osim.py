@@ -23,6 +23,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -42,8 +43,6 @@ from gaitval.opensim.coordinates import (
     TO_OPENSIM,
     vectors_to_opensim,
 )
-
-Element = ElementTree.Element
 
 DOCUMENT_VERSION = "40600"
 """Of the file format: OpenSim 4.6 reads the document as it is."""
@@ -91,7 +90,7 @@ def write_osim(
     contact: ContactSettings,
     friction: float,
     *,
-    held: Mapping[str, float] | None = None,
+    locked: Mapping[str, float] | None = None,
 ) -> None:
     """Write the model to `path` as `.osim`, whole or not at all; equal arguments give equal bytes.
 
@@ -101,16 +100,16 @@ def write_osim(
     markers : attached to the model, in the order of the file's MarkerSet.
     contact : constants of the contact spheres.
     friction : static friction coefficient (the body parameter sigma).
-    held : values (rad) of coordinates that OpenSim's inverse kinematics must not change, because no
-        marker determines them (such as `mtp_angle_r` in most marker sets).
+    locked : values (rad) of coordinates that OpenSim's inverse kinematics must not change, because
+        no marker determines them (such as `mtp_angle_r` in most marker sets).
 
     Raises
     ------
     ModelError : OpenSim cannot read a marker name, two markers have one name, a marker is on an
         unknown segment, or the model does not have a held coordinate.
     """
-    held = held or {}
-    _check(markers, held)
+    locked = locked or {}
+    _check(markers, locked)
     document = ElementTree.Element("OpenSimDocument", Version=DOCUMENT_VERSION)
     root = _named(document, "Model", re.sub(r"[^\w.-]", "_", model.name) or "model")
     _text(root, "credits", "Written by gaitval")
@@ -118,7 +117,7 @@ def write_osim(
     _text(root, "force_units", "N")
     _vector(root, "gravity", (0.0, -GRAVITY, 0.0))
     _bodies(_set(root, "BodySet"), model)
-    _joints(_set(root, "JointSet"), model, held)
+    _joints(_set(root, "JointSet"), model, locked)
     _contact_forces(_set(root, "ForceSet"), model, contact, friction)
     _markers(_set(root, "MarkerSet"), markers)
     _contact_geometry(_set(root, "ContactGeometrySet"), model)
@@ -127,7 +126,7 @@ def write_osim(
     write_text(Path(path), f'<?xml version="1.0" encoding="UTF-8" ?>\n{text}\n')
 
 
-def _check(markers: Sequence[ModelMarker], held: Mapping[str, float]) -> None:
+def _check(markers: Sequence[ModelMarker], locked: Mapping[str, float]) -> None:
     names = [marker.name for marker in markers]
     problems = [
         f"marker {name!r}: OpenSim accepts no name that is empty or contains a space or one of / "
@@ -147,7 +146,7 @@ def _check(markers: Sequence[ModelMarker], held: Mapping[str, float]) -> None:
     ]
     problems += [
         f"held coordinate {name}: unknown; the coordinates are {', '.join(ACTUATED)}"
-        for name in held
+        for name in locked
         if name not in ACTUATED
     ]
     if problems:
@@ -275,7 +274,7 @@ def _draw(components: Element, name: str, shape: _Shape) -> None:
 # ---- Joints. ----
 
 
-def _joints(joints: Element, model: BodyModel, held: Mapping[str, float]) -> None:
+def _joints(joints: Element, model: BodyModel, locked: Mapping[str, float]) -> None:
     for segment in model.segments:
         name = JOINTS[segment.name]
         parent = PARENTS.get(segment.name)
@@ -302,19 +301,19 @@ def _joints(joints: Element, model: BodyModel, held: Mapping[str, float]) -> Non
                 for coordinate in JOINT_COORDINATES[segment.name]
             }
             for coordinate in axes:
-                _coordinate(coordinates, coordinate, RANGES[coordinate], held.get(coordinate))
+                _coordinate(coordinates, coordinate, RANGES[coordinate], locked.get(coordinate))
             _transform(joint, axes, ())
 
 
 def _coordinate(
-    coordinates: Element, name: str, limits: tuple[float, float], held: float | None = None
+    coordinates: Element, name: str, limits: tuple[float, float], locked: float | None = None
 ) -> None:
     coordinate = _named(coordinates, "Coordinate", name)
-    _number(coordinate, "default_value", held or 0.0)
+    _number(coordinate, "default_value", locked or 0.0)
     _number(coordinate, "default_speed_value", 0.0)
     _vector(coordinate, "range", limits)
     _flag(coordinate, "clamped", name in ACTUATED)
-    _flag(coordinate, "locked", held is not None)
+    _flag(coordinate, "locked", locked is not None)
 
 
 def _transform(joint: Element, rotations: Mapping[str, Array], translations: Sequence[str]) -> None:

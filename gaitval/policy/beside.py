@@ -9,11 +9,11 @@ from typing import TypeVar
 import scipy.linalg  # noqa: F401  a library that is loaded later would not be limited
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-Result = TypeVar("Result")
+_Result = TypeVar("_Result")
 
 
 @contextmanager
-def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Callable[[], Result]]:
+def beside(function: Callable[..., _Result], *arguments: object) -> Iterator[Callable[[], _Result]]:
     """Run a function in a thread, whose linear algebra and that of the block have one thread each.
 
     Parameters
@@ -26,7 +26,7 @@ def beside(function: Callable[..., Result], *arguments: object) -> Iterator[Call
     A function that waits for the result, and raises what the other one raised. The block ends when
         both have; at once, if it raises itself.
     """
-    answer: Future[Result] = Future()
+    answer: Future[_Result] = Future()
 
     def work() -> None:
         try:

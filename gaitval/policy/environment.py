@@ -113,8 +113,8 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         size = OBSERVATION_SIZES[self.constants.observation]
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float32)
         limit = self.constants.action_limit
-        self._asked = np.zeros(action_size(self.constants), dtype=np.float32)
-        self.action_space = gymnasium.spaces.Box(-limit, limit, self._asked.shape, np.float32)
+        self._requested = np.zeros(action_size(self.constants), dtype=np.float32)
+        self.action_space = gymnasium.spaces.Box(-limit, limit, self._requested.shape, np.float32)
         self._made_for = task.reference_body
         tolerances = [getattr(self.constants, f"{name}_tolerance") for name in _TOLERANCES]
         self.yardstick = Yardstick(
@@ -236,7 +236,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         centred.
         """
         if self._habit is None:
-            return np.zeros((HABIT_PHASES, len(self._asked)))
+            return np.zeros((HABIT_PHASES, len(self._requested)))
         return self._habit
 
     def _pace(self) -> float:
@@ -320,9 +320,9 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
             # The phase keeps counting over cycles; only its fraction is the place in the cycle.
             action = action - self._habit[int(self.walker.phase % 1.0 * HABIT_PHASES)]
         episode, limit = self.episode, self.constants.action_limit
-        self._asked[:] = action
+        self._requested[:] = action
         take_action(
-            self._asked, limit, self.shares, self._is_mirrored(), episode.action, episode.before
+            self._requested, limit, self.shares, self._is_mirrored(), episode.action, episode.before
         )
         self.push()
         offset = self.constants.action_scale * episode.action[:-1]

@@ -24,20 +24,20 @@ from gaitval.policy.reward import HEIGHT, weighted_reward
 
 @njit_borrowing
 def take_action(
-    asked: Any, limit: float, shares: Array, mirrored: bool, action: Array, before: Array
+    requested: Any, limit: float, shares: Array, mirrored: bool, action: Array, before: Array
 ) -> None:
-    """Enter the policy's action `asked`, (25,) joints, or (26,) with the pace: clip it to -`limit`
-    ... `limit`, mirror it if the policy acts on the mirror image (`mirrored`), and scale it by the
-    `shares` (26,) that reach the body. `action` and `before` (26,) are in and out: `before`
-    receives the action so far, `action` the new one.
+    """Enter the policy's action `requested`, (25,) joints, or (26,) with the pace: clip it to
+    -`limit` ... `limit`, mirror it if the policy acts on the mirror image (`mirrored`), and scale
+    it by the `shares` (26,) that reach the body. `action` and `before` (26,) are in and out:
+    `before` receives the action so far, `action` the new one.
     """
     for i in range(ACTION_COUNT):
         before[i] = action[i]
         source = ACTION_ORDER[i] if mirrored else i
         # A policy that does not choose the pace asks for 25 numbers: the 26th is 0, a pace of 1.
         value = 0.0
-        if source < asked.shape[0]:
-            value = asked[source]
+        if source < requested.shape[0]:
+            value = requested[source]
             value = limit if value > limit else (-limit if value < -limit else value)
         action[i] = shares[i] * (ACTION_SIGNS[i] * value if mirrored else value)
 

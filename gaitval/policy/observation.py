@@ -65,7 +65,7 @@ _LARGEST_STATE = 1e3
 statistics of the whole training."""
 
 
-class Part(NamedTuple):
+class ObservationPart(NamedTuple):
     """A part of an observation.
 
     Attributes
@@ -81,8 +81,8 @@ class Part(NamedTuple):
     signs: Sequence[int]
 
 
-def _unchanged(name: str, count: int) -> Part:
-    return Part(name, range(count), [1] * count)
+def _unchanged(name: str, count: int) -> ObservationPart:
+    return ObservationPart(name, range(count), [1] * count)
 
 
 # Mirrored in the plane y = 0, a polar vector (position, velocity, force) changes the sign of y; an
@@ -94,22 +94,26 @@ _JOINTS = [ACTUATED.index(mirrored(name)) for name in ACTUATED]
 _JOINT_SIGNS = [-1 if name in ("lumbar_bending", "lumbar_rotation") else 1 for name in ACTUATED]
 
 PARTS: Final = (
-    Part("joint_angles", _JOINTS, _JOINT_SIGNS),  # difference
-    Part("joint_velocities", _JOINTS, _JOINT_SIGNS),  # difference, in tens of rad/s
-    Part("centre_of_mass_velocity", range(3), _POLAR),
-    Part("angular_velocity", range(3), _AXIAL),  # of the whole body
+    ObservationPart("joint_angles", _JOINTS, _JOINT_SIGNS),  # difference
+    ObservationPart("joint_velocities", _JOINTS, _JOINT_SIGNS),  # difference, in tens of rad/s
+    ObservationPart("centre_of_mass_velocity", range(3), _POLAR),
+    ObservationPart("angular_velocity", range(3), _AXIAL),  # of the whole body
     _unchanged("phase", 1),  # of the right gait cycle, 0 to 1
     _unchanged("parameters", len(PARAMETERS)),  # mu; extended: scaled to -1 ... 1
     # from here on extended only
     _unchanged("waves", 4),  # sine and cosine of the phase, and of twice the phase
-    Part("pelvis_rotation", range(3), _AXIAL),  # vector; difference
-    Part("pelvis_position", range(3), _POLAR),  # difference
-    Part("pelvis_angular_velocity", range(3), _AXIAL),  # difference
-    Part("pelvis_velocity", range(3), _POLAR),  # difference
-    Part("feet", _BOTH_FEET, _POLAR * 2),  # right and left, from the pelvis; difference
-    Part("ground_reaction", _BOTH_FEET, _POLAR * 2),  # body weights, mean over the last action
+    ObservationPart("pelvis_rotation", range(3), _AXIAL),  # vector; difference
+    ObservationPart("pelvis_position", range(3), _POLAR),  # difference
+    ObservationPart("pelvis_angular_velocity", range(3), _AXIAL),  # difference
+    ObservationPart("pelvis_velocity", range(3), _POLAR),  # difference
+    ObservationPart("feet", _BOTH_FEET, _POLAR * 2),  # right and left, from the pelvis; difference
+    ObservationPart(
+        "ground_reaction", _BOTH_FEET, _POLAR * 2
+    ),  # body weights, mean over the last action
     _unchanged("speed", 1),  # of walking, over the square root of gravity times leg length
-    Part("action", [*_JOINTS, ACTUATED_COUNT], [*_JOINT_SIGNS, 1]),  # last: 25 joints, pace
+    ObservationPart(
+        "action", [*_JOINTS, ACTUATED_COUNT], [*_JOINT_SIGNS, 1]
+    ),  # last: 25 joints, pace
 )
 """Of an observation, in order."""
 

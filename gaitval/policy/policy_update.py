@@ -16,7 +16,7 @@ from gaitval.arrays import Index
 from gaitval.compiled import njit_unlocked
 from gaitval.lanes import exponential
 
-Numbers = Any
+_Numbers = Any
 """An array in single or double precision."""
 
 
@@ -26,12 +26,12 @@ class Network(NamedTuple):
     `last` gives the output.
     """
 
-    first: Numbers
-    first_bias: Numbers
-    second: Numbers
-    second_bias: Numbers
-    last: Numbers
-    last_bias: Numbers
+    first: _Numbers
+    first_bias: _Numbers
+    second: _Numbers
+    second_bias: _Numbers
+    last: _Numbers
+    last_bias: _Numbers
 
 
 class Layers(NamedTuple):
@@ -41,13 +41,13 @@ class Layers(NamedTuple):
     `to_first`, `to_second` and `to_output` are the loss's derivatives with respect to these.
     """
 
-    inputs: Numbers
-    first: Numbers
-    second: Numbers
-    output: Numbers
-    to_first: Numbers
-    to_second: Numbers
-    to_output: Numbers
+    inputs: _Numbers
+    first: _Numbers
+    second: _Numbers
+    output: _Numbers
+    to_first: _Numbers
+    to_second: _Numbers
+    to_output: _Numbers
 
 
 def layers_of(network: Network, rows: int) -> Layers:
@@ -81,7 +81,7 @@ _FLAT: Final = np.float32(7.905311)
 
 
 @njit_unlocked
-def _tanh(values: Numbers) -> None:
+def _tanh(values: _Numbers) -> None:
     """Of every number, in place."""
     flat = values.ravel()
     # Single precision has the approximation above; double precision, which the tests compare with
@@ -105,13 +105,13 @@ def _tanh(values: Numbers) -> None:
 
 
 @njit_unlocked
-def _layer(inputs: Numbers, weights: Numbers, bias: Numbers, out: Numbers) -> None:
+def _layer(inputs: _Numbers, weights: _Numbers, bias: _Numbers, out: _Numbers) -> None:
     np.dot(inputs, weights.T, out)
     out += bias
 
 
 @njit_unlocked
-def forward(network: Network, observations: Numbers, rows: Index, layers: Layers) -> None:
+def forward(network: Network, observations: _Numbers, rows: Index, layers: Layers) -> None:
     """The layers of some rows of the observations.
 
     Parameters
@@ -132,7 +132,7 @@ def forward(network: Network, observations: Numbers, rows: Index, layers: Layers
 
 
 @njit_unlocked
-def outputs(network: Network, observations: Numbers, layers: Layers, found: Numbers) -> None:
+def outputs(network: Network, observations: _Numbers, layers: Layers, found: _Numbers) -> None:
     """The network's outputs for all observations.
 
     Parameters
@@ -153,7 +153,7 @@ def outputs(network: Network, observations: Numbers, layers: Layers, found: Numb
 
 
 @njit_unlocked
-def _sum_rows(values: Numbers, sums: Numbers) -> None:
+def _sum_rows(values: _Numbers, sums: _Numbers) -> None:
     sums[:] = 0.0
     for i in range(values.shape[0]):
         for j in range(values.shape[1]):
@@ -161,7 +161,7 @@ def _sum_rows(values: Numbers, sums: Numbers) -> None:
 
 
 @njit_unlocked
-def _through_tanh(derivatives: Numbers, activations: Numbers) -> None:
+def _through_tanh(derivatives: _Numbers, activations: _Numbers) -> None:
     for i in range(derivatives.shape[0]):
         for j in range(derivatives.shape[1]):
             # tanh' = 1 - tanh², and the activations are the tanh already.
@@ -196,11 +196,11 @@ def backward(network: Network, layers: Layers, gradients: Network) -> None:
 @njit_unlocked
 def actor_gradients(
     network: Network,
-    observations: Numbers,
-    actions: Numbers,
-    advantages: Numbers,
-    log_probabilities: Numbers,
-    log_std: Numbers,
+    observations: _Numbers,
+    actions: _Numbers,
+    advantages: _Numbers,
+    log_probabilities: _Numbers,
+    log_std: _Numbers,
     clip_range: float,
     rows: Index,
     layers: Layers,
@@ -273,8 +273,8 @@ def actor_gradients(
 @njit_unlocked
 def critic_gradients(
     network: Network,
-    observations: Numbers,
-    returns: Numbers,
+    observations: _Numbers,
+    returns: _Numbers,
     weight: float,
     rows: Index,
     layers: Layers,
@@ -307,7 +307,7 @@ def critic_gradients(
 
 
 @njit_unlocked
-def _square(values: Numbers) -> float:
+def _square(values: _Numbers) -> float:
     flat = values.ravel()
     total = 0.0
     for i in range(flat.size):
@@ -326,10 +326,10 @@ def square_norm(gradients: Network) -> float:
 
 @njit_unlocked
 def adam_step(
-    values: Numbers,
-    gradients: Numbers,
-    means: Numbers,
-    squares: Numbers,
+    values: _Numbers,
+    gradients: _Numbers,
+    means: _Numbers,
+    squares: _Numbers,
     shrink: float,
     rate: float,
     betas: tuple[float, float],

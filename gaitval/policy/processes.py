@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
 _kept: list["_Kept"] = []
@@ -49,7 +49,7 @@ def kept_workers() -> ProcessPoolExecutor | None:
     return here.workers
 
 
-def side_by_side(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+def side_by_side(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> Iterator[_Result]:
     """`function` of each of `items`, in order, in the workers that are kept, which get it pickled;
     without any, here, when its result is asked for.
     """

@@ -27,11 +27,11 @@ from gaitval.policy.walking_group import WalkingGroup
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import Engine, Steps, Trajectory, Walker, WalkingTask
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
-def in_groups(items: Sequence[Item], at_least: int = 1) -> list[Sequence[Item]]:
+def in_groups(items: Sequence[_Item], at_least: int = 1) -> list[Sequence[_Item]]:
     """`items` in order, in as few groups of at most eight as hold them, but `at_least` so many."""
     # Minus the floor of minus the quotient is the quotient rounded up.
     count = max(-(-len(items) // WIDTH), min(at_least, len(items)))
@@ -280,11 +280,11 @@ class RolloutPool:
 
     def each(
         self,
-        function: Callable[[WalkingEnvironment, Item], Result],
-        items: Sequence[Item],
+        function: Callable[[WalkingEnvironment, _Item], _Result],
+        items: Sequence[_Item],
         *,
         engine: Engine | None = None,
-    ) -> Iterator[Result]:
+    ) -> Iterator[_Result]:
         """`function(environment, item)`, a module's function, of all `items`, in their order, each
         result as soon as it and those before it are there; `engine` is another one than the pool's.
         Worker processes start at once, and finish what earlier calls gave them first.
@@ -292,16 +292,19 @@ class RolloutPool:
         return self._results(function, engine or self._engine, items)
 
     def each_together(
-        self, function: Callable[[WalkingGroup, Item], Result], items: Sequence[Item]
-    ) -> Iterator[Result]:
+        self, function: Callable[[WalkingGroup, _Item], _Result], items: Sequence[_Item]
+    ) -> Iterator[_Result]:
         """As `each`, with eight environments that act at the same time: `function` is of a
         `WalkingGroup` and one of `items`.
         """
         return self._results(function, None, items)
 
     def _results(
-        self, function: Callable[[Any, Item], Result], engine: Engine | None, items: Sequence[Item]
-    ) -> Iterator[Result]:
+        self,
+        function: Callable[[Any, _Item], _Result],
+        engine: Engine | None,
+        items: Sequence[_Item],
+    ) -> Iterator[_Result]:
         if self._executor is not None:
             work = [(self._given, function, engine, item) for item in items]
             return self._executor.map(_call, work)

@@ -27,7 +27,7 @@ from gaitval.policy.storage import Policy, description, of_body
 from gaitval.policy.training_log import write_log
 from gaitval.simulation.walker import WalkingTask
 
-Progress = Callable[[dict[str, float]], None]
+TrainingProgress = Callable[[dict[str, float]], None]
 
 _CHECKPOINT = "checkpoint.safetensors"
 
@@ -193,7 +193,7 @@ def train(
     start: Policy | None = None,
     subject: str = "",
     scaled: BodyModel | None = None,
-    on_progress: Progress | None = None,
+    on_progress: TrainingProgress | None = None,
 ) -> Policy:
     """Train a policy, or resume an interrupted training from its checkpoint in `folder`.
 
@@ -241,7 +241,7 @@ def run_training(
     folder: Path,
     samples: int,
     start: Policy | None,
-    on_progress: Progress | None,
+    on_progress: TrainingProgress | None,
 ) -> Learner:
     """What has learned to walk `samples` of `tasks`; `folder`, `start`, `on_progress` and errors as
     for `train`.
@@ -291,8 +291,8 @@ def run_training(
                 logger.record(f"walk/{name}", row[name])
             logger.dump(done)
             if on_progress is not None:
-                told = {"total": samples, "reward": row["episode_reward"]}
-                on_progress({"samples": done, "cycles": row["cycles"], **told})
+                figures = {"total": samples, "reward": row["episode_reward"]}
+                on_progress({"samples": done, "cycles": row["cycles"], **figures})
             if done >= pause:
                 found = _Checkpoint(done, str(learner.ppo.device), log, learner.tensors())
                 _write_checkpoint(folder, found, samples)

@@ -77,7 +77,7 @@ class GroupArrays(NamedTuple):
 
 @njit_borrowing
 def act_together(
-    asked: NDArray[np.float32],
+    requested: NDArray[np.float32],
     settings: Array,
     group: GroupArrays,
     inward: Pairs,
@@ -95,7 +95,7 @@ def act_together(
 
     Parameters
     ----------
-    asked : (environments, 25 or 26) of the policy; the biases are subtracted.
+    requested : (environments, 25 or 26) of the policy; the biases are subtracted.
     settings : (4,) `action_limit`, `action_scale` in rad and `pace_scale` of `EnvironmentSettings`,
         and the training's `tolerance_share`.
     group : what the environments work with; rewards, falls and episodes are filled.
@@ -108,16 +108,16 @@ def act_together(
     """
     episodes, yards = group.episodes, group.yardstick
     limit, scale, pace_scale, tolerance_share = settings[0], settings[1], settings[2], settings[3]
-    count = asked.shape[0]
+    count = requested.shape[0]
     for e in range(count):
         # This phase is still that of the observation that led to the action, which is mirrored if
         # that was.
         action, phase = episodes.action[e], group.phase[e, 0]
         mirrored = yards.mirrors and is_mirrored(phase)
         bias = group.biases[e, int(phase % 1.0 * group.biases.shape[1])]
-        for i in range(asked.shape[1]):
-            asked[e, i] -= bias[i]
-        take_action(asked[e], limit, group.shares[e], mirrored, action, episodes.before[e])
+        for i in range(requested.shape[1]):
+            requested[e, i] -= bias[i]
+        take_action(requested[e], limit, group.shares[e], mirrored, action, episodes.before[e])
         group.pace[e, 0] = 1.0 + pace_scale * action[ACTUATED_COUNT]
         for i in range(ACTUATED_COUNT):
             group.next_offset[e, i] = scale * action[i]
@@ -173,7 +173,7 @@ def act_together(
 
 @njit
 def _actions(
-    asked: NDArray[np.float32], settings: Array, group: GroupArrays, inward: Pairs, outward: Pairs,
+    action: NDArray[np.float32], settings: Array, group: GroupArrays, inward: Pairs, outward: Pairs,
     bodies: WalkerBody, lanes: LaneArrays, account: Account, work: Workspace,
     seen: NDArray[np.float32],
 ) -> Iterator[int]:  # fmt: skip
@@ -181,7 +181,7 @@ def _actions(
     (4,) is 0. A generator is handed its many arrays once, which took half as long as the physics.
     """
     while settings[3] > 0.0:
-        act_together(asked, settings, group, inward, outward, bodies, lanes, account, work, seen)
+        act_together(action, settings, group, inward, outward, bodies, lanes, account, work, seen)
         yield 0
 
 
@@ -262,13 +262,13 @@ class WalkingGroup:
         self._walkers = [each.walker for each in self.environments]
         self._pushed: list[WalkingEnvironment] = []
         self._mu = [each.walker.mu for each in every]
-        self._settings, self._asked, self._seen = (
+        self._settings, self._requested, self._seen = (
             np.array([constants.action_limit, constants.action_scale, constants.pace_scale, 1.0]),
             np.zeros((len(tasks), action_size(constants)), dtype=np.float32),
             np.zeros((len(tasks), len(every[0].episode.observation)), dtype=np.float32),
         )
         self._actions = _actions(
-            self._asked, self._settings, self._arrays, *self._pairs(),
+            self._requested, self._settings, self._arrays, *self._pairs(),
             self.beside.bodies, self.beside.arrays, self.beside.account, self.beside.work,
             self._seen,
         )  # fmt: skip
@@ -285,7 +285,7 @@ class WalkingGroup:
             pair(rows.walkers.memory, lanes.walkers.memory),
             pair(rows.phase, lanes.phase),
         )
-        asked = (
+        action = (
             pair(rows.walkers.offset, lanes.walkers.offset),
             pair(rows.next_offset, lanes.next_offset),
             pair(rows.episodes.root_force, lanes.root_force),
@@ -302,7 +302,7 @@ class WalkingGroup:
             pair(rows.walkers.squares, lanes.walkers.squares),
             pair(rows.episodes.errors, rows.judged.errors),
         )
-        return moving + asked, moving + after
+        return moving + action, moving + after
 
     def reset(
         self, e: int, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -333,16 +333,16 @@ class WalkingGroup:
             self._arrays.biases[e] = found[id(environment.task)]
 
     def step(
-        self, asked: NDArray[np.float32], seen: NDArray[np.float32]
+        self, action: NDArray[np.float32], seen: NDArray[np.float32]
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """An action of every environment, as `asked` (environments, A) by the policy; what `centre`
-        found is subtracted, and `seen` (environments, size) is out. Returns reward, and whether it
-        fell: (environments,) each.
+        """An action of every environment, as `action` (environments, A) by the policy; what
+        `centre` found is subtracted, and `seen` (environments, size) is out. Returns reward, and
+        whether it fell: (environments,) each.
         """
         group, count = self._arrays, len(self.environments)
         for environment in self._pushed:
             environment.push()
-        self._asked[:], self._settings[3] = asked, self.environments[0].tolerance_share
+        self._requested[:], self._settings[3] = action, self.environments[0].tolerance_share
         next(self._actions)
         seen[:] = self._seen
         for walker, phase in zip(self._walkers, group.phase[:count, 0].tolist(), strict=True):

@@ -36,7 +36,7 @@ UNIT: Final = 1e-5
 """Of the whole numbers in `fits.json`, of `units`."""
 
 
-class Trial(NamedTuple):
+class DeviationTrial(NamedTuple):
     """A gait, and what mechanics says of it.
 
     Attributes
@@ -61,7 +61,7 @@ class Deviation(NamedTuple):
     sagittal, other : (2, 3, n) and (2, 5, n) rad, `SAGITTAL` and `OTHER` angles.
     stride_time : without dimension.
     kinetics : (2, 7, n).
-    fit : (2, 7, n), as `Trial.fit`.
+    fit : (2, 7, n), as `DeviationTrial.fit`.
     usual : (2, 7, n) kinetics expected of anybody.
     step_width : share by which the steps are wider than expected of anybody; 0 if unknown.
     pelvic_width : m by which the pelvis is wider than the others' mean; 0 if unknown.
@@ -101,26 +101,26 @@ def fit_of(curves: Curves, record: GaitRecord, leg_length: float) -> Array:
     """(2, 7, n) `KINETICS` of a dynamic fit's `curves` less those of the `record` it began from, on
     legs of a length, m.
     """
-    asked = recorded_curves(record)
-    return kinetics_of_curves(curves, leg_length) - kinetics_of_curves(asked, leg_length)
+    target = recorded_curves(record)
+    return kinetics_of_curves(curves, leg_length) - kinetics_of_curves(target, leg_length)
 
 
 def _angles_of(gait: NormalForm, names: Sequence[str]) -> Array:
     return gait.angles.reshape(2, len(_LEG), SAMPLES)[:, [_LEG.index(name) for name in names]]
 
 
-def usual_gait(people: Sequence[Sequence[Trial]], speed: float) -> NormalForm:
+def usual_gait(people: Sequence[Sequence[DeviationTrial]], speed: float) -> NormalForm:
     """What is expected of anybody at a dimensionless `speed`, by the trials of `people`."""
     return symmetric(expected([[trial.gait for trial in each] for each in people], speed))
 
 
-def _usual_step_width(people: Sequence[Sequence[Trial]], speed: float) -> float:
+def _usual_step_width(people: Sequence[Sequence[DeviationTrial]], speed: float) -> float:
     # All numbers of a gait are expected in the same way, so the width may take the place of one.
     gaits = [[replace(t.gait, stride_time=t.step_width) for t in each] for each in people]
     return expected(gaits, speed).stride_time
 
 
-def deviation(trial: Trial, people: Sequence[Sequence[Trial]]) -> Deviation:
+def deviation(trial: DeviationTrial, people: Sequence[Sequence[DeviationTrial]]) -> Deviation:
     """How a `trial` differs from what is expected of anybody, by `people`: the trials of everybody
     else, the own first. Its kinetics may be unknown: then so are those of the result.
     """
@@ -140,7 +140,7 @@ def deviation(trial: Trial, people: Sequence[Sequence[Trial]]) -> Deviation:
     )
 
 
-def deviations(people: Sequence[Sequence[Trial]]) -> list[list[Deviation]]:
+def deviations(people: Sequence[Sequence[DeviationTrial]]) -> list[list[Deviation]]:
     """Of every trial of everybody among `people`, each from what the others are expected to do."""
     return [
         [deviation(trial, [*people[:i], *people[i + 1 :]]) for trial in each]
@@ -154,13 +154,13 @@ def stored_fits() -> dict[str, Array]:
     return {name: UNIT * np.array(values, float) for name, values in loads(text).items()}
 
 
-def trial_of(subject: Subject, record: GaitRecord, fit: Array) -> Trial:
+def trial_of(subject: Subject, record: GaitRecord, fit: Array) -> DeviationTrial:
     """The trial of a `subject` whose angles and times are those of `record`."""
     gait = normal_form(record, subject.leg_length_m)
-    return Trial(gait, fit, step_width(subject, record), pelvic_width(subject))
+    return DeviationTrial(gait, fit, step_width(subject, record), pelvic_width(subject))
 
 
-def learned_from(subject: Subject, others: Sequence[Subject]) -> list[list[Trial]]:
+def learned_from(subject: Subject, others: Sequence[Subject]) -> list[list[DeviationTrial]]:
     """All trials of all `others` whose fits are stored, without the person of `subject`."""
     fits, people = stored_fits(), []
     for other in others:

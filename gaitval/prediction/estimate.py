@@ -29,7 +29,7 @@ from gaitval.arrays import Array
 from gaitval.prediction.deviations import (
     KINETICS,
     Deviation,
-    Trial,
+    DeviationTrial,
     deviation,
     deviations,
 )
@@ -154,7 +154,7 @@ def _levered(
     found: Sequence[Deviation], of: Deviation, levers: Sequence[Lever]
 ) -> tuple[Array, list[Array]]:
     """What `levers` say of another person's kinetics, (2, 7, n), and what they leave of `found`."""
-    said, rest = np.zeros_like(of.usual), [each.kinetics.copy() for each in found]
+    explained, rest = np.zeros_like(of.usual), [each.kinetics.copy() for each in found]
     for of_what, moved, by, _ in levers:
         long = [getattr(each, of_what) * each.usual[:, by] for each in found]
         upper = sum(np.sum(arm * left[:, moved]) for arm, left in zip(long, rest, strict=True))
@@ -162,8 +162,8 @@ def _levered(
         share = upper / lower if lower > 0.0 else 0.0
         for arm, left in zip(long, rest, strict=True):
             left[:, moved] -= share * arm
-        said[:, moved] += share * getattr(of, of_what) * of.usual[:, by]
-    return said, rest
+        explained[:, moved] += share * getattr(of, of_what) * of.usual[:, by]
+    return explained, rest
 
 
 def _regressed(
@@ -175,14 +175,14 @@ def _regressed(
     both = [np.concatenate([r, each.fit], axis=1) for r, each in zip(rest, found, strict=True)]
     targets = np.concatenate(both)
     seen = list(zip(*map(_blocks, found), strict=True))
-    said = np.mean(
+    explained = np.mean(
         [
             _ridge(kind, targets.reshape(len(targets), -1)).of(mine)
             for kind, mine in zip(seen, _blocks(of), strict=True)
         ],
         axis=0,
     ).reshape(2, *targets.shape[1:])
-    kinetics, fit = np.split(said, 2, axis=1)
+    kinetics, fit = np.split(explained, 2, axis=1)
     return kinetics, fit
 
 
@@ -193,13 +193,13 @@ class _Parts(NamedTuple):
     own: Array
 
 
-def _parts(of: Deviation, people: Sequence[Sequence[Trial]], angles: bool) -> _Parts:
+def _parts(of: Deviation, people: Sequence[Sequence[DeviationTrial]], angles: bool) -> _Parts:
     found = [each for person in deviations(people) for each in person]
-    said, rest = _levered(found, of, [each for each in LEVERS if angles or each.anywhere])
+    explained, rest = _levered(found, of, [each for each in LEVERS if angles or each.anywhere])
     if not angles:
-        return _Parts(said, of.fit)
+        return _Parts(explained, of.fit)
     kinetics, fit = _regressed(found, rest, of)
-    return _Parts(said + kinetics, of.fit - fit)
+    return _Parts(explained + kinetics, of.fit - fit)
 
 
 def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Array]) -> Array:
@@ -213,7 +213,9 @@ def _weights(remains: Sequence[Array], own: Sequence[Array], errors: Sequence[Ar
     return np.asarray(np.clip(upper / lower, 0.0, 1.0))  # fmt: skip
 
 
-def estimate(trial: Trial, people: Sequence[Sequence[Trial]], *, angles: bool = True) -> Estimate:
+def estimate(
+    trial: DeviationTrial, people: Sequence[Sequence[DeviationTrial]], *, angles: bool = True
+) -> Estimate:
     """The kinetics of a person whose forces were not recorded, from angles, times and fit of their
     `trial`; kinetics of its gait are not read. `people` are the trials of others, at least four,
     the own first. `angles`: look at how angles differ, too: only for people of the others'

@@ -57,7 +57,7 @@ PREDICTED_ACCURACY: Final = RecordAccuracy(
 errors, so that the fit adds little to them (docs/notebook/experiments.md)."""
 
 
-class Told(NamedTuple):
+class KnownRecord(NamedTuple):
     """The record that is known to the model, parts of which may be expected instead of recorded,
     and the accuracy with which the reference must follow it.
     """
@@ -71,7 +71,7 @@ def quantities_recorded(subject: Subject) -> tuple[RecordedQuantity, ...]:
     return QUANTITIES if subject.has_kinetics else KINEMATIC
 
 
-def quantities_told(subject: Subject, settings: RecordSettings) -> tuple[RecordedQuantity, ...]:
+def quantities_known(subject: Subject, settings: RecordSettings) -> tuple[RecordedQuantity, ...]:
     """The quantities of the compared record of `subject` that are known to the model in a run with
     `settings`, which say what it may use; none of it if the walk is predicted.
     """
@@ -97,14 +97,14 @@ def is_unrecorded(settings: RecordSettings) -> bool:
     return settings.speed > 0.0 and not settings.holdout
 
 
-def told(
+def known_record(
     subject: Subject,
     settings: RecordSettings,
     others: Sequence[Subject],
     *,
     speed: float | None = None,
     forced: bool = False,
-) -> Told:
+) -> KnownRecord:
     """The record of `subject` that is known to the model in a run with `settings`, at `speed` m/s
     instead of theirs if it is given; `forced` also at one far from every trial. `others` are people
     whose gait is known, without that person. Raises SubjectError if no trial is left, the speed is
@@ -112,20 +112,22 @@ def told(
     """
     if not is_predicted(settings) and speed is None:
         return _of_a_trial(subject, settings, others)
-    from gaitval.prediction.speed import at_speed, trials_told
+    from gaitval.prediction.speed import at_speed, trials_known
 
-    trials = trials_told(subject, settings.holdout or None)
+    trials = trials_known(subject, settings.holdout or None)
     known = [_of_a_trial(trial, settings, others).record for trial in trials]
     wanted = speed or settings.speed or subject.on_trial(settings.holdout).walking_speed_m_s
     found = at_speed(subject, known, wanted, others, forced=forced)
     # One trial with expected kinetics makes the whole prediction no better than expected ones.
     fully = settings.use == "all" and all(trial.has_kinetics for trial in trials)
-    return Told(found, PREDICTED_ACCURACY if fully else KINEMATIC_ACCURACY)
+    return KnownRecord(found, PREDICTED_ACCURACY if fully else KINEMATIC_ACCURACY)
 
 
-def _of_a_trial(subject: Subject, settings: RecordSettings, others: Sequence[Subject]) -> Told:
+def _of_a_trial(
+    subject: Subject, settings: RecordSettings, others: Sequence[Subject]
+) -> KnownRecord:
     if settings.use == "all" and subject.has_kinetics:
-        return Told(subject.record(), RecordAccuracy())
+        return KnownRecord(subject.record(), RecordAccuracy())
     from gaitval.prediction.population import with_others_kinetics
 
-    return Told(with_others_kinetics(subject, others), KINEMATIC_ACCURACY)
+    return KnownRecord(with_others_kinetics(subject, others), KINEMATIC_ACCURACY)

@@ -17,7 +17,7 @@ from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from, symmetric
 from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 
-People = Sequence[Sequence[NormalForm]]
+FittedPeople = Sequence[Sequence[NormalForm]]
 """The gaits of every person, one for each trial."""
 
 
@@ -32,13 +32,13 @@ def other_people(subject: Subject, others: Sequence[Subject]) -> list[list[Norma
     return [gaits_of(other) for other in others if not subject.is_person_of(other)]
 
 
-def on_the_line(people: People, speed: float) -> NormalForm:
+def on_the_line(people: FittedPeople, speed: float) -> NormalForm:
     """The straight line through all gaits of `people`, trials once, at a dimensionless `speed`."""
     gaits = [gait for person in people for gait in person]
     return combined(gaits, line_weights(np.array([gait.speed for gait in gaits]), speed))
 
 
-def change_with_speed(people: People) -> NormalForm | None:
+def change_with_speed(people: FittedPeople) -> NormalForm | None:
     """Change of a person's gait per unit of dimensionless speed, by least squares within those
     `people`, each with the own gait first, who have several trials; None if nobody has.
     """
@@ -54,7 +54,7 @@ def change_with_speed(people: People) -> NormalForm | None:
     )
 
 
-def expected(people: People, speed: float) -> NormalForm:
+def expected(people: FittedPeople, speed: float) -> NormalForm:
     """The gait to expect of someone who is only known to walk at this dimensionless `speed`, from
     other `people`, each with the own gait first.
 

@@ -17,7 +17,7 @@ from gaitval.gait.dimensionless import speed_unit
 from gaitval.gait.record import GaitRecord
 from gaitval.prediction.normal_form import NormalForm, combined, normal_form, record_from, symmetric
 from gaitval.prediction.population import (
-    People,
+    FittedPeople,
     change_with_speed,
     expected,
     on_the_line,
@@ -95,7 +95,7 @@ def at_speed(
     return replace(record_from(gait, subject.leg_length_m), speed=speed)
 
 
-def trials_told(subject: Subject, without: str | None = None) -> list[Subject]:
+def trials_known(subject: Subject, without: str | None = None) -> list[Subject]:
     """The person on each of their trials that are known to the model: all but one that is held out.
 
     Parameters
@@ -133,7 +133,7 @@ def change_of_others(subject: Subject, others: Sequence[Subject]) -> NormalForm:
     return combined([on_the_line(people, speed) for speed in (1.0, 0.0)], np.array([1.0, -1.0]))
 
 
-def _far_slower(own: Sequence[NormalForm], speed: float, people: People) -> NormalForm:
+def _far_slower(own: Sequence[NormalForm], speed: float, people: FittedPeople) -> NormalForm:
     """What is expected of other people at a slow dimensionless speed, with what this person differs
     by from what is expected at their slowest. A power of speed would make the steps ever longer.
     """

@@ -16,7 +16,7 @@ from gaitval.number_text import number
 from gaitval.reporting.body_bars import draw
 from gaitval.reporting.page import write_html
 
-Table = tuple[str, list[list[str]]]
+_Table = tuple[str, list[list[str]]]
 _UNITS: Final = {
     "damping": ("Nms/rad", 1.0, 2),
     "friction": ("1", 1.0, 2),
@@ -26,7 +26,7 @@ _UNITS: Final = {
 _LENGTH: Final = ("mm", 1000.0, 1)
 
 
-def tables(found: Shared, model: BodyModel) -> list[Table]:
+def tables(found: Shared, model: BodyModel) -> list[_Table]:
     """A title, and a header and rows, of: parameters, errors of the record, further trials; from
     what was `found` of the record, about the `model` as scaled.
     """

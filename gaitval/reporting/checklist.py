@@ -21,7 +21,7 @@ NOT_DONE: Final = "not done"
 _COLUMNS: Final = ("document", "item", "value", "limit", "evidence")
 
 
-class Check(NamedTuple):
+class ChecklistRow(NamedTuple):
     """A row: which document asks what, the run's value, the limit and where the value is."""
 
     source: str
@@ -31,7 +31,7 @@ class Check(NamedTuple):
     evidence: str = ""
 
 
-def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[Check]:
+def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[ChecklistRow]:
     """Every row, of a run with the results `metrics` and what its other files say (`beside`, see
     `credibility.beside_metrics`).
     """
@@ -45,20 +45,20 @@ def checklist(metrics: Metrics, beside: Mapping[str, str]) -> list[Check]:
             place = f"{METRICS}#/tolerances ({row['limit_id']})"
             if verdict is not None:
                 value = verdict.value_text().replace("-", "−")
-                found.append(Check(*start, value, verdict.limit_text(), place))
+                found.append(ChecklistRow(*start, value, verdict.limit_text(), place))
                 continue
             row = {"not_done": "this run does not judge it"}
         if "not_done" in row:
-            found.append(Check(*start, NOT_DONE, limit, row["not_done"]))
+            found.append(ChecklistRow(*start, NOT_DONE, limit, row["not_done"]))
         elif "beside" in row:
             value = beside[row["beside"]]
-            found.append(Check(*start, value or NOT_DONE, limit, row["evidence"]))
+            found.append(ChecklistRow(*start, value or NOT_DONE, limit, row["evidence"]))
         elif "answer" in row:
-            found.append(Check(*start, row["answer"], limit, row.get("evidence", "")))
+            found.append(ChecklistRow(*start, row["answer"], limit, row.get("evidence", "")))
         else:
             place = row.get("least") or row["pointer"]
             value = _value(metrics, row, place)
-            found.append(Check(*start, value or NOT_DONE, limit, f"{METRICS}#{place}"))
+            found.append(ChecklistRow(*start, value or NOT_DONE, limit, f"{METRICS}#{place}"))
     return found
 
 
@@ -104,7 +104,7 @@ def _latex(text: str) -> str:
     return "".join(_LATEX.get(c, c) for c in re.sub(r"(?<![\w.])-(?=\d)", "−", text))
 
 
-def tables(rows: Sequence[Check]) -> dict[str, str]:
+def tables(rows: Sequence[ChecklistRow]) -> dict[str, str]:
     """The `rows` as text, by file name: CSV, Markdown, and LaTeX that breaks over pages."""
     columns = dict(zip(_COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
     cells = [[each.replace("|", "\\|") for each in row] for row in rows]
@@ -125,7 +125,7 @@ def tables(rows: Sequence[Check]) -> dict[str, str]:
     }
 
 
-def write_checklist(folder: Path, rows: Sequence[Check]) -> None:
+def write_checklist(folder: Path, rows: Sequence[ChecklistRow]) -> None:
     """Write the `tables` of `rows` into a `folder`."""
     for name, text in tables(rows).items():
         write_text(folder / name, text)

@@ -40,7 +40,7 @@ WALK_WIDTH: Final = 1.1
 """Points. The walk lies on the record and is narrower, so that both are seen where they agree."""
 
 NAMES: Final[Mapping[str, str]] = {
-    **{name: f"{said[0].upper()}{said[1:]}" for name, said in CURVE_NAMES.items()},
+    **{name: f"{title[0].upper()}{title[1:]}" for name, title in CURVE_NAMES.items()},
     **{name: name.capitalize() for name in FORCES},
 }
 """What a positive value of a curve means; obliquity: own side up, rotation: own side forward."""

@@ -220,11 +220,11 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
     handles: list[Line2D | Patch] = []
-    for which, said in zip(("record", "walk"), words, strict=True):
+    for which, label in zip(("record", "walk"), words, strict=True):
         for side in (*COLOURS, None):
             if (which, side) in drawn:
                 look = _look("walk" if which == "walk" else "record", side)
-                handles.append(Line2D([], [], **look, label=f"{said}, {side}" if side else said))
+                handles.append(Line2D([], [], **look, label=f"{label}, {side}" if side else label))
     known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
     if any(np.isfinite(each).any() for each in known):  # a single cycle has none
         handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))

@@ -119,9 +119,9 @@ def _environment(language: str) -> jinja2.Environment:
 def _in_language(language: str) -> dict[str, Callable[..., Any]]:
     """Filters whose result depends on the language of the page.
 
-    `number` and `figures` have its decimal mark, `count` its thousands. `words` and `said`
-    translate what comes with the results; `said` marks as English what the catalogue does not know,
-    and is not for attributes.
+    `number` and `figures` have its decimal mark, `count` its thousands. `words` and `marked`
+    translate what comes with the results; `marked` marks as English what the catalogue does not
+    know, and is not for attributes.
     """
 
     def fixed(value: float | None, digits: int = 2) -> str:
@@ -133,7 +133,7 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
         found = words(language).of(str(text))
         return str(text) if found is None else found
 
-    def said(text: str) -> str:
+    def marked(text: str) -> str:
         if isinstance(text, Markup):
             return text
         found = words(language).of(str(text))
@@ -144,7 +144,7 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
         "figures": lambda text: words(language).figures(str(text)),
         "count": lambda value: words(language).count(value),
         "words": plain,
-        "said": said,
+        "said": marked,
     }
 
 

@@ -51,7 +51,7 @@ RECORDED_SEGMENTS: Final = tuple(
 
 
 @dataclass(frozen=True)
-class Strides:
+class ShownStrides:
     """The shown part of a rollout: S strides of the right foot, `FRAMES` each.
 
     Attributes
@@ -68,7 +68,7 @@ class Strides:
     stance: Array
 
 
-def find_strides(rollout: Rollout, method: Method, *, earlier: int = 0) -> Strides | None:
+def find_strides(rollout: Rollout, method: Method, *, earlier: int = 0) -> ShownStrides | None:
     """The first strides of `rollout` compared by `method`, and as many `earlier`; None without a
     whole one.
     """
@@ -87,7 +87,7 @@ def find_strides(rollout: Rollout, method: Method, *, earlier: int = 0) -> Strid
     rows = np.rint(starts + lengths * np.linspace(0.0, 1.0, FRAMES)).astype(np.int64)
     percent = np.broadcast_to(np.linspace(0.0, 100.0, FRAMES), rows.shape)
     left = _cycle(events["left"].heel_strikes, rows)
-    return Strides(
+    return ShownStrides(
         rows=rows,
         seconds=step * np.diff(strikes),
         cycle=np.stack([percent, left], axis=-1),
@@ -159,7 +159,7 @@ def recorded_motion(metrics: Metrics, reference: Mapping[str, Array]) -> Array:
 
 
 @dataclass(frozen=True)
-class Walk:
+class ShownWalk:
     """A walk as it is shown: on the spot, over S strides of `FRAMES` frames.
 
     Attributes
@@ -178,7 +178,7 @@ class Walk:
 
     body: BodyModel
     recorded_body: BodyModel
-    strides: Strides
+    strides: ShownStrides
     travel: Array
     positions: Array
     recorded: Array
@@ -188,7 +188,9 @@ class Walk:
     known: tuple[str, ...] = RECORDED_SEGMENTS
 
 
-def shown_walk(model: BodyModel, rollout: Rollout, method: Method, recorded: Array) -> Walk | None:
+def shown_walk(
+    model: BodyModel, rollout: Rollout, method: Method, recorded: Array
+) -> ShownWalk | None:
     """The part of `rollout` that is shown, by a `method` of finding strides, with the motion
     `recorded` (101, 31) beside it; None without a whole stride. `model` is the body before mu.
     """
@@ -211,7 +213,7 @@ def shown_walk(model: BodyModel, rollout: Rollout, method: Method, recorded: Arr
     ]
     swing = np.isnan(strides.stance)
     pressure = rollout.centre_of_pressure[strides.rows][..., :2] - travel[:, :, None]
-    return Walk(
+    return ShownWalk(
         body=apply_parameters(model, rollout.mu),
         recorded_body=model,
         strides=strides,
@@ -263,7 +265,7 @@ def _body(model: BodyModel, positions: Array) -> dict[str, object]:
 _NUMBERS: Final = ("travel", "force", "pressure", "push", "cycle", "stance")
 
 
-def _push_of(walk: Walk) -> dict[str, float]:
+def _push_of(walk: ShownWalk) -> dict[str, float]:
     """Force in body weights, and degrees from straight ahead to the left, of the push on `walk`."""
     across = walk.push[..., :2].reshape(-1, 2)
     ahead, left = across[np.argmax(np.linalg.norm(across, axis=1))].tolist()
@@ -271,13 +273,13 @@ def _push_of(walk: Walk) -> dict[str, float]:
     return {"force": math.hypot(ahead, left), "degrees": degrees}
 
 
-def scene(walk: Walk, folder: Path, pushed: Sequence[Walk] = ()) -> dict[str, object]:
+def scene(walk: ShownWalk, folder: Path, pushed: Sequence[ShownWalk] = ()) -> dict[str, object]:
     """What `replay.js` reads of `walk` and of the walks that were `pushed`, as JSON values: poses,
     forces and the place in the cycle. `replay_body.js` draws the body from its joints.
 
-    Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in `Strides`
-    and `Walk`, with the strides of the pushed walks behind those of the walk. What wings draw on
-    the body they find in the run `folder` (`model.devices.drawn`).
+    Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in
+    `ShownStrides` and `ShownWalk`, with the strides of the pushed walks behind those of the walk.
+    What wings draw on the body they find in the run `folder` (`model.devices.drawn`).
     """
     walks = [walk, *pushed]
     ends = np.cumsum([len(each.strides.seconds) for each in walks]).tolist()

@@ -87,7 +87,7 @@ def _failed_text(rows: Sequence[Verdict], uncertainty: Mapping[str, float]) -> s
     return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
 
 
-def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables.Row]:
+def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._Row]:
     """One entry per tolerance, failed first: how many targets pass, and the worst one."""
     return [
         {
@@ -119,7 +119,7 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables.R
     ]
 
 
-def _correction(found: CorrectionResult | None) -> tables.Row | None:
+def _correction(found: CorrectionResult | None) -> tables._Row | None:
     """What the correction of the reference changes, in degrees, and its effect."""
     if found is None:
         return None
@@ -289,7 +289,7 @@ def _number_or_none(text: str) -> float | None:
         return None
 
 
-def _scaling(path: Path) -> list[tables.Row] | None:
+def _scaling(path: Path) -> list[tables._Row] | None:
     measured = ("right_m", "left_m", "length_m", "mass_kg", "factor")
     rows = _csv(path, ("segment", *measured, "source"), "scale")
     if rows is None:
@@ -316,11 +316,11 @@ def _traces(path: Path) -> list[PushTrace] | None:
     return StoredPushes.read(read_json(path), str(path), file="push.json", fix=fix).traces
 
 
-def _push_rows(pushes: PushRecovery | None) -> list[tables.Row] | None:
+def _push_rows(pushes: PushRecovery | None) -> list[tables._Row] | None:
     """Rows of the table of pushes, one per phase."""
     if pushes is None:
         return None
-    rows: list[tables.Row] = []
+    rows: list[tables._Row] = []
     for phase, largest, survived in zip(
         pushes.phases, pushes.largest, pushes.survived, strict=True
     ):
@@ -397,11 +397,11 @@ def _context(folder: Path) -> dict[str, Any]:
         "judged": metrics.is_recorded_at_all,
         "unjudged": unjudged_text(metrics.origins).strip(),
         "distances": tables.distances(metrics),
-        "known": tables.told(metrics),
+        "known": tables.known_quantities(metrics),
         "unseen": tables.unseen(metrics),
         "error_tables": tables.error_table(metrics),
         "plates": metrics.record.plates,
-        "second_engine": tables.witness(metrics),
+        "second_engine": tables.second_engine(metrics),
         "as_measured": tables.as_measured(metrics),
         "figure_tables": tables.figure_tables(metrics),
         "quantity_notes": [each.note for each in grids.FURTHER],
@@ -436,10 +436,10 @@ def _context(folder: Path) -> dict[str, Any]:
     }
 
 
-def _configuration(folder: Path, asked: Sequence[str] = ()) -> Configuration:
+def _configuration(folder: Path, settings: Sequence[str] = ()) -> Configuration:
     """Of the run, with what is asked for now."""
     path = folder / "configuration.toml"
-    return load_configuration(path if path.exists() else None, settings=asked)
+    return load_configuration(path if path.exists() else None, settings=settings)
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:

@@ -19,11 +19,11 @@ from gaitval.metrics.results import METRICS, Metrics
 from gaitval.metrics.verdicts import LimitVerdict, failed_limits, limit_verdicts, unit_text
 from gaitval.reporting.facts import at
 
-DOUBTS: Final = 3
+WARNINGS: Final = 3
 """Shown, the gravest first."""
 FAILED_SHOWN: Final = 6
 """Failed limits that the sheet lists; it counts the others."""
-PLATES_DOUBTED: Final = 0.02
+PLATES_UNCERTAIN: Final = 0.02
 """Share of the force by which plates may be wrong before the sheet says so."""
 
 
@@ -50,7 +50,7 @@ class Cell(NamedTuple):
         return None if self.value is None else self.scale * self.value
 
 
-class Doubt(NamedTuple):
+class SheetWarning(NamedTuple):
     """Why the verdict may mislead: the template has its words and what would help, by `kind`."""
 
     kind: str
@@ -95,7 +95,7 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "held_out": [name for name in metrics.recorded if not metrics.told[name]],
         "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
-        "doubts": list(_doubts(metrics, subject, failed))[:DOUBTS],
+        "doubts": list(_warnings(metrics, subject, failed))[:WARNINGS],
         "profile": _profile(metrics),
         "people": [
             Cell(norm.people, 0, f"norms#{name}/people")
@@ -222,48 +222,52 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
     return {"names": [*names, "total"], "rows": rows, "healthy": healthy}
 
 
-def _doubts(metrics: Metrics, subject: Subject, failed: Sequence[LimitVerdict]) -> Iterator[Doubt]:
+def _warnings(
+    metrics: Metrics, subject: Subject, failed: Sequence[LimitVerdict]
+) -> Iterator[SheetWarning]:
     """All that speaks against trusting the verdict, the gravest first: what decides it, what it
     compares with, and what the record itself lacks.
     """
     decisive = [each for each in failed if each.first.role == "acceptance"]
     if decisive:
-        yield Doubt("failed", {"count": _count(len(decisive), "failed limits acceptance")})
+        yield SheetWarning("failed", {"count": _count(len(decisive), "failed limits acceptance")})
     if metrics.witness is not None and metrics.witness.fell:
-        yield Doubt("falls there")
+        yield SheetWarning("falls there")
     close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
     if close:
-        yield Doubt("narrow", {"count": _count(close, "close acceptance")})
+        yield SheetWarning("narrow", {"count": _count(close, "close acceptance")})
     missing = sorted({name for name, *_ in not_recorded(metrics.origins)})
     if not metrics.is_recorded_at_all:
-        yield Doubt("nothing recorded")
+        yield SheetWarning("nothing recorded")
     elif missing:
-        yield Doubt("not recorded", words={"what": ", ".join(missing)})
+        yield SheetWarning("not recorded", words={"what": ", ".join(missing)})
     if metrics.told.get("forces"):
-        yield Doubt("fit")
+        yield SheetWarning("fit")
     yield from _of_score(metrics)
     plates = metrics.record.plates
-    if plates is not None and abs(plates.scale - 1.0) > PLATES_DOUBTED:
+    if plates is not None and abs(plates.scale - 1.0) > PLATES_UNCERTAIN:
         place = f"{METRICS}#/record/plates/scale"
-        yield Doubt("plates", {"off": Cell(plates.scale - 1.0, 1, place, "less one", 100.0)})
+        yield SheetWarning("plates", {"off": Cell(plates.scale - 1.0, 1, place, "less one", 100.0)})
     below = [row for row in metrics.measures if row.measure.endswith("_skill")]
     worse = sum(row.value is not None and row.value < 0.0 for row in below)
     if worse:
         cells = {"worse": worse, "all": len(below)}
-        yield Doubt(
+        yield SheetWarning(
             "guess",
             {k: Cell(v, 0, f"{METRICS}#/measures", f"{k} skills") for k, v in cells.items()},
         )
     if not subject.uncertainty:  # an import keeps how much the strides differ
-        yield Doubt("one cycle")
+        yield SheetWarning("one cycle")
     if metrics.identification is not None:
         verdicts = metrics.identification.verdicts
         cells = {"identified": verdicts.count("identified"), "all": len(verdicts)}
         place = f"{METRICS}#/identification/verdicts"
-        yield Doubt("parameters", {k: Cell(v, 0, place, f"{k} verdicts") for k, v in cells.items()})
+        yield SheetWarning(
+            "parameters", {k: Cell(v, 0, place, f"{k} verdicts") for k, v in cells.items()}
+        )
 
 
-def _of_score(metrics: Metrics) -> Iterator[Doubt]:
+def _of_score(metrics: Metrics) -> Iterator[SheetWarning]:
     """A side whose Gait Profile Score differs from the record's by what matters clinically."""
     statistics = metrics.curve_statistics
     if statistics is None or statistics.profiles.record is None:
@@ -279,4 +283,4 @@ def _of_score(metrics: Metrics) -> Iterator[Doubt]:
         worst = max(record.scores, key=lambda key: abs(walk.scores[key] - record.scores[key]))
         of, name = split_side(worst)
         words = {"side": side, "angle": name, "angle_side": of}
-        yield Doubt("score", {"away": Cell(away, 1, both, "difference")}, words)
+        yield SheetWarning("score", {"away": Cell(away, 1, both, "difference")}, words)

@@ -17,7 +17,7 @@ from gaitval.metrics.walk_results import TorqueShares
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.reporting.figures import NAMES
 
-Row = dict[str, object]
+_Row = dict[str, object]
 """A row of a table, for the template."""
 
 Values = Mapping[str, float | None]
@@ -30,12 +30,12 @@ CURVES: Final[tuple[tuple[Kind, tuple[str, ...], int], ...]] = (
 """Kind, names and digits of the curves, as they are listed."""
 
 
-def error_table(metrics: Metrics) -> list[Row]:
+def error_table(metrics: Metrics) -> list[_Row]:
     """Rows of every curve and side in `metrics`: RMSE before and after identification and
     correction, that of a prediction without a model, and the skill against it.
     """
     origins, nominal = metrics.origins, metrics.walks.nominal
-    tables: list[Row] = []
+    tables: list[_Row] = []
     for kind, names, digits in CURVES:
         rows = []
         for name in names:
@@ -61,7 +61,7 @@ def error_table(metrics: Metrics) -> list[Row]:
     return tables
 
 
-def as_measured(metrics: Metrics) -> list[Row] | None:
+def as_measured(metrics: Metrics) -> list[_Row] | None:
     """Rows of the moments and forces in `metrics` whose recorded curve the correction of the plates
     changes: RMSE against it, and against the record as measured.
     """
@@ -69,7 +69,7 @@ def as_measured(metrics: Metrics) -> list[Row] | None:
     if walk.errors_as_measured is None:
         return None
     measured = {**walk.errors_as_measured.moments, **walk.errors_as_measured.forces}
-    rows: list[Row] = []
+    rows: list[_Row] = []
     for kind, names, digits in CURVES[1:]:
         for name in names:
             for side in SIDES:
@@ -87,7 +87,7 @@ def as_measured(metrics: Metrics) -> list[Row] | None:
     return rows
 
 
-def figure_tables(metrics: Metrics) -> list[Row]:
+def figure_tables(metrics: Metrics) -> list[_Row]:
     """The tables of figures of every quantity in `metrics`, of walk and record. Figures of a curve
     are found anew, because an older file may have defined them otherwise.
     """
@@ -98,7 +98,7 @@ def figure_tables(metrics: Metrics) -> list[Row]:
     ]
 
 
-def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) -> list[Row]:
+def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) -> list[_Row]:
     """The tables of figures of a `quantity`: title, unit, what stands for a missing figure, and
     rows by side of what was `recorded` and `walked`.
     """
@@ -131,7 +131,7 @@ def tables_of(quantity: Quantity, recorded: Found | None, walked: Found | None) 
     ]
 
 
-def torque_shares(values: TorqueShares | None) -> list[Row] | None:
+def torque_shares(values: TorqueShares | None) -> list[_Row] | None:
     """Rows of each coordinate and side with the parts of its moment in `values`."""
     if values is None:
         return None
@@ -142,13 +142,13 @@ def torque_shares(values: TorqueShares | None) -> list[Row] | None:
     ]
 
 
-def witness(metrics: Metrics) -> Row | None:
+def second_engine(metrics: Metrics) -> _Row | None:
     """The second-engine check in `metrics`, with the largest difference of each kind."""
     found = metrics.witness
     if found is None:
         return None
     there = {(row.measure, row.target): row.value for row in found.measures}
-    rows: list[Row] = []
+    rows: list[_Row] = []
     for measure, name, unit, digits in (
         ("angle_rmse", "Angle", "deg", 2),
         ("moment_rmse", "Moment", "Nm/kg", 3),
@@ -186,7 +186,7 @@ def witness(metrics: Metrics) -> Row | None:
     return {"found": found, "rows": rows, "here": sum(counted)}
 
 
-def distances(metrics: Metrics) -> Row | None:
+def distances(metrics: Metrics) -> _Row | None:
     """The walk's distance in `metrics` from its prediction by groups of curves, beside the errors
     of predictions of held-out trials; None where something was recorded.
     """
@@ -209,7 +209,7 @@ def distances(metrics: Metrics) -> Row | None:
     }
 
 
-def told(metrics: Metrics) -> Row:
+def known_quantities(metrics: Metrics) -> _Row:
     """What the model knew in `metrics`; errors beside those of predictions without a model."""
     known = [name for name, read_by in metrics.told.items() if read_by]
     rows = [
@@ -225,26 +225,26 @@ def told(metrics: Metrics) -> Row:
     }
 
 
-def unseen(metrics: Metrics) -> list[Row]:
+def unseen(metrics: Metrics) -> list[_Row]:
     """Held-out trials at the same speed in `metrics`, by groups of curves."""
     errors = metrics.walk.errors
-    tables: list[Row] = []
+    tables: list[_Row] = []
     for trial in metrics.unseen:
         groups = []
         for name, (kind, every, unit) in group_curves(metrics).items():
             between, rmse = trial.between.of(kind), trial.rmse.of(kind)
             curves = [curve for curve in every if between[curve] is not None] or every
             own = [rmse_of(errors.of(kind)[curve]) for curve in curves]
-            told_mean, untold_mean = _mean(own), _mean([rmse[curve] for curve in curves])
+            known_mean, unknown_mean = _mean(own), _mean([rmse[curve] for curve in curves])
             alike = trial.multiple_correlation.of(kind)
             groups.append(
                 {
                     "name": name,
                     "unit": unit,
                     "digits": 3 if unit == "Nm/kg" else 1,
-                    "known": told_mean,
-                    "held_out": untold_mean,
-                    "ratio": untold_mean / told_mean if told_mean and untold_mean else None,
+                    "known": known_mean,
+                    "held_out": unknown_mean,
+                    "ratio": unknown_mean / known_mean if known_mean and unknown_mean else None,
                     "between": _mean([between[curve] for curve in curves]),
                     "correlation": _mean([alike[curve] for curve in curves]),
                 }

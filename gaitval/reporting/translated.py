@@ -87,10 +87,10 @@ class TranslatedWords(Words):
         self.language = language
         self._decimal = get_decimal_symbol(language)
         self._group = get_group_symbol(language)
-        self._plain = {_percent(text): _percent(said) for text, said in plain.items()}
+        self._plain = {_percent(text): _percent(translation) for text, translation in plain.items()}
         # the one that leaves least open first
         longest = sorted(patterns.items(), key=lambda pair: -len(_PLACE.sub("", pair[0])))
-        self._patterns = [(_pattern(text), said) for text, said in longest]
+        self._patterns = [(_pattern(text), translation) for text, translation in longest]
 
     def of(self, text: str) -> str | None:
         """The `text` in this language; None where it is not known."""
@@ -103,7 +103,7 @@ class TranslatedWords(Words):
         return self._by_pattern(text) or self._by_parts(text)
 
     def _by_pattern(self, text: str) -> str | None:
-        for pattern, said in self._patterns:
+        for pattern, translation in self._patterns:
             found = pattern.fullmatch(text)
             if found:
                 parts = {
@@ -111,7 +111,7 @@ class TranslatedWords(Words):
                     for name, part in found.groupdict().items()
                 }
                 if None not in parts.values():
-                    return said % parts
+                    return translation % parts
         return None
 
     def _by_parts(self, text: str) -> str | None:
@@ -130,8 +130,12 @@ class TranslatedWords(Words):
         return None
 
     def _joined(self, parts: Sequence[str], joint: str) -> str | None:
-        said = [self.of(part) for part in parts]
-        return None if None in said else joint.join(part for part in said if part is not None)
+        translation = [self.of(part) for part in parts]
+        return (
+            None
+            if None in translation
+            else joint.join(part for part in translation if part is not None)
+        )
 
     def figures(self, text: str) -> str:
         """Figures in a text with the decimal mark and the thousands mark of this language."""

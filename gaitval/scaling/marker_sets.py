@@ -67,11 +67,11 @@ def recognise(names: Iterable[str], sets: Sequence[MarkerSet] | None = None) -> 
         raise RecordError(unknown(names, nearest, builtin=_builtin_names(), least=RECOGNISED_SHARE))
     (best_score, best), *others = fitting
     for score, other in others:
-        doubtful = best.disagreements(other, names)
-        if doubtful and score.found >= NEARLY_AS_MANY * best_score.found:
+        uncertain = best.disagreements(other, names)
+        if uncertain and score.found >= NEARLY_AS_MANY * best_score.found:
             from gaitval.scaling.unrecognised import undecided
 
-            raise RecordError(undecided((best, best_score), (other, score), doubtful)).with_way_on(
+            raise RecordError(undecided((best, best_score), (other, score), uncertain)).with_way_on(
                 f"--marker-set {best.name}", f"--marker-set {other.name}"
             )
     return best

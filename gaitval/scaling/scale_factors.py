@@ -20,10 +20,10 @@ from gaitval.scaling.landmarks import Widths
 from gaitval.scaling.measurements import Limbs, Measurements
 from gaitval.scaling.stature import measure_by_stature
 
-Pair = tuple[str, str]
+_Pair = tuple[str, str]
 
 
-BODY_PAIRS: Final[dict[str, tuple[Pair, ...]]] = {
+BODY_PAIRS: Final[dict[str, tuple[_Pair, ...]]] = {
     "thigh": tuple((f"{side}.Hip.Centre", f"{side}.Knee.Centre") for side in "RL"),
     "shank": tuple((f"{side}.Knee.Centre", f"{side}.Ankle.Centre") for side in "RL"),
     "ankle height": tuple((f"{side}.Ankle.Centre", f"{side}.Ankle.Floor") for side in "RL"),
@@ -39,7 +39,7 @@ _SKIN: Final = np.array([MARKER_OFFSET, 0.0, 0.0])
 
 
 def scale_factor(
-    model: Mapping[str, Array], measured: Mapping[str, Array], pairs: Sequence[Pair]
+    model: Mapping[str, Array], measured: Mapping[str, Array], pairs: Sequence[_Pair]
 ) -> float:
     """Mean over `pairs` of points, by their names, of their mean `measured` distance over that in
     the unscaled `model` in one pose. Points are (3,) m there, and (T, 3) m measured; frames in

@@ -187,7 +187,7 @@ def _table(measured: Measurements, subject: "Individual") -> tuple[ScaledSegment
     masses = _masses(measured, subject)
     modelled, trunk = measured.modelled, trunk_factor(measured, subject)
 
-    def paired(name: str, markers: str, mean: float, said: str) -> Iterator[ScaledSegment]:
+    def paired(name: str, markers: str, mean: float, mean_source: str) -> Iterator[ScaledSegment]:
         """A row for both sides if they are averaged, else one for each."""
         right, left = (limbs.length(name) for limbs in (measured.right, measured.left))
         source = SCALED if right is None else measured.sources.get(name, markers)
@@ -204,7 +204,7 @@ def _table(measured: Measurements, subject: "Individual") -> tuple[ScaledSegment
                 length_m=length,
                 mass_kg=masses.get((name, side or "right")),
                 factor=length / mean,
-                source=f"{source}; mean: {said}",
+                source=f"{source}; mean: {mean_source}",
                 side=side,
             )
 

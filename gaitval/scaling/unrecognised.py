@@ -19,19 +19,19 @@ source = "who defined it"
 
 
 def undecided(
-    one: tuple[MarkerSet, Score], other: tuple[MarkerSet, Score], doubtful: Sequence[str]
+    one: tuple[MarkerSet, Score], other: tuple[MarkerSet, Score], uncertain: Sequence[str]
 ) -> str:
     """The message where the sets `one` and `other` fit nearly equally and mean different places by
-    the names `doubtful`.
+    the names `uncertain`.
     """
     lines = ["the markers fit two marker sets nearly equally, which mean different places:"]
     lines += [f"  {fit.name} ({fit.title}): {score}" for fit, score in (one, other)]
-    for name in doubtful:
-        said = []
+    for name in uncertain:
+        matches = []
         for fit, _ in (one, other):
             definition = fit.markers[fit.renamed([name])[name]]
-            said.append(f"{definition.landmark or 'no landmark'}, {definition.segment}")
-        lines.append(f"  {name}: {' or '.join(said)}")
+            matches.append(f"{definition.landmark or 'no landmark'}, {definition.segment}")
+        lines.append(f"  {name}: {' or '.join(matches)}")
     lines.append(f"Say which it is: --marker-set {one[0].name} or --marker-set {other[0].name}.")
     return "\n".join(lines)
 
@@ -62,10 +62,10 @@ def unknown(
         {marker: (marker, *nearest.markers[marker].aliases) for marker in score.missing},
     )
     twice = ", ".join(name[:-2] for name in names if name.endswith("#2"))
-    said = f" Several markers have one name: {twice}." if twice else ""
+    matches = f" Several markers have one name: {twice}." if twice else ""
     bare = [name for name in names if UNLABELLED.fullmatch(name)]
     if len(bare) > MOSTLY * len(names):
-        said += (
+        matches += (
             f" They are unlabelled: {bare[0]} to {bare[-1]} are numbers and no names "
             "of places on the body. Label the trial in the recording program and export it again; "
             "no marker set can tell which is which."
@@ -73,12 +73,12 @@ def unknown(
     # character by character is what is wanted: names are no paths
     shared, joined, _ = os.path.commonprefix(names).rpartition("_")  # noqa: RUF071
     if joined and len(names) > 1:
-        said += (
+        matches += (
             f" All names begin with {shared}_: if that is the person's name, export again without "
             f"it, or with a colon behind it ({shared}:)."
         )
     lines = [
-        f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).{said}",
+        f"the {len(names)} markers match no known marker set ({', '.join(builtin)}).{matches}",
         f"  found: {', '.join(names) or 'none'}",
         f"  the nearest is {nearest.name} ({nearest.title}): {score.required - len(score.missing)} "
         f"of {score.required} required markers, at least {least:.0%} are needed; "

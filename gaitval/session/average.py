@@ -11,7 +11,7 @@ from gaitval.constants import POUND, STANDARD_GRAVITY
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.datasets.plausible import LEAST_WITH_AID
 from gaitval.errors import RecordError
-from gaitval.gait.cycles import AverageCurve, Part, average
+from gaitval.gait.cycles import AverageCurve, WalkedPart, average
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.gait.record import ANGLE_NAMES, RECORDED_ANGLES, REQUIRED_ANGLES
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -108,7 +108,7 @@ def left_open(name: str, curve: Array) -> bool:
     return name not in REQUIRED_ANGLES and bool(abs(curve[-1] - curve[0]) > _STEADY)
 
 
-def drift_doubts(
+def drift_warnings(
     angles: Mapping[str, AverageCurve], moments: Mapping[str, AverageCurve]
 ) -> Iterator[QualityFlag]:
     """Warnings about mean `angles` (rad) and `moments` (Nm/kg) whose ends differ by more than
@@ -146,8 +146,8 @@ def mean_kinetics(
     moments: dict[str, AverageCurve] = {}
     forces: dict[Side, AverageCurve] = {}
     for i, side in enumerate(SIDES):
-        parts: dict[str, list[Part]] = {}
-        reactions: list[Part] = []
+        parts: dict[str, list[WalkedPart]] = {}
+        reactions: list[WalkedPart] = []
         for walk in walks:
             if walk.moments is None or walk.forces is None:
                 return {}, {}

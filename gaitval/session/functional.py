@@ -32,10 +32,10 @@ from gaitval.scaling.functional import (
 from gaitval.scaling.joint_centres import locate, pelvis_frame
 from gaitval.scaling.same_person import check_same_person
 from gaitval.session.read import SessionRecordings, about_file, named, trajectories
-from gaitval.session.request import Request, Tell, silent
+from gaitval.session.request import Notify, Request, silent
 from gaitval.session.standing import standing_places
 
-Joint = Literal["hip", "knee"]
+_Joint = Literal["hip", "knee"]
 
 REGRESSION_ERROR: Final = 0.0079
 """m, each way, of the hip centre by Harrington's regression: 12.3 ± 5.9 mm in space from that in 67
@@ -174,7 +174,7 @@ class FunctionalJoint:
 
     trial: str
     side: Side
-    joint: Joint
+    joint: _Joint
     found: FunctionalHip | FunctionalKnee | None
     refused: str = ""
 
@@ -196,12 +196,12 @@ def functional_joints(
     request: Request,
     processing: ProcessingSettings,
     session: SessionRecordings,
-    tell: Tell = silent,
+    notify: Notify = silent,
 ) -> tuple[FunctionalJoint, ...]:
     """The hips and knees of each range-of-motion trial of `request`, and why any is not found.
 
-    The trials get the axes and marker names of `session` and are cleaned by `processing`; `tell` is
-    called with each joint. Raises RecordError if a file cannot be read, or is of another person.
+    The trials get the axes and marker names of `session` and are cleaned by `processing`; `notify`
+    is called with each joint. Raises RecordError if a file cannot be read, or is of another person.
     """
     joints: list[FunctionalJoint] = []
     places = standing_places(session.standing)
@@ -217,18 +217,18 @@ def functional_joints(
                 except ScalingError as error:
                     joints.append(FunctionalJoint(file.name, side, joint, None, str(error)))
     for found in joints:
-        tell("functional", f"{found.trial}: {found}")
+        notify("functional", f"{found.trial}: {found}")
     return tuple(joints)
 
 
 def chosen_hips(
-    request: Request, joints: Sequence[FunctionalJoint], tell: Tell = silent
+    request: Request, joints: Sequence[FunctionalJoint], notify: Notify = silent
 ) -> dict[str, Array]:
     """The functional hip centres that are used, (3,) m in standing, by side ("R", "L").
 
     Of `joints`, those of the smallest error, if it is at most `LARGEST_ERROR`; none unless
-    `request` asks for them. A side without one keeps the regression; `tell` is called with what is
-    chosen.
+    `request` asks for them. A side without one keeps the regression; `notify` is called with what
+    is chosen.
     """
     if request.hip_centre == "regression":
         return {}
@@ -242,10 +242,10 @@ def chosen_hips(
         error, trial, centre = min(hips, key=lambda hip: hip[0], default=(np.inf, "", np.empty(0)))
         if error <= LARGEST_ERROR:
             chosen[side[0].upper()] = centre
-            tell("scaling", f"{side} hip centre: functional, of {trial}")
+            notify("scaling", f"{side} hip centre: functional, of {trial}")
         else:
             why = f"an error of {1000 * error:.0f} mm" if hips else "none was found"
-            tell(
+            notify(
                 "scaling",
                 f"{side} hip centre: by regression; the functional one would have to have an error "
                 f"of at most {1000 * LARGEST_ERROR:.0f} mm ({why})",
@@ -291,7 +291,7 @@ class _Leg:
 
     def motion(self, segment: str) -> SegmentMotion:
         """Rigid motion of a segment through its markers that both trials show."""
-        names = self._worn(segment)
+        names = self._seen_on(segment)
         return segment_motion(
             np.array([self.places[name] for name in names]).reshape(-1, 3),
             self.recording.columns(names),
@@ -303,7 +303,7 @@ class _Leg:
         centre, which moves with the pelvis (as Leardini et al. 2007 do).
         """
         thigh = f"thigh_{self.letter.lower()}"
-        names = self._worn(thigh)
+        names = self._seen_on(thigh)
         # Three points fix a rigid body: with two markers the hip centre is the third.
         if len(names) != 2:
             return self.motion(thigh)
@@ -316,7 +316,7 @@ class _Leg:
             "thigh, with the hip centre of the regression",
         )
 
-    def _worn(self, segment: str) -> list[str]:
+    def _seen_on(self, segment: str) -> list[str]:
         return [
             name
             for name, on in self.session.marker_set.segments.items()
@@ -371,7 +371,7 @@ def _knee(leg: _Leg) -> FunctionalKnee:
     )
 
 
-_FINDERS: Final[Mapping[Joint, Callable[[_Leg], FunctionalHip | FunctionalKnee]]] = {
+_FINDERS: Final[Mapping[_Joint, Callable[[_Leg], FunctionalHip | FunctionalKnee]]] = {
     "hip": _hip,
     "knee": _knee,
 }

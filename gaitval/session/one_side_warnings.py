@@ -28,7 +28,7 @@ _WHEN: Final = re.compile(r" at [\d.]+-[\d.]+ s")
 """When a plate did not show a foot, which differs from cycle to cycle."""
 
 
-def one_side_doubts(
+def one_side_warnings(
     request: Request,
     walks: Sequence[WalkingTrial],
     angles: Mapping[str, AverageCurve],
@@ -79,11 +79,11 @@ def _why(walks: Sequence[WalkingTrial], side: Side, *, kinetics: bool) -> str:
     if not reasons:
         return count_of(len(cycles), "cycle") + (" without its forces" if kinetics else "")
     shown = reasons.most_common(REASONS_SHOWN)
-    said = [f"{count} × {reason}" for reason, count in shown]
+    messages = [f"{count} × {reason}" for reason, count in shown]
     if more := reasons.total() - sum(count for _, count in shown):
-        said.append(f"{more} × other reasons")
+        messages.append(f"{more} × other reasons")
     counted = count_of(len(cycles), "cycle that does not count", "cycles that do not count")
-    return f"{counted}: {', '.join(said)}"
+    return f"{counted}: {', '.join(messages)}"
 
 
 def refuse_without_forces(walks: Sequence[WalkingTrial]) -> NoReturn:

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.checks.checks import marker_doubts
+from gaitval.checks.checks import marker_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
@@ -25,7 +25,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
 from gaitval.scaling.same_person import check_same_person, displaced
-from gaitval.session.request import Request, Tell, part_text, silent
+from gaitval.session.request import Notify, Request, part_text, silent
 from gaitval.session.standing import check_stands
 
 NAMED: Final = 20
@@ -41,33 +41,33 @@ class SessionRecordings:
     marker_set : the recordings use its names.
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
-    doubts : the trial, and a warning about its markers.
+    warnings : the trial, and a warning about its markers.
     """
 
     marker_set: MarkerSet
     axes: LaboratoryAxes
     standing: Recording
     walking: tuple[Recording, ...]
-    doubts: tuple[tuple[str, QualityFlag], ...] = ()
+    warnings: tuple[tuple[str, QualityFlag], ...] = ()
 
 
 def read_session(
-    request: Request, processing: ProcessingSettings, tell: Tell = silent
+    request: Request, processing: ProcessingSettings, notify: Notify = silent
 ) -> SessionRecordings:
     """Read all trials of `request`, bring them into the project's axes and clean them by
-    `processing`; `tell` is called with each decision.
+    `processing`; `notify` is called with each decision.
 
     Raises RecordError if a file cannot be used, or the files do not belong together.
     """
     _check_files(request)
-    walking = [_walk_of_file(request, number, tell) for number in range(len(request.trials))]
-    standing = _standing_file(request, walking, tell)
+    walking = [_walk_of_file(request, number, notify) for number in range(len(request.trials))]
+    standing = _standing_file(request, walking, notify)
     for recording in (*(() if request.stands_in_walk else (standing,)), *walking):
-        tell("read", _described(recording))
+        notify("read", _described(recording))
     for number, recording in enumerate(walking):
         with of_trial(number):
             _check_length(recording, processing)
-    marker_set = _marker_set(request, standing, tell)
+    marker_set = _marker_set(request, standing, notify)
     standing = named(standing, marker_set)
     for number, recording in enumerate(walking):
         with of_trial(number):
@@ -75,18 +75,18 @@ def read_session(
     for number, recording in enumerate(walking):
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
-            tell("markers", f"{request.called(number)}: without {', '.join(lacking)}")
+            notify("markers", f"{request.called(number)}: without {', '.join(lacking)}")
     axes = _axes(request, standing, marker_set.landmarks)
-    tell("axes", axes.description)
+    notify("axes", axes.description)
 
     def walked(number: int) -> Recording:
         recording, trial = walking[number].turned(axes.rotation), request.trials[number]
         lost: list[QualityFlag] = []
         in_places = None if request.stands_in_walk else standing
-        found = prepared(recording, marker_set, processing, trial, tell, lost, in_places)
-        for doubt in lost:
-            tell("warnings", f"{request.called(number)}: {doubt}")
-            doubts.append((request.called(number), doubt))
+        found = prepared(recording, marker_set, processing, trial, notify, lost, in_places)
+        for warning in lost:
+            notify("warnings", f"{request.called(number)}: {warning}")
+            flags.append((request.called(number), warning))
         return found
 
     # A standing pose from the walk needs the walk cleaned first; it is not cleaned twice.
@@ -94,18 +94,18 @@ def read_session(
     if request.stands_in_walk:
         with of_trial(0):
             first = walked(0)
-    floor = _floor(request, axes, standing, walking, tell)
+    floor = _floor(request, axes, standing, walking, notify)
     standing, of_walk = _standing(
-        request, processing, marker_set, axes, standing, first, floor, tell
+        request, processing, marker_set, axes, standing, first, floor, notify
     )
-    doubts = [(request.called(0), doubt) for doubt in of_walk]
+    flags = [(request.called(0), warning) for warning in of_walk]
     turned = []
     for number, named_walk in enumerate(walking):
         with of_trial(number):
             recording = walked(number) if first is None or number > 0 else first
-            for doubt in _doubts_beside(request, marker_set, standing, recording, named_walk):
-                tell("warnings", f"{request.called(number)}: {doubt}")
-                doubts.append((request.called(number), doubt))
+            for warning in _doubts_beside(request, marker_set, standing, recording, named_walk):
+                notify("warnings", f"{request.called(number)}: {warning}")
+                flags.append((request.called(number), warning))
             _check_plates(request, recording)
         turned.append(recording)
     return SessionRecordings(
@@ -113,23 +113,23 @@ def read_session(
         axes=axes,
         standing=standing,
         walking=tuple(turned),
-        doubts=tuple(doubts),
+        warnings=tuple(flags),
     )
 
 
-def _walk_of_file(request: Request, number: int, tell: Tell) -> Recording:
+def _walk_of_file(request: Request, number: int, notify: Notify) -> Recording:
     """A walking trial as read: the part, the plates and their axes that the user says."""
     with of_trial(number):
         forces = request.forces[number] if request.forces else None
         part = request.time_of(number)
-        found = _read(tell, request.trials[number], forces=forces, part=part)
+        found = _read(notify, request.trials[number], forces=forces, part=part)
         if part is not None:
             found = replace(found, source=f"{found.source}, {part_text(part)}")
         if request.no_plate or request.plate or request.plate_axis:
-            from gaitval.session.said_plates import as_said
+            from gaitval.session.stated_plates import apply_options
 
-            found = as_said(found, request)
-        return _sound(found, request, tell)
+            found = apply_options(found, request)
+        return _sound(found, request, notify)
 
 
 def _axes(request: Request, standing: Recording, landmarks: Mapping[str, str]) -> LaboratoryAxes:
@@ -162,7 +162,7 @@ def _doubts_beside(
         names=(str(request.static), walk.source),
     )
     moved = displaced(distances, marker_set)
-    return marker_doubts(as_recorded, standing, walk, marker_set.landmarks, moved)
+    return marker_warnings(as_recorded, standing, walk, marker_set.landmarks, moved)
 
 
 def _check_plates(request: Request, recording: Recording) -> None:
@@ -175,7 +175,7 @@ def _check_plates(request: Request, recording: Recording) -> None:
         ).with_way_on("--kinematics-only")
 
 
-def _marker_set(request: Request, standing: Recording, tell: Tell) -> MarkerSet:
+def _marker_set(request: Request, standing: Recording, notify: Notify) -> MarkerSet:
     """The marker set that was asked for, or that the standing trial's names show."""
     with about_file(standing.source):
         marker_set = (
@@ -186,10 +186,10 @@ def _marker_set(request: Request, standing: Recording, tell: Tell) -> MarkerSet:
     score = marker_set.score(
         name for name in standing.names if np.isfinite(standing.marker(name)).any()
     )
-    tell("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
+    notify("markers", f"marker set: {marker_set.title} ({marker_set.name}): {score}")
     if ignored := marker_set.ignored(standing.names):
         more = f" and {len(ignored) - NAMED} more" if len(ignored) > NAMED else ""
-        tell("markers", f"not of this set, ignored: {', '.join(ignored[:NAMED])}{more}")
+        notify("markers", f"not of this set, ignored: {', '.join(ignored[:NAMED])}{more}")
     return marker_set
 
 
@@ -201,27 +201,27 @@ def _standing(
     standing: Recording,
     first: Recording | None,
     floor: float,
-    tell: Tell,
+    notify: Notify,
 ) -> tuple[Recording, list[QualityFlag]]:
     """The standing trial, cleaned and in the project's axes; put together from `first`, the first
     walk as `prepared`, if there is none.
     """
-    landmarks, doubts = marker_set.landmarks, list[QualityFlag]()
+    landmarks, flags = marker_set.landmarks, list[QualityFlag]()
     if first is not None:
         from gaitval.session.standing_pose import of_walk, off_toes, standing_in_walk
 
         standing = standing_in_walk(first, marker_set)
-        doubts.append(of_walk(len(standing.markers)))
+        flags.append(of_walk(len(standing.markers)))
         if request.floor is None:
             standing, on_toes = off_toes(standing, landmarks, request.height_m, floor)
-            doubts += on_toes
-        for doubt in doubts:
-            tell("warnings", f"{request.called(0)}: {doubt}")
+            flags += on_toes
+        for warning in flags:
+            notify("warnings", f"{request.called(0)}: {warning}")
     else:
         standing, findings = clean(
             standing.turned(axes.rotation), marker_set.segments, processing, landmarks=landmarks
         )
-        _tell_cleaning(tell, request.static, findings)
+        _notify_cleaning(notify, request.static, findings)
         check_stands(standing, landmarks)
     if floor:
         from gaitval.session.standing_pose import on_floor
@@ -231,7 +231,7 @@ def _standing(
         from gaitval.session.standing_pose import with_level_feet
 
         standing = with_level_feet(standing, landmarks)
-    return standing, doubts
+    return standing, flags
 
 
 HIGH_FLOOR: Final = 0.01
@@ -247,7 +247,7 @@ def _floor(
     axes: LaboratoryAxes,
     standing: Recording,
     walking: Sequence[Recording],
-    tell: Tell,
+    notify: Notify,
 ) -> float:
     """Height of the floor in the standing trial, m: as the user says, else that of the plates'
     corners if it is not about 0 and the lowest marker fits it, or of a platform that lifts this
@@ -260,7 +260,7 @@ def _floor(
     ).ravel()
     heights = heights[np.isfinite(heights)]
     even = len(heights) > 0 and np.ptp(heights) <= UNEVEN_PLATES
-    floor, said = float(np.median(heights)) if even else 0.0, "the corners of the plates"
+    floor, source = float(np.median(heights)) if even else 0.0, "the corners of the plates"
     lowest, walked = (
         float(np.nanmin(np.nanpercentile(markers @ axes.rotation[2], share, axis=0)))
         for each, share in ((standing, 50), (walking[0], 5))
@@ -268,10 +268,10 @@ def _floor(
     )
     low, high = LOWEST_MARKER
     if lowest > high and low <= walked <= high:
-        floor, said = lowest - walked, "the feet, which are as much lower in the walk"
+        floor, source = lowest - walked, "the feet, which are as much lower in the walk"
     elif abs(floor) < HIGH_FLOOR or not low <= lowest - floor <= high:
         return 0.0
-    tell("axes", f"the floor is at {floor:.3f} m, by {said} (--floor says else)")
+    notify("axes", f"the floor is at {floor:.3f} m, by {source} (--floor says else)")
     return floor
 
 
@@ -286,7 +286,7 @@ def of_trial(number: int) -> Iterator[None]:
 
 
 def _read(
-    tell: Tell,
+    notify: Notify,
     path: Path,
     forces: Path | None = None,
     *,
@@ -300,17 +300,17 @@ def _read(
             return read_recording(path, forces=forces, plates=plates, faulty=True, part=part)
         finally:  # what was passed over may be why the rest is refused
             for each in passed_over:
-                tell("warnings", f"{each.message}.")
+                notify("warnings", f"{each.message}.")
 
 
-def _sound(recording: Recording, request: Request, tell: Tell) -> Recording:
+def _sound(recording: Recording, request: Request, notify: Notify) -> Recording:
     """A walk without plates that cannot be used, where nobody asks for forces. Raises RecordError
     for one where somebody does.
     """
     sound = tuple(plate for plate in recording.plates if not plate.fault)
     for plate in recording.plates:
         if plate.fault and request.kinematics_only:
-            tell("warnings", f"{plate.fault} The plate is left out")
+            notify("warnings", f"{plate.fault} The plate is left out")
         elif plate.fault and not sound:
             raise RecordError(plate.fault).with_way_on("--kinematics-only")
         elif plate.fault:
@@ -321,7 +321,7 @@ def _sound(recording: Recording, request: Request, tell: Tell) -> Recording:
     return replace(recording, plates=sound, force_rate=recording.force_rate if sound else 0.0)
 
 
-def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -> Recording:
+def _standing_file(request: Request, walking: Sequence[Recording], notify: Notify) -> Recording:
     """The standing trial as read; the first walk where there is none."""
     if request.stands_in_walk:
         if request.static_time is not None:
@@ -330,7 +330,7 @@ def _standing_file(request: Request, walking: Sequence[Recording], tell: Tell) -
             )
         return walking[0]
     # Nobody needs the forces of standing, so faults of its plates do not matter.
-    recording = _read(tell, request.static, plates=False)
+    recording = _read(notify, request.static, plates=False)
     if request.static_time is None:
         return recording
     return recording.between(request.static_time, "--static-time")
@@ -405,11 +405,13 @@ def _check_length(recording: Recording, processing: ProcessingSettings) -> None:
 
 def _described(recording: Recording) -> str:
     frames, count = recording.markers.shape[:2]
-    said = f"{recording.source}: {count} markers, "
-    said += f"{frames / recording.marker_rate:.1f} s at {recording.marker_rate:g} Hz"
+    source = f"{recording.source}: {count} markers, "
+    source += f"{frames / recording.marker_rate:.1f} s at {recording.marker_rate:g} Hz"
     if recording.plates:
-        said += f", {count_of(len(recording.plates), 'force plate')} at {recording.force_rate:g} Hz"
-    return said
+        source += (
+            f", {count_of(len(recording.plates), 'force plate')} at {recording.force_rate:g} Hz"
+        )
+    return source
 
 
 def named(recording: Recording, marker_set: MarkerSet) -> Recording:
@@ -435,27 +437,27 @@ def prepared(
     marker_set: MarkerSet,
     processing: ProcessingSettings,
     file: Path,
-    tell: Tell = silent,
-    doubts: list[QualityFlag] | None = None,
+    notify: Notify = silent,
+    flags: list[QualityFlag] | None = None,
     standing: Recording | None = None,
 ) -> Recording:
     """A walking trial `recording`, `named` after `marker_set` and in the project's axes, turned
-    about the vertical, so that the person walks along +x, and cleaned as `processing` says; `tell`
-    calls it `file`. Warnings about markers that were lost, by their places in `standing` if there
-    is one, go to `doubts`. Raises RecordError as
+    about the vertical, so that the person walks along +x, and cleaned as `processing` says;
+    `notify` calls it `file`. Warnings about markers that were lost, by their places in `standing`
+    if there is one, go to `flags`. Raises RecordError as
     `turn_to_walking_direction` and `clean`.
     """
     landmarks = marker_set.landmarks
     recording, heading = turn_to_walking_direction(recording, landmarks)
-    tell("axes", heading)
+    notify("axes", heading)
     recording, findings = clean(
         recording, marker_set.segments, processing, landmarks=landmarks, standing=standing
     )
-    _tell_cleaning(tell, file, findings)
-    for each in findings if doubts is not None else ():
+    _notify_cleaning(notify, file, findings)
+    for each in findings if flags is not None else ():
         if each.kind == "lost":
-            assert doubts is not None
-            doubts.append(lost_doubt(each))
+            assert flags is not None
+            flags.append(lost_doubt(each))
     return recording
 
 
@@ -473,6 +475,6 @@ def trajectories(recording: Recording) -> dict[str, Array]:
     return {name: recording.marker(name) for name in recording.names}
 
 
-def _tell_cleaning(tell: Tell, file: Path, findings: Iterable[Finding]) -> None:
+def _notify_cleaning(notify: Notify, file: Path, findings: Iterable[Finding]) -> None:
     for finding in findings:
-        tell("cleaning", f"{file.name}: {finding}")
+        notify("cleaning", f"{file.name}: {finding}")

@@ -20,15 +20,15 @@ from gaitval.errors import ConfigurationError
 if TYPE_CHECKING:
     from gaitval.scaling.landmarks import Widths
 
-Tell = Callable[[str, str], None]
+Notify = Callable[[str, str], None]
 
-HipCentre = Literal["regression", "functional"]
+_HipCentreMethod = Literal["regression", "functional"]
 """Where the hip centres of the standing trial come from."""
 Halves = Literal["odd-even", "first-last"]
 """How gait cycles are shared out to two trials."""
 
 
-class Shown(NamedTuple):
+class OptionDisplay(NamedTuple):
     """How the command line shows an option, where that does not follow from the field."""
 
     metavar: str | None = None
@@ -87,8 +87,10 @@ def part_text(window: tuple[float, float] | None) -> str:
     return "" if window is None else "{:g}:{:g} s".format(*window)
 
 
-Files = Annotated[tuple[Path, ...], BeforeValidator(_files), Shown("FILE")]
-JointWidth = Annotated[float | tuple[float, float] | None, BeforeValidator(_width), Shown("M|M,M")]
+Files = Annotated[tuple[Path, ...], BeforeValidator(_files), OptionDisplay("FILE")]
+JointWidth = Annotated[
+    float | tuple[float, float] | None, BeforeValidator(_width), OptionDisplay("M|M,M")
+]
 
 
 class ImportOptions(BaseModel):
@@ -98,11 +100,11 @@ class ImportOptions(BaseModel):
         frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
     )
 
-    trials: Annotated[Files, Field(min_length=1), Shown("FILE", "--trial")]
+    trials: Annotated[Files, Field(min_length=1), OptionDisplay("FILE", "--trial")]
     """Walking trials: C3D, TRC, Vicon CSV, Qualisys TSV, WBDS mkr.txt; their cycles are pooled."""
-    sex: Annotated[str, Shown("F|M")]
+    sex: Annotated[str, OptionDisplay("F|M")]
     """Selects the segment tables."""
-    static: Annotated[Path | None, Shown("FILE")] = None
+    static: Annotated[Path | None, OptionDisplay("FILE")] = None
     """Standing trial, as a file of a walking one. Left out, a standing pose is put together from
     the walk."""
     mass: float | None = None
@@ -120,18 +122,18 @@ class ImportOptions(BaseModel):
     """Ground reaction (MOT, STO, .forces, Kistler text, WBDS grf.txt) of a trial that has none in
     its own file; one for each walking trial."""
     trial_time: Annotated[
-        tuple[tuple[float, float], ...], BeforeValidator(_windows), Shown("BEGIN:END")
+        tuple[tuple[float, float], ...], BeforeValidator(_windows), OptionDisplay("BEGIN:END")
     ] = ()
     """Part of a walking trial that counts, s: once for all trials, or once for each, in their
     order. A file of which several parts count is given as often."""
     static_time: Annotated[
-        tuple[float, float] | None, BeforeValidator(_window), Shown("BEGIN:END")
+        tuple[float, float] | None, BeforeValidator(_window), OptionDisplay("BEGIN:END")
     ] = None
     """Part of the standing trial that counts, s."""
-    floor: Annotated[float | None, Field(ge=-5.0, le=5.0), Shown("M")] = None
+    floor: Annotated[float | None, Field(ge=-5.0, le=5.0), OptionDisplay("M")] = None
     """Height of what the person stands on in the standing trial, m above the origin; by the corners
     of the plates if left out, else 0."""
-    belt: Annotated[float | None, Field(ge=0.0, le=5.0), Shown("M/S")] = None
+    belt: Annotated[float | None, Field(ge=0.0, le=5.0), OptionDisplay("M/S")] = None
     """Speed of the treadmill's belt in all trials, m/s; as the flat feet move if left out."""
     feet_not_flat: bool = False
     """The person stands on toes or heels: put the feet flat for scaling."""
@@ -149,7 +151,7 @@ class ImportOptions(BaseModel):
     functional: Files = ()
     """Range-of-motion trials of the same session: functional hip centres and knee axes are compared
     with those of the standing trial."""
-    hip_centre: HipCentre = "regression"
+    hip_centre: _HipCentreMethod = "regression"
     """Use the functional hip centres of --functional where their error is small."""
     age: float | None = None
     """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
@@ -170,21 +172,23 @@ class ImportOptions(BaseModel):
     mirror: bool = False
     """Fill in a side that no trial shows with the other one's mirror image. It stays marked as not
     recorded."""
-    no_plate: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("N")] = ()
+    no_plate: Annotated[tuple[str, ...], BeforeValidator(_files), OptionDisplay("N")] = ()
     """Leave out a force plate, by its number or name in the file."""
     plate: Annotated[
-        tuple[tuple[str, Side], ...], BeforeValidator(_pairs), Shown("N=right|left")
+        tuple[tuple[str, Side], ...], BeforeValidator(_pairs), OptionDisplay("N=right|left")
     ] = ()
     """Whose foot is on a force plate, by its number or name in the file; found if left out."""
     plate_axis: Annotated[
-        tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_pairs), Shown("N=x|y|z")
+        tuple[tuple[str, Literal["x", "y", "z"]], ...],
+        BeforeValidator(_pairs),
+        OptionDisplay("N=x|y|z"),
     ] = ()
     """A force plate whose force along this axis of the file has the wrong sign; its free moment
     follows."""
     divide_plates: bool = False
     """Divide the force of a plate under both feet between them, by its centre of pressure; else it
     is not used. For a treadmill with one plate."""
-    correct: Annotated[tuple[str, ...], BeforeValidator(_files), Shown("FAULT")] = ()
+    correct: Annotated[tuple[str, ...], BeforeValidator(_files), OptionDisplay("FAULT")] = ()
     """Take away a fault that the session is found to have: delay, place, rotation, gain, cross-talk
     (of plates), or several with commas. Both results are shown."""
     halves: Halves | None = None

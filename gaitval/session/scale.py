@@ -22,7 +22,7 @@ from gaitval.scaling.measurements import Measurements, with_fitted_lengths
 from gaitval.scaling.scale_factors import scale_by_pairs
 from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE, USUAL_ASYMMETRY, ScaledBody, build_body
 from gaitval.session.read import SessionRecordings, about_file, of_trial
-from gaitval.session.request import Request, Tell, silent
+from gaitval.session.request import Notify, Request, silent
 from gaitval.session.standing import standing_places
 
 
@@ -40,7 +40,7 @@ class FittedBody:
     factors : of the marker pairs, relative to the mean body of this stature.
     paired : the body scaled by these factors, with its markers, for comparison.
     walking : the walking trials with the labels of the standing one.
-    doubts : warnings about the labels of each walking trial, and in the first about lengths.
+    warnings : warnings about the labels of each walking trial, and in the first about lengths.
     """
 
     chosen: Measurements
@@ -51,7 +51,7 @@ class FittedBody:
     factors: Mapping[str, float]
     paired: tuple[BodyModel, MarkerPlacement]
     walking: tuple[Recording, ...]
-    doubts: tuple[tuple[QualityFlag, ...], ...]
+    warnings: tuple[tuple[QualityFlag, ...], ...]
 
     @property
     def model(self) -> BodyModel:
@@ -67,7 +67,7 @@ def scale_body(
     request: Request,
     processing: ProcessingSettings,
     session: SessionRecordings,
-    tell: Tell = silent,
+    notify: Notify = silent,
     *,
     hip_centres: Mapping[str, Array] | None = None,
     symmetric: bool = True,
@@ -75,19 +75,19 @@ def scale_body(
     """Scale the body by the standing trial of `session`, then fit it to both trials: each
     measurement replaces a guess of the one before.
 
-    `request` has mass, stature and widths, `processing` the filter of the walk; `tell` is called
+    `request` has mass, stature and widths, `processing` the filter of the walk; `notify` is called
     with each decision. `hip_centres` (3,) m in standing replace the regression of sides ("R", "L").
     `symmetric` is that of the configuration's `scaling`. Raises ScalingError or RecordError.
     """
-    stood = _by_standing(request, session, tell, hip_centres, symmetric=symmetric)
+    stood = _by_standing(request, session, notify, hip_centres, symmetric=symmetric)
     odd = list(stood.odd)
     model, placement = stood.scaled.model, stood.placement
     checked = []
     for number in range(len(session.walking)):
         with of_trial(number):
-            checked.append(_with_right_labels(model, placement, session, number, request, tell))
+            checked.append(_with_right_labels(model, placement, session, number, request, notify))
     fit = _fit_to_trials(request, processing, session, checked[0][0], model, placement)
-    tell(
+    notify(
         "scaling",
         f"joint fit: marker RMS from {1000 * fit.rms_before:.1f} to {1000 * fit.rms_after:.1f} mm, "
         f"largest from {1000 * fit.largest_before:.0f} to {1000 * fit.largest_after:.0f} mm",
@@ -100,9 +100,9 @@ def scale_body(
                 "in standing and walking",
             )
         )  # fmt: skip
-        tell("warnings", str(odd[-1]))
+        notify("warnings", str(odd[-1]))
     for remark in knee_axis_remarks(fit, session.marker_set.landmarks):
-        tell("scaling", remark)
+        notify("scaling", remark)
     chosen = _with_lengths_of(fit, stood.measured)
     factors, paired = _by_pairs(request, session, stood.places)
     return FittedBody(
@@ -113,8 +113,9 @@ def scale_body(
         fit=fit,
         factors=factors,
         walking=tuple(walking for walking, _ in checked),
-        doubts=tuple(
-            (*(odd if number == 0 else ()), *doubts) for number, (_, doubts) in enumerate(checked)
+        warnings=tuple(
+            (*(odd if number == 0 else ()), *warnings)
+            for number, (_, warnings) in enumerate(checked)
         ),
         paired=paired,
     )
@@ -133,7 +134,7 @@ class _Standing(NamedTuple):
 def _by_standing(
     request: Request,
     session: SessionRecordings,
-    tell: Tell,
+    notify: Notify,
     hip_centres: Mapping[str, Array] | None,
     *,
     symmetric: bool,
@@ -145,11 +146,11 @@ def _by_standing(
         measured = measure(on_landmarks, **request.widths, hip_centres=hip_centres)
         measured = replace(measured, symmetric=symmetric)
         if "midfoot" in measured.sources.get("foot", ""):
-            tell("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
+            notify("scaling", f"foot: {measured.sources['foot']}; no marker shows how long it is")
         scaled = build_body(request, measured)
         odd = (*_odd_lengths(scaled), *_odd_stature(scaled, request), *_odd_widths(request))
-        for doubt in odd:
-            tell("warnings", str(doubt))
+        for warning in odd:
+            notify("warnings", str(warning))
         placement = place_markers(
             scaled.model, measured, places, marker_set, **request.widths, hip_centres=hip_centres
         )
@@ -298,12 +299,12 @@ def _with_right_labels(
     session: SessionRecordings,
     number: int,
     request: Request,
-    tell: Tell,
+    notify: Notify,
 ) -> tuple[Recording, list[QualityFlag]]:
     """The walking trial `number`, in which no two markers have each other's names: those that have
     are put right, and this is reported, or refused (`exchanged_markers.put_right`).
     """
-    walking, doubts = session.walking[number], list[QualityFlag]()
+    walking, warnings = session.walking[number], list[QualityFlag]()
     while True:
         markers = [
             marker
@@ -313,13 +314,13 @@ def _with_right_labels(
         measured = walking.columns([marker.name for marker in markers])
         exchange = find_exchanged(model, markers, measured)
         if exchange is None:
-            return walking, doubts
+            return walking, warnings
         from gaitval.session.exchanged_markers import put_right
 
-        standing, again = str(request.static), len(doubts) < len(markers)
-        walking, doubt = put_right(exchange, session.marker_set, walking, standing, again=again)
-        doubts.append(doubt)
-        tell("warnings", f"{request.called(number)}: {doubt}")
+        standing, again = str(request.static), len(warnings) < len(markers)
+        walking, warning = put_right(exchange, session.marker_set, walking, standing, again=again)
+        warnings.append(warning)
+        notify("warnings", f"{request.called(number)}: {warning}")
 
 
 REMARKED_ROTATION: Final = float(np.radians(8.0))
@@ -335,7 +336,7 @@ def knee_axis_remarks(fit: ModelFit, landmarks: Mapping[str, str]) -> list[str]:
     rotation then differs.
     """
     places = {marker.name: marker.position for marker in fit.markers}
-    said = []
+    messages = []
     for side, outwards in (("right", -1.0), ("left", 1.0)):
         name = landmarks.get(f"{side[0].upper()}.Knee", "")
         if name not in places:
@@ -344,10 +345,10 @@ def knee_axis_remarks(fit: ModelFit, landmarks: Mapping[str, str]) -> list[str]:
         # How far the marker lies in front of the hinge, which is the thigh's mediolateral axis.
         angle = float(np.arctan2(aside[0], outwards * aside[1]))
         if abs(angle) > REMARKED_ROTATION:
-            said.append(
+            messages.append(
                 f"{side} knee: the axis that fits the walk is turned by "
                 f"{np.degrees(abs(angle)):.0f}° from the line to {name}, which lies "
                 f"{'in front of' if angle > 0 else 'behind'} it. Hip rotation differs by about as "
                 "much from conventions that take this line, such as Plug-in Gait"
             )
-    return said
+    return messages

@@ -19,10 +19,10 @@ from gaitval.gait.cycles import AverageCurve
 from gaitval.gait.foot_forces import LIGHTEST, of_weight
 from gaitval.gait.quality_flags import QualityFlag, refuse_certain
 from gaitval.reporting.measurement_part import MeasurementPart
-from gaitval.session.average import check_mass, drift_doubts, mean_angles, mean_kinetics
+from gaitval.session.average import check_mass, drift_warnings, mean_angles, mean_kinetics
 from gaitval.session.one_side import missing_sides
 from gaitval.session.read import SessionRecordings, read_session
-from gaitval.session.request import Request, Tell, silent
+from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody, scale_body
 from gaitval.session.trial import WalkingTrial, require_cycles, work_out_trial
 
@@ -37,7 +37,7 @@ UNLIKE: Final = 1.2
 trial a stride that is so unlike the others does not count (`cycles.UNUSUAL_STRIDE`)."""
 
 
-class Measured(MeasurementPart, Protocol):
+class SessionMeasurement(MeasurementPart, Protocol):
     """What `gaitval.measurement` says of a session."""
 
     @property
@@ -83,18 +83,18 @@ class Import:
     decisions: tuple[tuple[str, str], ...]
     functional: "tuple[FunctionalJoint, ...]" = ()
     of_means: tuple[QualityFlag, ...] = ()
-    measurement: "Measured | None" = None
+    measurement: "SessionMeasurement | None" = None
 
     @property
-    def doubts(self) -> tuple[tuple[str, QualityFlag], ...]:
+    def warnings(self) -> tuple[tuple[str, QualityFlag], ...]:
         """All warnings, each with its trial."""
-        of_trials = ((walk.name, doubt) for walk in self.trials for doubt in walk.doubts)
-        of_means = (("all trials", doubt) for doubt in self.of_means)
-        return *self.session.doubts, *of_trials, *of_means
+        of_trials = ((walk.name, warning) for walk in self.trials for warning in walk.warnings)
+        of_means = (("all trials", warning) for warning in self.of_means)
+        return *self.session.warnings, *of_trials, *of_means
 
 
 @dataclass
-class Progress:
+class ImportProgress:
     """What an import has found so far; a refusal leaves it to be written."""
 
     decisions: list[tuple[str, str]] = field(default_factory=list)
@@ -102,12 +102,12 @@ class Progress:
     body: FittedBody | None = None
     trials: list[WalkingTrial] = field(default_factory=list)
 
-    def noting(self, tell: Tell) -> Tell:
-        """A `tell` that also keeps what it is called with among the decisions."""
+    def noting(self, notify: Notify) -> Notify:
+        """A `notify` that also keeps what it is called with among the decisions."""
 
         def noted(step: str, message: str) -> None:
             self.decisions.append((step, message))
-            tell(step, message)
+            notify(step, message)
 
         return noted
 
@@ -115,20 +115,20 @@ class Progress:
 def work_out_trials(
     request: Request,
     processing: ProcessingSettings,
-    tell: Tell = silent,
-    progress: Progress | None = None,
+    notify: Notify = silent,
+    progress: ImportProgress | None = None,
     *,
     symmetric: bool = True,
 ) -> Import:
     """Everything from the files of `request` to the mean gait cycle, with the filters of
     `processing`; what `gaitval.measurement` says of it comes after (`gaitval.importing`).
 
-    A trial that cannot be used is left out if there are others. `tell` is called with each
+    A trial that cannot be used is left out if there are others. `notify` is called with each
     decision: the step, and a sentence. `progress` receives what is found, step by step. `symmetric`
     is that of the configuration's `scaling`. Raises RecordError or ScalingError as each step does.
     """
-    known = Progress() if progress is None else progress
-    noted = known.noting(tell)
+    known = ImportProgress() if progress is None else progress
+    noted = known.noting(notify)
     usual, processing = processing, of_weight(processing, request.mass_kg)
     if processing != usual:
         noted(
@@ -157,13 +157,13 @@ def work_out_trials(
     moments, forces = mean_kinetics(request, walks)
     angles = mean_angles(body.model, walks)
     build = unusual_build(request.mass_kg, request.height_m, request.age)
-    of_means = (*build, *_unlike(walks), *drift_doubts(angles, moments))
+    of_means = (*build, *_unlike(walks), *drift_warnings(angles, moments))
     if missing_sides(angles, forces):
-        from gaitval.session.one_side_warnings import one_side_doubts
+        from gaitval.session.one_side_warnings import one_side_warnings
 
-        of_means = (*one_side_doubts(request, walks, angles, forces), *of_means)
-    for doubt in of_means:
-        noted("warnings", str(doubt))
+        of_means = (*one_side_warnings(request, walks, angles, forces), *of_means)
+    for warning in of_means:
+        noted("warnings", str(warning))
     return Import(
         request=request,
         processing=processing,
@@ -189,16 +189,20 @@ def _unlike(walks: Sequence[WalkingTrial]) -> Iterator[QualityFlag]:
             speeds[walk.name] = float(np.nanmean(every))
     times = max(speeds.values()) / min(speeds.values()) if speeds else 1.0
     if times > UNLIKE:
-        said = ", ".join(f"{name} {speed:.2f} m/s" for name, speed in speeds.items())
+        message = ", ".join(f"{name} {speed:.2f} m/s" for name, speed in speeds.items())
         yield QualityFlag(
             "speed of the trials", "walking speed", times, UNLIKE, "times",
-            f"the trials were walked at different speeds ({said}): their mean is a gait that "
+            f"the trials were walked at different speeds ({message}): their mean is a gait that "
             "nobody walked. Import each speed as a subject of its own",
         )  # fmt: skip
 
 
 def _scaled(
-    request: Request, processing: ProcessingSettings, known: Progress, noted: Tell, symmetric: bool
+    request: Request,
+    processing: ProcessingSettings,
+    known: ImportProgress,
+    noted: Notify,
+    symmetric: bool,
 ) -> "tuple[SessionRecordings, tuple[FunctionalJoint, ...], FittedBody]":
     """The recordings of all trials, functional joints, and the body. Raises RecordError, of which
     `trial` says whether it is about one trial.
@@ -217,12 +221,12 @@ def _scaled(
     session = known.session = replace(
         session,
         walking=body.walking,
-        doubts=(
-            *session.doubts,
+        warnings=(
+            *session.warnings,
             *(
-                (request.called(number), doubt)
-                for number, doubts in enumerate(body.doubts)
-                for doubt in doubts
+                (request.called(number), warning)
+                for number, warnings in enumerate(body.warnings)
+                for warning in warnings
             ),
         ),
     )
@@ -230,7 +234,7 @@ def _scaled(
 
 
 def _usable_walks(
-    request: Request, processing: ProcessingSettings, known: Progress, noted: Tell
+    request: Request, processing: ProcessingSettings, known: ImportProgress, noted: Notify
 ) -> list[WalkingTrial]:
     """The walking trials that can be used. Raises RecordError if none can."""
     session, body = known.session, known.body
@@ -246,11 +250,13 @@ def _usable_walks(
             failed.append((name, error))
     # What cannot be right in one trial is no chance in another, nor on another plate: a wrong sign
     # is the laboratory's.
-    wrong = {doubt.check for walk in known.trials for doubt in walk.doubts if doubt.certain}
+    wrong = {warning.check for walk in known.trials for warning in walk.warnings if warning.certain}
     for walk in known.trials:
-        doubts = [replace(doubt, certain=True) for doubt in walk.doubts if doubt.check in wrong]
+        warnings = [
+            replace(warning, certain=True) for warning in walk.warnings if warning.check in wrong
+        ]
         try:
-            refuse_certain(walk.recording.source, doubts, len(walk.recording.plates))
+            refuse_certain(walk.recording.source, warnings, len(walk.recording.plates))
             walks.append(walk)
         except RecordError as error:
             failed.append((walk.name, error))

@@ -68,13 +68,13 @@ def off_toes(
     # in thick soles, or above a floor that is not at 0, the heel is up no more than the forefoot
     if not (height > HIGHEST_BARE_ANKLE * usual and _heels_up(recording, landmarks) > 0.5 * up):
         return recording, []
-    doubt = QualityFlag(
+    warning = QualityFlag(
         "standing pose", "standing", up, 0.0, "m",
         f"the heels are up in every mid-stance, by about {1000 * up:.0f} mm. The feet were put "
         "flat, the ankles as high as is expected for the stature: the ankle angle may be some "
         "degrees off all the time. Give a standing trial with --static if there is one",
     )  # fmt: skip
-    return with_level_feet(on_floor(recording, up), landmarks), [doubt]
+    return with_level_feet(on_floor(recording, up), landmarks), [warning]
 
 
 def _heels_up(recording: Recording, landmarks: Mapping[str, str]) -> float:

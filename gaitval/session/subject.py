@@ -22,7 +22,14 @@ from gaitval.gait.mean_curves import (
     mean_vertical_force,
     stance_fraction,
 )
-from gaitval.gait.record import ANGLE_NAMES, MOMENT_NAMES, Curve, Force, MeanSteps, fit_periodic
+from gaitval.gait.record import (
+    ANGLE_NAMES,
+    MOMENT_NAMES,
+    FittedCurve,
+    Force,
+    MeanSteps,
+    fit_periodic,
+)
 from gaitval.model.body import BodyModel
 from gaitval.model.tree import centres_of_mass, tree_arrays
 from gaitval.session.average import largest_drift, left_open
@@ -177,7 +184,7 @@ def total_force(model: BodyModel, walks: Sequence[WalkingTrial]) -> Force | None
     mean -= np.outer(PHASE - 0.5, mean[-1] - mean[0])
     mean += np.array([0.0, 0.0, 1.0]) - mean[:-1].mean(axis=0)
     # Sideways it is a tenth as large as a foot's force.
-    fits = [Curve.fitted(fit_periodic(PHASE, each, 0.1 * FORCE_TOLERANCE)) for each in mean.T]
+    fits = [FittedCurve.fitted(fit_periodic(PHASE, each, 0.1 * FORCE_TOLERANCE)) for each in mean.T]
     return Force(forward=fits[0], left=fits[1], up=fits[2])
 
 

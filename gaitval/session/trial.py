@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array, Flags, runs
-from gaitval.checks.checks import trial_doubts
-from gaitval.checks.motion_checks import belt_doubts
+from gaitval.checks.checks import trial_warnings
+from gaitval.checks.motion_checks import belt_warnings
 from gaitval.configuration import ProcessingSettings
 from gaitval.coordinates import COORDINATES, ROOT, SIDES, Side
 from gaitval.errors import NoCycleError, RecordError
@@ -33,7 +33,7 @@ from gaitval.model.rotations import pelvis_rotation
 from gaitval.reference.motion import trunk_upright
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.session.read import SessionRecordings
-from gaitval.session.request import Request, Tell, silent
+from gaitval.session.request import Notify, Request, silent
 from gaitval.session.scale import FittedBody
 
 if TYPE_CHECKING:  # few ask for the one, and few files store events
@@ -68,7 +68,7 @@ class WalkingTrial:
     gait : spatiotemporal parameters of each side.
     findings : about forces and plates.
     stored_events : the events of the file, beside `events`.
-    doubts : warnings: what physics or everybody's walking contradicts.
+    warnings : warnings: what physics or everybody's walking contradicts.
     """
 
     name: str
@@ -87,7 +87,7 @@ class WalkingTrial:
     gait: Mapping[Side, SpatioTemporal]
     findings: tuple[Finding, ...]
     stored_events: "tuple[StoredEvents, ...]"
-    doubts: tuple[QualityFlag, ...]
+    warnings: tuple[QualityFlag, ...]
 
     @property
     def moments(self) -> InverseDynamics | None:
@@ -107,26 +107,26 @@ def work_out_trial(
     body: FittedBody,
     name: str,
     recording: Recording,
-    tell: Tell = silent,
+    notify: Notify = silent,
     stride: "WholeStride | None" = None,
 ) -> WalkingTrial:
     """Kinematics, forces, dynamics and cycles of one walking trial (`name`) of `session` on the
     scaled `body`, by `request` and `processing`.
 
-    `recording` is cleaned, in the project's axes; `tell` is called with each decision. A trial that
-    is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
+    `recording` is cleaned, in the project's axes; `notify` is called with each decision. A trial
+    that is a `stride` and lacks a side's whole cycle is joined to itself and worked out again.
     """
     given, landmarks = recording, session.marker_set.landmarks
     motion = trial_motion(body.model, body.markers, recording, processing)
     anchoring, positions = motion.anchoring, motion.positions
     kinematics = anchoring.kinematics
     shown = {side: leg_shown(kinematics, side, recording, session.marker_set) for side in SIDES}
-    _tell_motion(tell, name, anchoring)
+    _notify_motion(notify, name, anchoring)
     ground = _Ground(recording)
     if recording.plates and not request.kinematics_only:
         ground = _on_plates(
             request, processing, body.model, recording, motion, landmarks, shown,
-            lambda topic, text: tell(topic, f"{name}: {text}"),
+            lambda topic, text: notify(topic, f"{name}: {text}"),
         )  # fmt: skip
     recording, forces = ground.recording, ground.forces
 
@@ -138,20 +138,20 @@ def work_out_trial(
         from gaitval.session.whole_stride import joined
 
         if stride := joined(given):
-            tell("events", f"{name}: {stride}")
+            notify("events", f"{name}: {stride}")
             return work_out_trial(
-                request, processing, session, body, name, stride.recording, tell, stride
+                request, processing, session, body, name, stride.recording, notify, stride
             )
-    stored, of_file = _stored_events(tell, name, recording, events)
+    stored, of_file = _stored_events(notify, name, recording, events)
     feet = _belt(recording, events, landmarks, cycles)
     belt = feet if request.belt is None else request.belt
-    found = trial_doubts(
+    found = trial_warnings(
         recording, landmarks, events, ground.findings, ground.measured,
         height_m=request.height_m, mass_kg=request.mass_kg, aid=request.aid,
     )  # fmt: skip
-    doubts = (*of_file, *unsolved(kinematics, recording), *belt_doubts(belt, feet), *found)
-    for doubt in doubts:
-        tell("warnings", f"{name}: {doubt}")
+    warnings = (*of_file, *unsolved(kinematics, recording), *belt_warnings(belt, feet), *found)
+    for warning in warnings:
+        notify("warnings", f"{name}: {warning}")
     return WalkingTrial(
         name=name,
         recording=recording,
@@ -174,7 +174,7 @@ def work_out_trial(
         },
         findings=ground.findings,
         stored_events=stored,
-        doubts=doubts,
+        warnings=warnings,
     )
 
 
@@ -228,16 +228,16 @@ def _on_plates(
     motion: "TrialMotion",
     landmarks: Mapping[str, str],
     shown: Mapping[Side, Flags],
-    tell: Tell,
+    notify: Notify,
 ) -> _Ground:
     """The forces on the feet, their inverse dynamics, and the consistent motion if asked for."""
     carried = trial_loads(recording, processing, landmarks, shown, divide=request.divide_plates)
     for finding in carried.findings:
-        tell("forces", str(finding))
+        notify("forces", str(finding))
     mechanics = (model, carried.recording.time, motion.positions, *carried.wrenches)
     dynamics, consistent = inverse_dynamics(*mechanics), None
     if request.consistent:
-        tell("dynamics", "finding the smallest change that lowers the residuals")
+        notify("dynamics", "finding the smallest change that lowers the residuals")
         from gaitval.inverse.residual_reduction import reduce_residuals
 
         consistent = reduce_residuals(*mechanics, motion.markers, known=carried.known)
@@ -247,17 +247,17 @@ def _on_plates(
 
 
 def _stored_events(
-    tell: Tell, name: str, recording: Recording, events: Sequence[Event]
+    notify: Notify, name: str, recording: Recording, events: Sequence[Event]
 ) -> "tuple[tuple[StoredEvents, ...], tuple[QualityFlag, ...]]":
     """The events of the file beside those found, and warnings about them."""
     if not recording.events:
         return (), ()
-    from gaitval.gait.stored_events import event_doubts, stored_events
+    from gaitval.gait.stored_events import event_warnings, stored_events
 
     stored = stored_events(recording.events, events)
     for each in stored:
-        tell("events", f"{name}: {each}")
-    return stored, tuple(event_doubts(stored))
+        notify("events", f"{name}: {each}")
+    return stored, tuple(event_warnings(stored))
 
 
 @dataclass(frozen=True)
@@ -299,17 +299,17 @@ def trial_motion(
     return TrialMotion(found, measured, anchoring, positions)
 
 
-def _tell_motion(tell: Tell, name: str, anchoring: AnchoredFeet) -> None:
+def _notify_motion(notify: Notify, name: str, anchoring: AnchoredFeet) -> None:
     ever = np.asarray(anchoring.kinematics.determined.any(axis=0))
     hidden = [name for name, seen in zip(COORDINATES, ever, strict=True) if not seen]
     if hidden:
-        tell(
+        notify(
             "kinematics",
             f"{name}: no marker shows {', '.join(hidden)}; they stay neutral (toes straight, trunk "
             "upright, arms hanging), until --consistent moves them, if it is asked for",
         )
     if anchoring.resting.any():
-        tell(
+        notify(
             "kinematics",
             f"{name}: stance feet anchored; they slid by {1000 * anchoring.sliding_before:.1f} mm "
             f"(RMS), now {1000 * anchoring.sliding_after:.1f} mm; marker RMS "
@@ -471,7 +471,7 @@ def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingS
     coordinates = cardan_coordinates(kinematics.positions)
     # Cardan angles are smooth where a rotation vector jumps; inverse kinematics holds the last
     # value in a gap, which is put back after filtering.
-    held = coordinates.copy()
+    filled = coordinates.copy()
     longest = processing.largest_gap_s * rate
     for column in np.flatnonzero(kinematics.determined.any(axis=0)):
         for begin, end in zip(*runs(~kinematics.determined[:, column]), strict=True):
@@ -480,7 +480,7 @@ def smoothed(kinematics: InverseKinematics, rate: float, processing: ProcessingS
     coordinates = low_pass(
         coordinates, rate=rate, cutoff_hz=processing.marker_cutoff_hz, order=processing.filter_order
     )
-    coordinates = np.where(np.isnan(coordinates), held, coordinates)
+    coordinates = np.where(np.isnan(coordinates), filled, coordinates)
     turn = pelvis_rotation(coordinates[:, 0], coordinates[:, 1], coordinates[:, 2])
     coordinates[:, :3] = Rotation.from_matrix(turn).as_rotvec()
     return coordinates

@@ -109,7 +109,7 @@ class Workspace(NamedTuple):
     contact: ContactWorkspace
     dynamics: DynamicsWorkspace
     forces: Array
-    asked: Array
+    targets: Array
     command: Array
     feet: Array
     acceleration: Array
@@ -154,14 +154,14 @@ def forces(
     """
     tree, tables, frames = body.tree, body.tables, work.frames
     forces, command = work.forces, work.command
-    asked = work.asked
-    read_table(tables.positions, phase, asked[0])
-    read_table(tables.velocities, phase, asked[1])
-    read_table(tables.moments, phase, asked[2])
+    targets = work.targets
+    read_table(tables.positions, phase, targets[0])
+    read_table(tables.velocities, phase, targets[1])
+    read_table(tables.moments, phase, targets[2])
     for i in range(ACTUATED_COUNT):
         # Only what does not depend on the state: k (q̂ + a) + d p q̂̇ + τ_ff. The integrator adds
         # -k q - (d + β) q̇ implicitly (`walker`).
-        target, rate, moment = asked[0, i], asked[1, i], asked[2, i]
+        target, rate, moment = targets[0, i], targets[1, i], targets[2, i]
         command[i] = (
             body.stiffness[i] * (target + offset[i]) + body.damping[i] * pace * rate + moment
         )

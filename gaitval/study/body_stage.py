@@ -40,18 +40,20 @@ def write(run: Run) -> None:
     from gaitval.identification.prior import prior_sd
     from gaitval.identification.shared_errors import identified
     from gaitval.model.urdf import read_urdf
-    from gaitval.prediction.known import quantities_told
+    from gaitval.prediction.known import quantities_known
     from gaitval.reference.motion import ReferenceMotion
 
     model, settings = read_urdf(run.folder / "model.urdf"), run.configuration.identification
     if settings.method == "shared":  # the identification is of the same posterior
         write_json(run.folder / FILE, read_json(run.folder / FOUND)[WORDS])
         return
-    own = "moments" in quantities_told(run.subject, run.configuration.record)
+    own = "moments" in quantities_known(run.subject, run.configuration.record)
     paper = run.configuration.model_copy(
         update={"identification": settings.model_copy(update={"parameters": "paper"})}
     )
     near = ReferenceMotion.load(run.folder / "reference.npz")
-    fit, held = begin(run.told().record, model, prior_sd(run.subject), paper, own, near)
-    found = identified(fit, held, offset_of(run.subject))
+    fit, fixed_body = begin(
+        run.known_record().record, model, prior_sd(run.subject), paper, own, near
+    )
+    found = identified(fit, fixed_body, offset_of(run.subject))
     write_json(run.folder / FILE, in_words(found, model, settings.method))

@@ -37,7 +37,7 @@ from gaitval.prediction.deviations import (
     units,
 )
 from gaitval.prediction.estimate import Estimate, estimate
-from gaitval.prediction.known import KINEMATIC_ACCURACY, Told, is_predicted
+from gaitval.prediction.known import KINEMATIC_ACCURACY, KnownRecord, is_predicted
 from gaitval.prediction.normal_form import normal_form, record_from
 from gaitval.prediction.seen import (
     at_own_contacts,
@@ -55,7 +55,7 @@ from gaitval.study.stage import Run, Stage
 FOLDER: Final = "estimate"
 TABLE: Final = f"{FOLDER}/estimate.csv"
 PAGE: Final = f"{FOLDER}/estimate.html"
-Row = tuple[object, ...]
+_Row = tuple[object, ...]
 ESTIMATE_ACCURACY: Final = KINEMATIC_ACCURACY._replace(
     sagittal=1.5 * KINEMATIC_ACCURACY.sagittal,
     frontal=1.5 * KINEMATIC_ACCURACY.frontal,
@@ -105,10 +105,12 @@ def of_run(run: Run, model: BodyModel | None = None) -> Estimate:
     """
     check(run)
     model = model or read_urdf(run.folder / "model.urdf")
-    return of_known(run.told(), run.subject, model, run.configuration.contact)
+    return of_known(run.known_record(), run.subject, model, run.configuration.contact)
 
 
-def of_known(known: Told, subject: Subject, model: BodyModel, contact: ContactSettings) -> Estimate:
+def of_known(
+    known: KnownRecord, subject: Subject, model: BodyModel, contact: ContactSettings
+) -> Estimate:
     """The estimate of the kinetics of `subject`, of whom `known` has the angles and what kinetics
     are expected of anybody; the scaled `model` walks on the ground of `contact`.
     """
@@ -132,14 +134,16 @@ def _seen(found: Estimate, record: GaitRecord, subject: Subject) -> Estimate:
     return replace(found, kinetics=kinetics + found.weights[:, None] * found.own)
 
 
-def asked(run: Run, model: BodyModel | None = None) -> Told:
+def target_record(run: Run, model: BodyModel | None = None) -> KnownRecord:
     """What the walk of `run` is to be: the known angles with the estimate's kinetics, by `model` as
     `of_run`. At another speed than the recorded one it is what the run knows.
     """
     if is_predicted(run.configuration.record):
-        return run.told()
-    known = at_own_contacts(run.told().record, run.subject)
-    return Told(with_kinetics(known, run.subject, of_run(run, model).kinetics), ESTIMATE_ACCURACY)
+        return run.known_record()
+    known = at_own_contacts(run.known_record().record, run.subject)
+    return KnownRecord(
+        with_kinetics(known, run.subject, of_run(run, model).kinetics), ESTIMATE_ACCURACY
+    )
 
 
 def with_kinetics(known: GaitRecord, subject: Subject, kinetics: Array) -> GaitRecord:
@@ -198,13 +202,13 @@ def write(run: Run) -> Estimate:
 
 def table(
     found: Estimate, walked: Sequence[Sequence[Sequence[float]]], leg_length: float
-) -> list[Row]:
+) -> list[_Row]:
     """A header, and a row for each quantity of what was `found`, side and percent of that side's
     gait cycle. `walked` has, of each side and of `KINETICS`, the 101 points of the walk in the
     units of reports; none where it made no gait cycle. `leg_length` is the person's, m.
     """
     one = units(leg_length)[:, 0]
-    rows: list[Row] = [
+    rows: list[_Row] = [
         ("quantity", "side", "unit", "percent", "estimate", "plus_minus", "expected", "walk")
     ]
     for i, (kind, name) in enumerate(KINETICS):
@@ -234,7 +238,7 @@ def _scale(kind: str) -> float:
     return 100.0 if kind == "forces" else 1.0
 
 
-def _draw(rows: Sequence[Row]) -> str:
+def _draw(rows: Sequence[_Row]) -> str:
     """A panel for each quantity, both sides, as SVG: band and estimate, expectation, walk."""
     with new_figure(7.2) as figure:
         panels = figure.subplots(3, 3).ravel()

@@ -96,20 +96,20 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
     that is interrupted.
     """
     from gaitval.identification.begin import begin
-    from gaitval.prediction.known import quantities_told
+    from gaitval.prediction.known import quantities_known
     from gaitval.reference.motion import ReferenceMotion
 
-    record, model = run.told().record, read_urdf(run.folder / "model.urdf")
+    record, model = run.known_record().record, read_urdf(run.folder / "model.urdf")
     configuration = run.configuration
     # whether the record's kinetics are the person's own
-    own = "moments" in quantities_told(run.subject, configuration.record)
+    own = "moments" in quantities_known(run.subject, configuration.record)
     progress, method = run.observer.progress, configuration.identification.method
     if method == "posterior":
         from gaitval.identification.posterior import identify
 
         return identify(
             record, model, prior, configuration, folder,
-            kinetics_told=own, on_progress=progress,
+            kinetics_known=own, on_progress=progress,
         )  # fmt: skip
     from gaitval.identification.methods import rollouts_identification, shared_identification
 
@@ -166,13 +166,13 @@ def evaluate_stage(run: Run, round_number: int) -> Stage:
             tasks["nominal"] = task
         groups = in_groups(validation.start_phases)
         with RolloutPool(task, workers=run.configuration.training.workers) as pool:
-            begun = {}
+            started = {}
             for which, each in tasks.items():
                 mu = body_parameters(run.folder / identification, which)
                 walks = [Walks(policy, mu, phases) for phases in groups]
                 # both bodies are given to the workers before the results of either are awaited
-                begun[which] = pool.with_task(each).each_together(epsilons, walks)
-            walked = {which: list(chain.from_iterable(parts)) for which, parts in begun.items()}
+                started[which] = pool.with_task(each).each_together(epsilons, walks)
+            walked = {which: list(chain.from_iterable(parts)) for which, parts in started.items()}
         error = mean_of(walked["identified"])
         if "nominal" in walked:
             before = mean_of(walked["nominal"])

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gaitval.metrics.typed import Result
     from gaitval.model.body import BodyModel
     from gaitval.policy.storage import Policy
-    from gaitval.prediction.known import Told
+    from gaitval.prediction.known import KnownRecord
     from gaitval.simulation.walker import WalkingTask
 
 from gaitval.study.stage import Run
@@ -53,7 +53,7 @@ WALKER = (
 """Files of the identified body and of the policy that walks it."""
 PUSHED = "rollouts/pushed_ahead.npz", "rollouts/pushed_left.npz"
 """Walks with a push on the pelvis, for the replay."""
-WITNESS = "rollouts/witness.npz"
+SECOND_ENGINE = "rollouts/witness.npz"
 """The compared rollout of the identified body in the second physics engine."""
 GAIN = "gain.json"
 """Beside a policy: what its training gave (`metrics.learning_gain`)."""
@@ -112,15 +112,15 @@ def start_policy(run: Run, folder: Path) -> "Policy":
     )
 
 
-def asked(run: Run, model: "BodyModel | None" = None) -> "Told":
+def target_record(run: Run, model: "BodyModel | None" = None) -> "KnownRecord":
     """What the walk of `run` is to be: what it knew, and for kinetics that it did not know those of
     the estimate, of the scaled `model` or that of its folder.
     """
     if not run.knew_no_kinetics:
-        return run.told()
+        return run.known_record()
     from gaitval.study import estimate_stage
 
-    return estimate_stage.asked(run, model)
+    return estimate_stage.target_record(run, model)
 
 
 def walking_task(run: Run) -> "WalkingTask":
@@ -130,7 +130,7 @@ def walking_task(run: Run) -> "WalkingTask":
 
     return WalkingTask(
         model=read_urdf(run.folder / "model.urdf"),
-        record=run.told().record,
+        record=run.known_record().record,
         reference=ReferenceMotion.load(run.folder / "reference.npz"),
         configuration=run.configuration,
     )

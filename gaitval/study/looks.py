@@ -24,7 +24,7 @@ def with_last_looks(
     """
     from gaitval.configuration import ReportSettings
 
-    asked = configuration.report
+    wanted = configuration.report
     try:
         stored = read_toml(folder / STORED, ConfigurationError).get("report", {})
         last = ReportSettings.model_validate(stored)
@@ -34,9 +34,9 @@ def with_last_looks(
     kept = {
         name: getattr(last, name)
         for name, field in ReportSettings.model_fields.items()
-        if name not in asked.model_fields_set and getattr(last, name) != field.default
+        if name not in wanted.model_fields_set and getattr(last, name) != field.default
     }
     if not kept:
         return configuration
     say(f"report: {', '.join(f'{name} {each}' for name, each in kept.items())}, as last asked for")
-    return configuration.model_copy(update={"report": asked.model_copy(update=kept)})
+    return configuration.model_copy(update={"report": wanted.model_copy(update=kept)})

@@ -21,9 +21,9 @@ WIDEST: Final = 0.4
 """They reach this share below the slowest and above the fastest given trial."""
 
 
-def range_speeds(told: Sequence[float]) -> list[float]:
-    """The speeds that a policy learns at, m/s, from those of the given trials (`told`), m/s."""
-    ends = (1.0 - WIDEST) * min(told), (1.0 + WIDEST) * max(told)
+def range_speeds(known: Sequence[float]) -> list[float]:
+    """The speeds that a policy learns at, m/s, from those of the given trials (`known`), m/s."""
+    ends = (1.0 - WIDEST) * min(known), (1.0 + WIDEST) * max(known)
     # a geometric series: neighbouring speeds differ by the same percentage
     return [round(float(speed), 4) for speed in np.geomspace(*ends, SPEEDS)]
 
@@ -41,8 +41,8 @@ def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> 
         model = read_urdf(run.folder / "model.urdf")
         for done, (name, speed) in enumerate(speeds.items()):
             run.observer.progress({"samples": done, "total": len(speeds)})
-            told = run.told(speed=speed)
-            fitted(told.record, model, run.configuration.contact, told.accuracy).save(
+            known = run.known_record(speed=speed)
+            fitted(known.record, model, run.configuration.contact, known.accuracy).save(
                 run.folder / name
             )
 
@@ -57,10 +57,10 @@ def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> 
 
 def speeds_of(run: Run) -> dict[str, float]:
     """The speeds that the policy of `run` learns at, m/s, by the file of the reference."""
-    from gaitval.prediction.speed import trials_told
+    from gaitval.prediction.speed import trials_known
 
     holdout = run.configuration.record.holdout or None
-    speeds = range_speeds([t.walking_speed_m_s for t in trials_told(run.subject, holdout)])
+    speeds = range_speeds([t.walking_speed_m_s for t in trials_known(run.subject, holdout)])
     return {f"range/{index}.npz": speed for index, speed in enumerate(speeds)}
 
 
@@ -69,7 +69,7 @@ def range_task(run: Run, reference: str) -> WalkingTask:
     found = ReferenceMotion.load(run.folder / reference)
     return WalkingTask(
         model=read_urdf(run.folder / "model.urdf"),
-        record=run.told(speed=found.speed).record,
+        record=run.known_record(speed=found.speed).record,
         reference=found,
         configuration=run.configuration,
     )

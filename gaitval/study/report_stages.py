@@ -11,7 +11,16 @@ from gaitval.metrics.walk_results import Endurance, Repeat, StoredPushes, Stored
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.processes import kept_workers
 from gaitval.study import body_stage
-from gaitval.study.inputs import GAIN, METRICS, PUSHED, REPEATS, ROLLOUTS, WALKS, WITNESS, stored
+from gaitval.study.inputs import (
+    GAIN,
+    METRICS,
+    PUSHED,
+    REPEATS,
+    ROLLOUTS,
+    SECOND_ENGINE,
+    WALKS,
+    stored,
+)
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
@@ -62,7 +71,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         pushes=pushes,
         others=people,
         torque_shares=walks.torque_shares,
-        witness=rollouts(WITNESS, None if walks.witness is None else [walks.witness]),
+        second_engine=rollouts(SECOND_ENGINE, None if walks.witness is None else [walks.witness]),
         repeats=[Repeat.model_validate(each) for each in repeats],
         centring=walks.centring,
         prediction_errors=expected_errors,
@@ -92,7 +101,7 @@ def validate_stage(run: Run) -> Stage:
             "identification.json",
             "correction.json",
             *ROLLOUTS.values(),
-            WITNESS,
+            SECOND_ENGINE,
             WALKS,
             REPEATS,
             "push.json",

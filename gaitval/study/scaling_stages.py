@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.model.urdf import read_urdf
-from gaitval.study.inputs import asked
+from gaitval.study.inputs import target_record
 from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
@@ -27,7 +27,9 @@ def scale_stage(run: Run) -> Stage:
             )
         from gaitval.identification.unusual import remarks_before_scaling
 
-        for remark in remarks_before_scaling(run.subject, run.configuration, run.told().record):
+        for remark in remarks_before_scaling(
+            run.subject, run.configuration, run.known_record().record
+        ):
             run.observer.say(remark)
         body = scale_subject(run.subject, symmetric=run.configuration.scaling.symmetric)
         write_urdf(body.model, run.folder / "model.urdf")
@@ -68,5 +70,5 @@ def reference_of(
     """The motion of `body` to walk; that of a similar body is `near`."""
     from gaitval.reference.dynamic_fit import consistent_reference
 
-    record, accuracy = asked(run)
+    record, accuracy = target_record(run)
     return consistent_reference(record, body, run.configuration.contact, accuracy, near)

@@ -23,7 +23,7 @@ from gaitval.artefacts import (
 )
 from gaitval.build_info import source_commit
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 from gaitval.memory import give_back_now
 from gaitval.one_thread import one_thread
 from gaitval.study.sources import code_of
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from gaitval.configuration import Configuration
     from gaitval.datasets.subject import Subject
     from gaitval.gait.record import GaitRecord
-    from gaitval.prediction.known import Told
+    from gaitval.prediction.known import KnownRecord
 
 RECORDS = "stages.json"
 """What each stage of a run folder depended on and wrote."""
@@ -112,13 +112,13 @@ class Run:
         """Whether the person's moments and forces are unknown, or not to be used."""
         return not self.subject.has_kinetics or self.configuration.record.use == "kinematics"
 
-    def told(self, *, speed: float | None = None) -> "Told":
+    def known_record(self, *, speed: float | None = None) -> "KnownRecord":
         """What the run may know of the record; at `speed` m/s instead of the configured one."""
         from gaitval.datasets.subject_file import builtin_subjects
-        from gaitval.prediction.known import told
+        from gaitval.prediction.known import known_record
 
         settings = self.configuration.record
-        return told(self.subject, settings, builtin_subjects(), speed=speed, forced=True)
+        return known_record(self.subject, settings, builtin_subjects(), speed=speed, forced=True)
 
     def compared(self) -> "tuple[Subject, GaitRecord]":
         """The person on the trial that the walk is compared with, and its record; at an unrecorded
@@ -129,7 +129,7 @@ class Run:
 
         settings = self.configuration.record
         if is_unrecorded(settings):
-            record = self.told().record
+            record = self.known_record().record
             at: dict[str, Any] = {
                 "walking_speed_m_s": settings.speed,
                 "plates": None,
@@ -194,7 +194,7 @@ def _differences(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]
 
 
 @dataclass(frozen=True)
-class Begun:
+class PendingStage:
     """A running stage, as in its records.
 
     Attributes
@@ -211,7 +211,7 @@ class Begun:
     started: datetime
 
 
-def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> Begun | None:
+def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> PendingStage | None:
     """Record that `stage` runs in `folder`, and empty its workspace if it must not resume; None if
     it is up to date and not run by `force`.
     """
@@ -227,25 +227,25 @@ def begin_stage(stage: Stage, folder: Path, *, force: bool = False) -> Begun | N
     # a kill from here on leaves a record without outputs, which `why_run` calls interrupted
     records[stage.name] = {"inputs": inputs, "code": code, "outputs": None}
     write_json(folder / RECORDS, records)
-    return Begun(stage, folder, reason, inputs, code, datetime.now(UTC))
+    return PendingStage(stage, folder, reason, inputs, code, datetime.now(UTC))
 
 
-def end_stage(begun: Begun, seconds: float) -> None:
-    """Record that the stage `begun` has run, and for how many `seconds`."""
-    stage, folder = begun.stage, begun.folder
+def end_stage(started: PendingStage, seconds: float) -> None:
+    """Record that the stage `started` has run, and for how many `seconds`."""
+    stage, folder = started.stage, started.folder
     outputs = {name: file_hash(folder / name) for name in stage.outputs}
     _add_provenance(  # first: a stage that is recorded as ended is not run again
         folder,
         stage.name,
         {
-            "started": begun.started.isoformat(timespec="seconds"),
+            "started": started.started.isoformat(timespec="seconds"),
             "finished": datetime.now(UTC).isoformat(timespec="seconds"),
             "seconds": round(seconds, 1),
-            "inputs": begun.inputs,
+            "inputs": started.inputs,
         },
     )
     records = _records(folder)  # another stage may have started or ended meanwhile
-    records[stage.name] = {"inputs": begun.inputs, "code": begun.code, "outputs": outputs}
+    records[stage.name] = {"inputs": started.inputs, "code": started.code, "outputs": outputs}
     write_json(folder / RECORDS, records)
     if stage.workspace and stage.emptied:
         shutil.rmtree(folder / stage.workspace, ignore_errors=True)
@@ -271,13 +271,13 @@ def run_stage(
     which resumes from its workspace where its inputs are still the same.
     """
     observer = observer or Observer()
-    begun = begin_stage(stage, folder, force=force)
-    if begun is None:
+    started = begin_stage(stage, folder, force=force)
+    if started is None:
         observer.skipped(stage.name)
         return False
-    observer.started(stage.name, begun.reason)
+    observer.started(stage.name, started.reason)
     seconds = perform(stage)
-    end_stage(begun, seconds)
+    end_stage(started, seconds)
     give_back_now()  # the next one has other needs
     observer.finished(stage.name, seconds)
     return True
@@ -370,7 +370,7 @@ def open_run(
     Where no stage has started when an exception ends the block, the files are as they were before.
     Raises ConfigurationError if the folder holds a run of another subject.
     """
-    with held(folder), _undone(folder):
+    with locked(folder), _undone(folder):
         _check_subject(folder, subject)
         if (folder / CONFIGURATION).exists():
             from gaitval.study.looks import with_last_looks

@@ -24,13 +24,13 @@ from gaitval.policy.storage import Policy, load_policy, load_start
 from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
-from gaitval.study.inputs import POLICY_FILES, STORED_FILES, asked, body_parameters
+from gaitval.study.inputs import POLICY_FILES, STORED_FILES, body_parameters, target_record
 from gaitval.study.stage import Run
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from gaitval.prediction.known import Told
+    from gaitval.prediction.known import KnownRecord
     from gaitval.reference.motion import ReferenceMotion
 
 GENERAL = "general"
@@ -95,16 +95,16 @@ class StoredPolicy(Displayed):
         return self._task(self.model)
 
     @cached_property
-    def _asked(self) -> "Told":
-        return asked(Run(self.folder, self.subject, self.configuration), self.model)
+    def _target(self) -> "KnownRecord":
+        return target_record(Run(self.folder, self.subject, self.configuration), self.model)
 
     def _task(
         self, model: BodyModel, mu: Array | None = None, near: "ReferenceMotion | None" = None
     ) -> WalkingTask:
-        record, accuracy = self._asked
+        record, accuracy = self._target
         with one_thread():
             task = WalkingTask.of(model, record, self.configuration, accuracy, mu=mu, near=near)
-        known = Run(self.folder, self.subject, self.configuration).told().record
+        known = Run(self.folder, self.subject, self.configuration).known_record().record
         return replace(task, record=known)
 
     @cached_property

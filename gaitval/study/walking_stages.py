@@ -17,17 +17,17 @@ from gaitval.study.inputs import (
     PUSHED,
     REPEATS,
     ROLLOUTS,
+    SECOND_ENGINE,
     SIMULATION_SECTIONS,
     STARTS,
     UNFINISHED,
     WALKER,
     WALKS,
-    WITNESS,
-    asked,
     body_parameters,
     identified_task,
     stored,
     stored_policy,
+    target_record,
     validated_task,
     walking_task,
 )
@@ -49,7 +49,7 @@ def correct_stage(run: Run) -> Stage:
             identified_task(run, mu),
             stored_policy(run, run.folder / "policy"),
             mu,
-            asked=asked(run).record,
+            target_record=target_record(run).record,
             to_record=TO_ESTIMATE if run.knew_no_kinetics else TO_RECORD,
             on_progress=run.observer.progress,
         )
@@ -72,18 +72,18 @@ def save_correction(run: Run, found: "Corrected") -> None:
     write_json(run.folder / STARTS, StoredStarts(starts=list(found.starts)).as_dict())
 
 
-def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
+def simulate_stage(run: Run, *, second_engine: bool = True) -> Stage:
     """Policy, mu and correction of `run` → rollouts of the deterministic policy without pushes.
 
     The identified body with the corrected reference walks the compared cycles, from the first start
-    phase, and for comparison the nominal body with the uncorrected reference. With `witness`, so
-    does the identified body in MuJoCo.
+    phase, and for comparison the nominal body with the uncorrected reference. With `second_engine`,
+    so does the identified body in MuJoCo.
     """
     validation = run.configuration.validation
 
     def simulate() -> None:
         from gaitval.metrics.cycles import find_cycles
-        from gaitval.metrics.rollouts import begun_walk, roll_out_from
+        from gaitval.metrics.rollouts import roll_out_from, started_walk
         from gaitval.metrics.torque_shares import torque_shares
         from gaitval.policy.rollouts import RolloutPool
 
@@ -93,14 +93,14 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         starts = stored(run, STARTS, StoredStarts).starts
         second: Endurance | None = None
         with RolloutPool(task, workers=run.configuration.training.workers) as pool:
-            begin = partial(begun_walk, policy=policy, phase=starts[0].start_phase)
+            begin = partial(started_walk, policy=policy, phase=starts[0].start_phase)
             # They are the first that the workers take up.
-            in_mujoco = begin(pool, mu=mu, engine="mujoco") if witness else None
+            in_mujoco = begin(pool, mu=mu, engine="mujoco") if second_engine else None
             before = begin(pool.with_task(walking_task(run)), mu=nominal, engine="compiled")
             walks = roll_out_from(pool, policy, mu, starts)
             if in_mujoco is not None:
                 second, rollout = in_mujoco()
-                rollout.save(run.folder / WITNESS)
+                rollout.save(run.folder / SECOND_ENGINE)
             went, rollout = before()
         rollout.save(run.folder / ROLLOUTS["nominal"])
         walks.compared.save(run.folder / ROLLOUTS["identified"])
@@ -117,7 +117,7 @@ def simulate_stage(run: Run, *, witness: bool = True) -> Stage:
         "simulate",
         simulate,
         inputs=(*WALKER, "correction.json", STARTS),
-        outputs=(*ROLLOUTS.values(), *([WITNESS] if witness else []), WALKS),
+        outputs=(*ROLLOUTS.values(), *([SECOND_ENGINE] if second_engine else []), WALKS),
         values={
             **run.sections(*SIMULATION_SECTIONS),
             "walks": validation.model_dump(mode="json", exclude={"filter_frequency"}),

@@ -67,15 +67,15 @@ def run_beside(
     their files; `shown` while only that one still runs. With `force` also those that are up to
     date.
     """
-    begun = begin_stage(other, run.folder, force=force)
-    assert begun is not None
+    started = begin_stage(other, run.folder, force=force)
+    assert started is not None
     kept_workers()  # started now: two threads that ask for them at once would start twice as many
     with beside(perform, other) as ended:
-        run.observer.say(f"{other.name}: runs beside {stages[0].name} ({begun.reason})")
+        run.observer.say(f"{other.name}: runs beside {stages[0].name} ({started.reason})")
         for stage in stages:
             run_stage(stage, run.folder, force=force, observer=run.observer)
         run.observer.started(other.name, BESIDE)
         with shown or nullcontext():
             seconds = ended()
-    end_stage(begun, seconds)
+    end_stage(started, seconds)
     run.observer.finished(other.name, seconds)

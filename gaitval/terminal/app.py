@@ -242,11 +242,11 @@ class _Commands(Group):
         except OSError as error:
             from gaitval.disk_errors import FAILED, why_unwritable
 
-            if (told := why_unwritable(error)) is None:
+            if (message := why_unwritable(error)) is None:
                 raise
             display.plain(
                 f"{error.filename or 'a file of the run, or a temporary one'}: cannot be "
-                f"{'read or ' * (error.errno in FAILED)}written: {told}, or give another folder "
+                f"{'read or ' * (error.errno in FAILED)}written: {message}, or give another folder "
                 "with --out. Finished work is kept.",
                 "red",
                 display.messages,
@@ -325,8 +325,8 @@ def with_pages(
     settings: list[str] | None, language: str | None, paper: str | None
 ) -> list[str] | None:
     """`settings` with the `language` and `paper` of the pages, where these are given."""
-    asked = {"language": language, "paper": paper}
-    added = [f"report.{name}={value}" for name, value in asked.items() if value is not None]
+    wanted = {"language": language, "paper": paper}
+    added = [f"report.{name}={value}" for name, value in wanted.items() if value is not None]
     return [*(settings or ()), *added] or None
 
 
@@ -373,10 +373,10 @@ def _paragraphs(text: str) -> str:
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
-Function = Callable[..., None]
+CommandFunction = Callable[..., None]
 
 
-def _description(function: Function) -> str:
+def _description(function: CommandFunction) -> str:
     """The docstring of a command, also where Python leaves docstrings out (-OO)."""
     if function.__doc__ is not None or sys.flags.optimize < 2:
         return function.__doc__ or ""
@@ -392,15 +392,17 @@ def _description(function: Function) -> str:
 
 
 def command(
-    *examples: str, name: str | None = None, complete: Callable[[Function], Function] | None = None
-) -> Callable[[Function], Function]:
+    *examples: str,
+    name: str | None = None,
+    complete: Callable[[CommandFunction], CommandFunction] | None = None,
+) -> Callable[[CommandFunction], CommandFunction]:
     """Register a command of the core; its help is the docstring, with the `examples` below.
 
     Its `name` is the function's by default. `complete` gives the function options in place of its
     `**options` when they are first needed.
     """
 
-    def register(function: Function) -> Function:
+    def register(function: CommandFunction) -> CommandFunction:
         panel = panel_of(name or function.__name__)
         _register(app, function, examples, panel=panel, name=name, complete=complete)
         return function
@@ -409,13 +411,13 @@ def command(
 
 
 def added_command(
-    *examples: str, after: str, complete: Callable[[Function], Function] | None = None
-) -> Callable[[Function], Added]:
+    *examples: str, after: str, complete: Callable[[CommandFunction], CommandFunction] | None = None
+) -> Callable[[CommandFunction], Added]:
     """Make a command that is loaded later of a function, shown in the help behind the command
     `after`; `complete` as `command` takes it.
     """
 
-    def make(function: Function) -> Added:
+    def make(function: CommandFunction) -> Added:
         alone = typer.Typer(
             add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
         )
@@ -427,12 +429,12 @@ def added_command(
 
 def _register(
     to: typer.Typer,
-    function: Function,
+    function: CommandFunction,
     examples: Iterable[str],
     *,
     panel: str,
     name: str | None = None,
-    complete: Callable[[Function], Function] | None = None,
+    complete: Callable[[CommandFunction], CommandFunction] | None = None,
 ) -> None:
     shown = "\n".join(f"  {example}" for example in examples)
     text = _paragraphs(_description(function))
@@ -474,9 +476,9 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(_interrupted())
     except Exception as error:
-        asked = signals.received()
-        if asked is not None:  # a library has made an error of its own out of the interruption
-            sys.exit(_interrupted() if asked == signal.SIGINT else 128 + asked)
+        wanted = signals.received()
+        if wanted is not None:  # a library has made an error of its own out of the interruption
+            sys.exit(_interrupted() if wanted == signal.SIGINT else 128 + wanted)
         if os.environ.get("GAITVAL_TRACEBACK"):
             traceback.print_exc()
         display.plain(
@@ -492,8 +494,8 @@ def _what_to_do(error: Exception) -> str:
     from concurrent.futures import BrokenExecutor
 
     # A library that does not fit into memory says so in an error below its own.
-    told = "".join(traceback.format_exception(error))
-    no_room = "failed to map segment" in told or "annot allocate memory" in told
+    message = "".join(traceback.format_exception(error))
+    no_room = "failed to map segment" in message or "annot allocate memory" in message
     if no_room or isinstance(error, BrokenExecutor | MemoryError):
         return (
             "Memory ran out, most likely, or somebody killed a worker process. Free some memory, "

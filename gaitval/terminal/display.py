@@ -86,7 +86,7 @@ class Live(Observer):
         self.stage = ""
         self._bar: Progress | None = None
         self._task = TaskID(0)
-        self._begun = self._last_line = monotonic()
+        self._started = self._last_line = monotonic()
         self._first_done = 0.0
 
     def say(self, message: str) -> None:
@@ -100,7 +100,7 @@ class Live(Observer):
     def started(self, stage: str, reason: str) -> None:
         """Say that a stage runs or resumes, and why."""
         self.stage = stage
-        self._begun = self._last_line = monotonic()
+        self._started = self._last_line = monotonic()
         self._first_done = -1.0
         how = {INTERRUPTED: "resumes", BESIDE: "continues"}.get(reason, "starts")
         self.say(f"{stage}: {how} ({reason})")
@@ -183,7 +183,7 @@ class Live(Observer):
         if progressed <= 0:
             return ""
         # of what this call has done: a resumed stage does not start at 0
-        seconds = (monotonic() - self._begun) * (total - done) / progressed
+        seconds = (monotonic() - self._started) * (total - done) / progressed
         return f"{duration(seconds)} left"
 
 
@@ -258,10 +258,10 @@ def print_verdict(metrics: "Metrics") -> None:
     failed = failed_limits(metrics)
     shown = failed or limit_verdicts(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
-        said = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
+        message = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
         plain(
             f"  {each.first.role:<11}{each.first.title}: {each.value_text()}"
-            f"{of(each.worst)}, limit {each.limit_text()}, {said}"
+            f"{of(each.worst)}, limit {each.limit_text()}, {message}"
             + ("" if each.passed else f". {each.remedy}")
         )
     narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
@@ -389,13 +389,13 @@ def print_import_verdict(found: "Import") -> None:
             plain(f"FAILED: {text}.", "red")
 
 
-def print_doubts(found: "Import") -> None:
+def print_warnings(found: "Import") -> None:
     """Print the warnings of the import `found`, and which side was not recorded, if any."""
     from gaitval.session.one_side import ONE_SIDE
 
-    for trial, doubt in found.doubts:
-        missing = doubt.check == ONE_SIDE
-        text = f"Not recorded: {doubt}." if missing else f"Warning: {trial}: {doubt}."
+    for trial, warning in found.warnings:
+        missing = warning.check == ONE_SIDE
+        text = f"Not recorded: {warning}." if missing else f"Warning: {trial}: {warning}."
         plain(text, "yellow")
 
 

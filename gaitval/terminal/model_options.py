@@ -10,7 +10,7 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from gaitval.session.request import Shown
+from gaitval.session.request import OptionDisplay
 
 _TYPES: Final = {"boolean": bool, "number": float, "path": Path}
 """By the name or the format in a JSON schema; all else is text."""
@@ -48,9 +48,12 @@ def with_fields(
     return complete
 
 
-def _shown(field: FieldInfo) -> Shown:
+def _shown(field: FieldInfo) -> OptionDisplay:
     """What a field says of how the command line shows it."""
-    return next((each for each in reversed(field.metadata) if isinstance(each, Shown)), Shown())
+    return next(
+        (each for each in reversed(field.metadata) if isinstance(each, OptionDisplay)),
+        OptionDisplay(),
+    )
 
 
 def _parameter(model: type[BaseModel], name: str) -> inspect.Parameter:

@@ -31,16 +31,16 @@ def end_in_order() -> None:
     function during an import; the signal is then sent again. Another signal must not interrupt the
     ending; if that takes longer than `ENDING`, it ends the process at once, as a kill does.
     """
-    asked, again = 0.0, False
+    last, again = 0.0, False
 
     def end(number: int, _: object) -> None:
         global _signal
-        nonlocal asked, again
+        nonlocal last, again
         first, sent_again, again = _signal is None, again, False
         if first:
-            _signal, asked = number, monotonic()
+            _signal, last = number, monotonic()
         elif not sent_again:
-            if monotonic() - asked > ENDING:
+            if monotonic() - last > ENDING:
                 os._exit(128 + number)  # workers and their server notice that it has gone
             return
         if number == signal.SIGINT:

@@ -38,7 +38,7 @@ def crowd(tasks, seed=3):
     return walkers
 
 
-def asked(rng, actions):
+def wanted(rng, actions):
     """Offsets, pushes and paces of all walkers."""
     for _ in range(actions):
         yield (
@@ -54,7 +54,7 @@ def test_their_steps_are_those_of_the_compiled_engine(tasks, device):
     alone, together = crowd(tasks), crowd(tasks)
     accelerated = AcceleratedWalkers(together, device)
     landed = np.zeros((COUNT, 2, 2), dtype=bool)
-    for action, (offset, force, pace) in enumerate(asked(np.random.default_rng(5), 30)):
+    for action, (offset, force, pace) in enumerate(wanted(np.random.default_rng(5), 30)):
         for i, walker in enumerate(alone):
             walker.step(offset[i], force[i], pace=pace[i])
             for on in (0, 1):
@@ -138,7 +138,7 @@ def test_where_it_stopped_a_walker_goes_on_alone(tasks):
     """Its state, offset and contact forces are back: the next action has no jump."""
     alone, together = crowd(tasks), crowd(tasks)
     accelerated = AcceleratedWalkers(together, "cpu")
-    for offset, force, pace in asked(np.random.default_rng(8), 4):
+    for offset, force, pace in wanted(np.random.default_rng(8), 4):
         for i, walker in enumerate(alone):
             walker.step(offset[i], force[i], pace=pace[i])
         accelerated.advance(offset, force, pace)

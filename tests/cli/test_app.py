@@ -22,7 +22,7 @@ from gaitval.apps.regression import regression
 from gaitval.artefacts import read_json, write_json, write_text
 from gaitval.cli import study
 from gaitval.datasets import archive
-from gaitval.datasets.download import Progress
+from gaitval.datasets.download import DownloadProgress
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import Verdict
@@ -109,7 +109,7 @@ def test_an_unknown_data_set_is_refused(tmp_path: Path, plain_messages: io.Strin
 
 
 def test_fetch_says_what_was_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fetch(name: str, folder: Path, *, on_progress: Progress) -> list[archive.Fetched]:
+    def fetch(name: str, folder: Path, *, on_progress: DownloadProgress) -> list[archive.Fetched]:
         on_progress("walks.zip", 5, 10)
         file = archive.Fetched(folder / "walks.zip", None, 10, "ab12", "registry", True, 4_000_000)
         return [file]
@@ -238,8 +238,8 @@ def test_curves_say_what_is_missing(
 ) -> None:
     table = tmp_path / "curves.csv"
     table.write_text("angle_knee_angle_r\n1\n")
-    told = ["curves", str(table), "--speed", "1", "--stride-time", "1", *options]
-    done = CliRunner().invoke(cli.app, told)
+    messages = ["curves", str(table), "--speed", "1", "--stride-time", "1", *options]
+    done = CliRunner().invoke(cli.app, messages)
     assert done.exit_code == 2
     assert message in plain_messages.getvalue().replace("\n", " ")
 
@@ -295,17 +295,17 @@ def test_wrong_usage_has_exit_code_2() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("predict", "5", "--speed", "1,3"), "'1,3' is no number. Write digits, with a point"),
         (("import", "--mass", "70kg"), "'70kg' is no number. Write digits, with a point"),
         (("train", "5", "--round", "one"), "'one' is no whole number. Write digits"),
     ],
 )
-def test_what_is_no_number_is_shown(words: tuple[str, ...], told: str) -> None:
+def test_what_is_no_number_is_shown(words: tuple[str, ...], message: str) -> None:
     result = gaitval(*words)
     assert result.exit_code == 2
-    assert told in " ".join(result.stderr.replace("│", "").split())
+    assert message in " ".join(result.stderr.replace("│", "").split())
 
 
 @pytest.mark.parametrize("words", [("--out", ""), ("--out=",), ("-o", "")])
@@ -348,7 +348,7 @@ UNLOADED.__cause__ = OSError("liblapack.so: failed to map segment from shared ob
 
 
 @pytest.mark.parametrize(
-    ("error", "told"),
+    ("error", "message"),
     [
         (ZeroDivisionError("in the middle"), "This is a fault of gaitval or of this machine"),
         (BrokenProcessPool("in the middle"), "Memory ran out, most likely, or somebody killed a"),
@@ -362,7 +362,7 @@ def test_a_fault_of_ours_shows_no_traceback(
     plain_messages: io.StringIO,
     capsys: pytest.CaptureFixture[str],
     error: Exception,
-    told: str,
+    message: str,
 ) -> None:
     def fail(*arguments: Any, **options: Any) -> None:
         raise error
@@ -373,13 +373,13 @@ def test_a_fault_of_ours_shows_no_traceback(
         cli.main()
     assert ended.value.code == 70
     assert f"{type(error).__name__}: in the middle" in plain_messages.getvalue()
-    assert told in plain_messages.getvalue()
+    assert message in plain_messages.getvalue()
     captured = capsys.readouterr()
     assert "Traceback" not in captured.out + captured.err
 
 
 @pytest.mark.parametrize(
-    ("number", "told"),
+    ("number", "message"),
     [
         (errno.ENOSPC, "cannot be written: there is no space left"),
         (errno.EIO, "cannot be read or written: its disk or network share reports an error"),
@@ -391,7 +391,7 @@ def test_a_full_or_broken_disk_is_no_fault_of_ours(
     monkeypatch: pytest.MonkeyPatch,
     plain_messages: io.StringIO,
     number: int,
-    told: str,
+    message: str,
 ) -> None:
     """Where a library writes its own files, and says only what the system said."""
 
@@ -401,7 +401,7 @@ def test_a_full_or_broken_disk_is_no_fault_of_ours(
     monkeypatch.setattr("gaitval.study.run.run_subject", fail)
     result = gaitval("subject", "5", "--out", str(tmp_path / "run"))
     assert result.exit_code == 2
-    assert f"{tmp_path / 'events'}: {told}" in plain_messages.getvalue()
+    assert f"{tmp_path / 'events'}: {message}" in plain_messages.getvalue()
 
 
 @pytest.mark.parametrize("round_number", ["0", "1001", "9" * 400])
@@ -436,7 +436,7 @@ def test_a_stage_alone_keeps_the_settings_of_its_run_folder(
 # --- check -------------------------------------------------------------------------------
 
 
-def row(change: regression.Outcome, current: float | None) -> regression.Row:
+def row(change: regression.MeasureOutcome, current: float | None) -> regression.Row:
     return regression.Row("angle_rmse", "knee_angle_r", "deg", 4.0, current, 0.5, change)
 
 
@@ -571,8 +571,8 @@ def test_a_comparison_fails_only_if_it_is_strict_and_something_got_worse(
 ) -> None:  # fmt: skip
     result = gaitval(*_compared(monkeypatch, worse, tmp_path), *options)
     assert result.exit_code == code
-    told = result.output + plain_messages.getvalue()
-    assert re.search(rf"{int(worse > 0.01)} of \d+ measures got worse", told)
+    message = result.output + plain_messages.getvalue()
+    assert re.search(rf"{int(worse > 0.01)} of \d+ measures got worse", message)
 
 
 def test_a_strict_comparison_misses_a_subject_and_needs_an_earlier_version(
@@ -752,8 +752,8 @@ def test_validate_exits_with_1_where_a_tolerance_is_failed(
     monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
     ended = gaitval("validate", "5")
     assert ended.exit_code == code
-    said = " ".join(plain_messages.getvalue().split())
-    assert ("2 of 9 values miss their acceptance limit" in said) == bool(code)
+    message = " ".join(plain_messages.getvalue().split())
+    assert ("2 of 9 values miss their acceptance limit" in message) == bool(code)
 
 
 def test_error_types_have_the_documented_exit_codes() -> None:

@@ -28,7 +28,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+def message(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
     for name in ("output", "messages"):
         monkeypatch.setattr(display, name, display.Terminal(file=text, width=240))
@@ -37,7 +37,7 @@ def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_the_verdict_of_a_walk_and_its_exit_code(
-    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: io.StringIO, kept: bool
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, message: io.StringIO, kept: bool
 ) -> None:
     stored = read_json(run / "metrics.json")
     rows = stored["tolerances"]
@@ -50,31 +50,31 @@ def test_the_verdict_of_a_walk_and_its_exit_code(
     monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
     done = CliRunner().invoke(app, ["validate", "S05", "--out", str(tmp_path), "--all"])
     assert done.exit_code == (0 if kept else 1)
-    lines = (done.output + said.getvalue()).splitlines()
+    lines = (done.output + message.getvalue()).splitlines()
     table = [
         [cell.strip() for cell in line.split("│")[1:-1]] for line in lines if line.startswith("│")
     ]
     words = {True: "goal", False: "pass"}
     expected = [words[bool(row["reached"])] if row["passed"] else "fail" for row in rows]
     assert [cells[-1] for cells in table if cells[-1]] == expected
-    said.truncate(0)
+    message.truncate(0)
     display.print_verdict(read_metrics(tmp_path))
     shown = [
         line
-        for line in said.getvalue().splitlines()
+        for line in message.getvalue().splitlines()
         if ", limit " in line and " narrow" not in line
     ]
     assert shown
     assert all((", passed" in line) is kept and (" failed. " in line) is not kept for line in shown)
     sentence = re.search(
-        r"(?:All )?\d.* acceptance limits (\w+);.* context limits (\w+)", said.getvalue()
+        r"(?:All )?\d.* acceptance limits (\w+);.* context limits (\w+)", message.getvalue()
     )
     assert sentence
     assert set(sentence.groups()) == {"passed" if kept else "failed"}
     assert ("All " in sentence[0]) is kept
 
 
-def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, said: io.StringIO) -> None:
+def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.StringIO) -> None:
     rows = [
         GateRow("kept one", 1.0, 2.0, "cm", True, ""),
         GateRow("kept two", 1.0, 2.0, "cm", True, ""),
@@ -88,12 +88,12 @@ def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, said: io.Stri
         weight_ratio=None, request=SimpleNamespace(identifier="S"), trials=()
     )
     display.print_import_verdict(found)
-    assert "Limits: 2 passed, 1 FAILED, 3 not judged" in said.getvalue()
-    failed = [line for line in said.getvalue().splitlines() if line.startswith("FAILED")]
+    assert "Limits: 2 passed, 1 FAILED, 3 not judged" in message.getvalue()
+    failed = [line for line in message.getvalue().splitlines() if line.startswith("FAILED")]
     assert failed == ["FAILED: broken: 3 cm, limit 2 cm: look there."]
-    said.truncate(0)
+    message.truncate(0)
     display.print_import(found)
-    lines = said.getvalue().splitlines()
+    lines = message.getvalue().splitlines()
     for row in rows:
         (line,) = [each for each in lines if row.name in each]
         assert row.state in line

@@ -30,10 +30,10 @@ def test_every_trial_of_the_folder_is_a_study(gait_data, tmp_path):
     assert found.studies[0].recording["height"] == 1.725
     assert {"S05-T03", "S05-T05", "S05-T06", "S10-T02"} <= set(names)
     assert "15 of 336 treadmill trials of 42 people can be run" in found.missing[0]
-    told = "\n".join(found.missing)
-    assert "WBDS01 T02, T04, T06, T07, T08: no ang.txt, no knt.txt" in told
-    assert "not there: WBDS03, WBDS04" in told
-    assert "1 overground trials" in told
+    message = "\n".join(found.missing)
+    assert "WBDS01 T02, T04, T06, T07, T08: no ang.txt, no knt.txt" in message
+    assert "not there: WBDS03, WBDS04" in message
+    assert "1 overground trials" in message
 
 
 def test_some_trials_only(gait_data, tmp_path):
@@ -121,20 +121,20 @@ def test_the_files_of_the_archive_make_a_subject(archive, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("file", "told"),
+    ("file", "message"),
     [
         ("WBDSinfo.csv", r"WBDS03 T03, T05: no sex, mass, height and leg length \(WBDSinfo\), no"),
         ("WBDSascii/WBDS03walkT05knt.txt", r"WBDS03 T05: no knt\.txt"),
         ("WBDSascii/WBDS03walkT03grf.txt", r"WBDS03 T03: no speed and stride time"),
     ],
 )
-def test_what_is_missing_is_told(archive, tmp_path, file, told):
+def test_what_is_missing_is_told(archive, tmp_path, file, message):
     (archive / file).unlink()
     try:
         lines = wbds_studies(archive, tmp_path / "s").missing
     except ConfigurationError as error:
         lines = (str(error),)
-    assert re.search(told, "\n".join(lines))
+    assert re.search(message, "\n".join(lines))
 
 
 def test_a_standing_trial_that_is_missing(archive, tmp_path):
@@ -169,8 +169,8 @@ def test_stride_time_is_that_of_the_published_cadence(gait_data, name):
 
 def test_the_corrected_speed_comes_before_the_published_one(gait_data):
     """WBDS24 T07: the table of the archive has a misprint, which `stride_times.csv` corrects."""
-    held = holdings(gait_data / "wbds")
-    assert trial_values(held, "WBDS24", "T07")["walking_speed_m_s"] == 1.347
+    fixed = holdings(gait_data / "wbds")
+    assert trial_values(fixed, "WBDS24", "T07")["walking_speed_m_s"] == 1.347
 
 
 def test_strides_on_plates_that_were_not_zeroed():

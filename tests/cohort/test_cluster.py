@@ -102,15 +102,15 @@ def test_a_running_cluster_and_the_end_of_its_scheduler(tmp_path):
         assert finished(tmp_path) == 1
         assert second.exists()
         scheduler.send_signal(signal.SIGKILL)
-        told, _ = cohort.communicate(timeout=120)
+        message, _ = cohort.communicate(timeout=120)
     assert cohort.returncode != 0
-    assert "the Dask scheduler has gone" in told
+    assert "the Dask scheduler has gone" in message
     for step in range(10):  # what is left of the long one takes no time now
         (tmp_path / "two_sleep30" / f"step{step}.txt").write_text(f"{step}")
     again = started(quick(tmp_path, "1", names))
-    told, _ = again.communicate(timeout=120)
-    assert told.split("\n")[0] == "1 0", "one of them was found"
-    assert told.split("\n")[-2] == "finished finished"
+    message, _ = again.communicate(timeout=120)
+    assert message.split("\n")[0] == "1 0", "one of them was found"
+    assert message.split("\n")[-2] == "finished finished"
 
 
 SBATCH = """#!/bin/sh

@@ -69,7 +69,7 @@ def test_nothing_to_run_is_refused(gaitval, arguments, tmp_path):
 
 
 def test_what_a_line_of_progress_says():
-    state = engine.State(
+    state = engine.CohortState(
         total=10, found=2, done=4, failed=1, workers=2, dashboard="", seconds=60.0,
         outcome={"name": "a", "status": "finished", "reason": "", "seconds": 61.0,
                  "peak_memory": 512e6},
@@ -89,7 +89,7 @@ def test_what_a_line_of_progress_says():
     ],
 )
 def test_a_refused_study_is_not_a_finished_one(found, refused, line):
-    state = engine.State(
+    state = engine.CohortState(
         total=3, found=found, done=found, failed=refused, workers=0, dashboard="", seconds=0.0,
         refused=refused,
     )  # fmt: skip

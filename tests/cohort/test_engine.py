@@ -46,14 +46,14 @@ def ran(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cohort")
     states, listened, before = [], set(), set(listening())
 
-    def tell(state):
+    def notify(state):
         states.append(state)
         listened.update(each.ip for each in listening() if each not in before)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
         outcomes = run_cohort(
-            studies(), str(folder), workers=2, function="quick_study:work", tell=tell
+            studies(), str(folder), workers=2, function="quick_study:work", notify=notify
         )
     return SimpleNamespace(
         outcomes={each["name"]: each for each in outcomes}, folder=folder, states=states,
@@ -105,17 +105,17 @@ def test_a_local_cluster_listens_on_the_loopback_only(ran):
 
 def test_finished_studies_are_not_run_again(ran, monkeypatch):
     """Those that failed are tried again; here nothing can be started, so only they are asked."""
-    asked = []
+    wanted = []
 
     def none(client, orders, retries):
-        asked.extend(order["study"]["name"] for order in orders)
+        wanted.extend(order["study"]["name"] for order in orders)
         return iter(())
 
     monkeypatch.setattr(engine, "outcomes_of", none)
     monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
     with pytest.raises(KeyError):
         run_cohort(studies(), str(ran.folder), workers=1, function="quick_study:work")
-    assert asked == ["refuse", "crash"]
+    assert wanted == ["refuse", "crash"]
 
 
 def test_long_looking_at_inputs_is_told(tmp_path, monkeypatch, capsys):
@@ -127,11 +127,14 @@ def test_long_looking_at_inputs_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(engine, "fingerprint", refused)
     seen = []
     run_cohort(
-        studies(["a", "b", "c", "d"]), str(tmp_path), function="quick_study:work", tell=seen.append
+        studies(["a", "b", "c", "d"]),
+        str(tmp_path),
+        function="quick_study:work",
+        notify=seen.append,
     )
     assert [state.looked for state in seen] == [0, 1, 2, 3, 0]
-    with _shown() as tell:
-        tell(seen[2])
+    with _shown() as notify:
+        notify(seen[2])
     assert "2 of 4 studies looked at" in capsys.readouterr().err
 
 
@@ -167,9 +170,9 @@ def test_threads_of_a_study_are_pinned(tmp_path, monkeypatch):
     )
     import subprocess
 
-    told = subprocess.run([sys.executable, "-c", script], env=task.pinned(1), capture_output=True,
+    out = subprocess.run([sys.executable, "-c", script], env=task.pinned(1), capture_output=True,
                           text=True, check=True)  # fmt: skip
-    assert told.stdout.strip() == "[1]"
+    assert out.stdout.strip() == "[1]"
 
 
 def test_another_fingerprint_is_another_study(tmp_path, monkeypatch):
@@ -196,7 +199,7 @@ def test_a_scheduler_that_does_not_answer(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "out"),
     [
         ({"scheduler": "tcp://127.0.0.1:9"}, "without TLS, whoever reaches it can run programs"),
         ({"scheduler": "ucx://127.0.0.1:9"}, "without TLS"),
@@ -204,8 +207,8 @@ def test_a_scheduler_that_does_not_answer(tmp_path, monkeypatch):
         ({"scheduler": "tcp://127.0.0.1:9", "workers": 2}, "has its own"),
     ],
 )
-def test_wrong_options_are_refused(tmp_path, options, told):
-    with pytest.raises(ConfigurationError, match=told):
+def test_wrong_options_are_refused(tmp_path, options, out):
+    with pytest.raises(ConfigurationError, match=out):
         run_cohort(studies(["a"]), str(tmp_path), function="quick_study:work", **options)
 
 

@@ -58,11 +58,11 @@ KILLS = pytest.mark.parametrize("kill", [os.kill, os.killpg], ids=["alone", "its
 @contextmanager
 def _gone_within(seconds, left):
     """After the block nothing is `left` (), in so many seconds."""
-    begun = time.monotonic()
+    started_at = time.monotonic()
     yield
-    while left() and time.monotonic() - begun < seconds:
+    while left() and time.monotonic() - started_at < seconds:
         time.sleep(0.05)
-    print(f"nothing is left after {time.monotonic() - begun:.2f} s", left())
+    print(f"nothing is left after {time.monotonic() - started_at:.2f} s", left())
     assert left() == []
 
 

@@ -91,8 +91,8 @@ def test_each_study_says_how_many_limits_it_kept_and_which_failed(tmp_path):
     assert context_of(tmp_path, store, tables)["clean"] == 1
     page = write_report(tmp_path, store, outcomes).read_text()
     rows = {row.cells[0]: row for row in rows_of(page) if len(row.cells) == 10}
-    said = {name: (row.failed, row.cells[5], row.cells[-1]) for name, row in rows.items()}
-    assert said == {"good": (False, "10 of 10", ""), "bad": (True, "7 of 10", "angles")}
+    messages = {name: (row.failed, row.cells[5], row.cells[-1]) for name, row in rows.items()}
+    assert messages == {"good": (False, "10 of 10", ""), "bad": (True, "7 of 10", "angles")}
 
 
 @pytest.fixture

@@ -117,8 +117,8 @@ def test_the_unit_makes_no_difference(factor, between):
     found = mixed_model(rows, "error", "deg")
     other = mixed_model(rows.assign(value=factor * rows["value"]), "error", "mdeg")
     assert other.remark == found.remark
-    told = "no difference between people could be distinguished from error"
-    assert (told in found.remark) == (between == 0.0)
+    message = "no difference between people could be distinguished from error"
+    assert (message in found.remark) == (between == 0.0)
     assert other.person_sd == pytest.approx(factor * found.person_sd, rel=1e-4)
     assert other.residual_sd == pytest.approx(factor * found.residual_sd, rel=1e-4)
     for scaled, plain in zip(other.effects, found.effects, strict=True):
@@ -152,7 +152,7 @@ def test_equal_values_are_not_fitted():
 
 
 @pytest.mark.parametrize(
-    ("people", "trials", "told"),
+    ("people", "trials", "message"),
     [
         (1, 5, "1 person, and a random effect needs 5"),
         (4, 5, "4 people, and a random effect needs 5"),
@@ -160,9 +160,9 @@ def test_equal_values_are_not_fitted():
         (5, 1, "one record of each person"),
     ],
 )
-def test_too_few_are_not_fitted(people, trials, told):
+def test_too_few_are_not_fitted(people, trials, message):
     found = mixed_model(cohort(people, trials), "error", "deg")
-    assert told in found.remark
+    assert message in found.remark
     assert not found.effects
 
 

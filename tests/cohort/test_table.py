@@ -83,7 +83,7 @@ def test_settings_of_the_command_give_way_to_those_of_a_row(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("name,seed\na,1\n", "give one of subject, recording .* this one has none"),
         ("subject,virtual\n5,1\n", "this one has subject and virtual"),
@@ -99,13 +99,13 @@ def test_settings_of_the_command_give_way_to_those_of_a_row(tmp_path):
         ),
     ],
 )
-def test_a_wrong_table_is_refused(tmp_path, text, told):
-    with pytest.raises(ConfigurationError, match=told):
+def test_a_wrong_table_is_refused(tmp_path, text, message):
+    with pytest.raises(ConfigurationError, match=message):
         read_table(written(tmp_path, text))
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "told"),
+    ("name", "text", "message"),
     [
         ("t.xlsx", "", "a .csv or a .toml file, not .xlsx"),
         ("t.toml", "a = 1", "this one has a"),
@@ -117,11 +117,11 @@ def test_a_wrong_table_is_refused(tmp_path, text, told):
         ("t.csv", "name,subject\na," + "x" * 200_000, "cannot be read as CSV"),
     ],
 )
-def test_a_wrong_file_is_refused(tmp_path, name, text, told):
+def test_a_wrong_file_is_refused(tmp_path, name, text, message):
     path = tmp_path / name
     if text is not None:
         path.write_text(text)
-    with pytest.raises(ConfigurationError, match=told):
+    with pytest.raises(ConfigurationError, match=message):
         read_table(path)
 
 

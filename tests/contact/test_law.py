@@ -163,8 +163,8 @@ def test_opensims_file_has_the_forces_that_opensim_knows(task, name, tmp_path):
 
 def test_a_run_says_which_settings_its_law_does_not_read():
     configuration = Configuration(contact=ContactSettings(law="cubic", stiffness=2e6))
-    said = [line for line in unread(configuration, (), "general") if "stiffness" in line]
-    assert said == [
+    messages = [line for line in unread(configuration, (), "general") if "stiffness" in line]
+    assert messages == [
         "contact.stiffness = 2000000.0 has no effect: nothing in this run reads it, it is of "
         "another contact law."
     ]

@@ -86,8 +86,8 @@ def server() -> Iterator[Server]:
                 status = 206 if begin < total else 416
             self.send_response(status)
             if status == 206:
-                said = begin + 1 if state.wrong_range else begin
-                self.send_header("Content-Range", f"bytes {said}-{total - 1}/{total}")
+                message = begin + 1 if state.wrong_range else begin
+                self.send_header("Content-Range", f"bytes {message}-{total - 1}/{total}")
             body = b"" if status == 416 else content[begin:]
             self.send_header("Content-Length", str(len(body)))
             self.end_headers()
@@ -127,21 +127,21 @@ def files_in(folder: Path) -> set[str]:
 
 
 def test_whole_file_is_verified_and_unpacked(server: Server, tmp_path: Path) -> None:
-    told: list[tuple[str, int, int]] = []
+    messages: list[tuple[str, int, int]] = []
     (one,) = fetch_dataset(
         dataset(PUBLISHED),
         tmp_path,
         base_url=server.address,
-        on_progress=lambda *step: told.append(step),
+        on_progress=lambda *step: messages.append(step),
     )
     assert one.path.read_bytes() == ARCHIVE
     assert one.unpacked == tmp_path / "walks/data"
     assert (one.unpacked / "trials/WBDS01walkT01mkr.txt").read_bytes() == TRIAL
     assert (one.downloaded, one.hash_from, one.resumed_from) == (True, "registry", 0)
-    done = [step[1] for step in told]
+    done = [step[1] for step in messages]
     assert len(done) > 1
     assert done == sorted(done)
-    assert told[-1] == ("data.zip", len(ARCHIVE), len(ARCHIVE))
+    assert messages[-1] == ("data.zip", len(ARCHIVE), len(ARCHIVE))
     assert files_in(tmp_path) == {
         "walks/data.zip",
         "walks/fetched.json",

@@ -198,9 +198,9 @@ def test_the_signs_of_sound_curves_are_not_doubted(subject, whole, tmp_path):
     curves = table(subject)
     if not whole:
         curves = curves[[name for name in curves if not any(each in name for each in SKIPPED)]]
-    doubts = read_mean_curves([written(tmp_path, curves)]).doubts
+    warnings = read_mean_curves([written(tmp_path, curves)]).warnings
     # What the curves do not show is said, and is no doubt.
-    assert [each for each in doubts if "do not show" not in each] == []
+    assert [each for each in warnings if "do not show" not in each] == []
 
 
 @pytest.mark.parametrize("subject", builtin_subjects(), ids=lambda each: each.identifier)
@@ -214,8 +214,8 @@ def test_a_reversed_angle_is_never_taken_without_a_word(subject, name, whole, tm
     curves = both(f"angle_{name}", table(subject))
     if not whole:
         curves = curves[[each for each in curves if not any(one in each for one in SKIPPED)]]
-    doubts = read_mean_curves([written(tmp_path, curves)]).doubts
-    about = [each for each in doubts if f"angle_{name}" in each]
+    warnings = read_mean_curves([written(tmp_path, curves)]).warnings
+    about = [each for each in warnings if f"angle_{name}" in each]
     assert about
     assert "positive" in about[0]
 
@@ -229,19 +229,19 @@ def test_a_reversed_moment_is_refused_by_the_lever_of_the_ground_reaction(good, 
 
 @pytest.mark.parametrize("name", ["knee_adduction", "hip_rotation", "subtalar_angle"])
 def test_a_reversed_moment_across_the_midline_is_said(good, name, tmp_path):
-    doubts = read_mean_curves([written(tmp_path, both(f"moment_{name}", good))]).doubts
-    assert any(f"moment_{name}_r" in each for each in doubts)
+    warnings = read_mean_curves([written(tmp_path, both(f"moment_{name}", good))]).warnings
+    assert any(f"moment_{name}_r" in each for each in warnings)
 
 
 def test_an_angle_of_the_wrong_sign_does_not_accuse_moments(good, tmp_path):
-    (doubt,) = read_mean_curves([written(tmp_path, both("angle_hip_adduction", good))]).doubts
-    assert "angle_hip_adduction_r and angle_hip_adduction_l" in doubt
+    (warning,) = read_mean_curves([written(tmp_path, both("angle_hip_adduction", good))]).warnings
+    assert "angle_hip_adduction_r and angle_hip_adduction_l" in warning
 
 
 def test_doubts_of_signs_reach_the_user(good, tmp_path):
-    path, said = written(tmp_path, both("angle_pelvis_list", good)), []
-    new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, tell=said.append)
-    assert any(each.startswith("Warning: angle_pelvis_list_r") for each in said)
+    path, message = written(tmp_path, both("angle_pelvis_list", good)), []
+    new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, tell=message.append)
+    assert any(each.startswith("Warning: angle_pelvis_list_r") for each in message)
     with pytest.warns(RecordWarning, match="angle_pelvis_list_r"):
         new_subject([path], tmp_path / "b.toml", PERSON, **TRIAL)
 
@@ -293,15 +293,15 @@ def test_a_new_subject_walks_without_kinetics_if_it_has_none(good, tmp_path):
 def test_a_further_trial_is_added_once_and_not_twice(good, tmp_path):
     first = new_subject([written(tmp_path, good)], tmp_path / "mine.toml", PERSON, **TRIAL)
     slow = written(tmp_path, table(load_subject("S05").on_trial("T03")), "slow.csv")
-    told = TRIAL | {"speed": 0.78, "stride_time": 1.25, "name": "slow"}
-    add_trial([slow], first, **told)
+    message = TRIAL | {"speed": 0.78, "stride_time": 1.25, "name": "slow"}
+    add_trial([slow], first, **message)
     found = load_subject(first)
     assert [trial.name for trial in found.trials] == ["slow"]
     assert found.on_trial("slow").record().speed == 0.78
     with pytest.raises(SubjectError, match="there is a trial slow already"):
-        add_trial([slow], first, **told)
+        add_trial([slow], first, **message)
     with pytest.raises(SubjectError, match="the same curves as trial slow"):
-        add_trial([slow], first, **told | {"name": "again"})
+        add_trial([slow], first, **message | {"name": "again"})
     assert load_subject(first) == found
 
 
@@ -352,11 +352,11 @@ def test_the_template_is_read_back_as_the_subject_that_it_is_of(tmp_path):
 
 
 def test_what_was_read_is_said(good, tmp_path):
-    said = []
+    messages = []
     more = good.assign(note=1.0, angle_knee_angle_r_sd=2.0)
     files = [written(tmp_path, more)]
-    new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL | {"tell": said.append})
-    sentence, who = said
+    new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL | {"tell": messages.append})
+    sentence, who = messages
     assert 'Assumed: person "mine", the name of the subject; laboratory "own"' in who
     assert "right and left, 30 angles, 18 moments (Nm/kg), 6 forces (body weights)" in sentence
     assert "left out: percent, note, angle_knee_angle_r_sd; angles in degrees" in sentence

@@ -113,14 +113,14 @@ def test_a_file_that_says_nothing_of_a_prosthesis_is_written_as_before():
 def test_nobody_is_refused_for_who_they_are(values):
     subject = make_subject(changed(**values), "mine")
     assert parse_subject(subject.to_toml(), "again") == subject
-    said = f", aid: {subject.aid}" if subject.aid else ""
-    assert subject.title().endswith(f"({subject.source}){said}")
+    message = f", aid: {subject.aid}" if subject.aid else ""
+    assert subject.title().endswith(f"({subject.source}){message}")
 
 
 def test_only_an_aid_explains_a_missing_weight():
-    said = refusal(changed(mean_vertical_force=0.55, mass_kg=60.0))
-    assert "mean_vertical_force = 0.55" in said
-    assert "The plates carry 33.0 kg." in said
+    message = refusal(changed(mean_vertical_force=0.55, mass_kg=60.0))
+    assert "mean_vertical_force = 0.55" in message
+    assert "The plates carry 33.0 kg." in message
     assert "mean_vertical_force = 1.3" in refusal(changed(mean_vertical_force=1.3, aid="rail"))
     assert "aid = 'dog'" in refusal(changed(aid="dog"))
 
@@ -316,9 +316,9 @@ def test_unusual_bodies_are_taken_with_a_word(
 ) -> None:
     """Nobody is refused for who they are."""
     assert mass_and_height_problems(*body[:2]) == []
-    said = " ".join(str(each) for each in unusual_build(*body))
-    assert all(each in said for each in words)
-    assert bool(said) == bool(words)
+    message = " ".join(str(each) for each in unusual_build(*body))
+    assert all(each in message for each in words)
+    assert bool(message) == bool(words)
 
 
 def test_a_trial_is_not_there_a_second_time_under_another_name():

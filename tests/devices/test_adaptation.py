@@ -6,7 +6,7 @@ import pytest
 from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
 from gaitval.apps.devices.curves import walk_curves
 from gaitval.apps.devices.page import strap_loads
-from gaitval.apps.devices.study import Outcome
+from gaitval.apps.devices.study import DeviceOutcome
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
@@ -45,7 +45,7 @@ def test_what_a_spring_gives_is_what_the_muscles_need_not(person, plain):
 
 def apart(walk: DeviceWalk) -> list[float]:
     """Degrees, as the report has them."""
-    return [each["apart"] for each in strap_loads(Outcome("", walk, None, 0.0, False, None))]
+    return [each["apart"] for each in strap_loads(DeviceOutcome("", walk, None, 0.0, False, None))]
 
 
 def test_a_prosthesis_led_along_its_own_walk_gives_what_it_gave(person):

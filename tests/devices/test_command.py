@@ -7,18 +7,18 @@ from typer.testing import CliRunner
 
 from gaitval.apps.devices import study
 from gaitval.cli import app
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 
 
 def test_a_folder_that_cannot_be_had_is_refused_before_anybody_walks(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "wearer", lambda *_: SimpleNamespace(name="S05", own=()))
     monkeypatch.setattr(study, "outcomes", lambda *_, **__: pytest.fail("they walked"))
-    asked = ["device", "5", "backpack", "--samples", "0", "--out"]
-    with held(tmp_path / "other"):
-        found = CliRunner().invoke(app, [*asked, str(tmp_path / "other")])
+    wanted = ["device", "5", "backpack", "--samples", "0", "--out"]
+    with locked(tmp_path / "other"):
+        found = CliRunner().invoke(app, [*wanted, str(tmp_path / "other")])
     assert found.exit_code == 2
     assert "another gaitval" in " ".join(found.output.split())
     (tmp_path / "file").write_text("")
-    found = CliRunner().invoke(app, [*asked, str(tmp_path / "file")])
+    found = CliRunner().invoke(app, [*wanted, str(tmp_path / "file")])
     assert found.exit_code == 2
     assert isinstance(found.exception, SystemExit)

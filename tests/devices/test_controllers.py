@@ -114,13 +114,13 @@ def test_gravity_compensation_pushes_as_the_weight_below_pulls(person, joint, kn
         pose[COORDINATES.index(f"hip_flexion_{side}")] = np.radians(40.0)
         pose[COORDINATES.index(f"knee_angle_{side}")] = np.radians(knee)
     walker.reset(pose, np.zeros(len(COORDINATES)), 0.0)
-    for worn, state in zip(walker.worn, walker.hinges, strict=True):
-        seen = walker._measured(worn, walker._estimates[id(worn.device), worn.side], state)
-        small = 1e-6 * (np.arange(len(COORDINATES)) == COORDINATES.index(worn.name))
+    for fitted, state in zip(walker.fitted, walker.hinges, strict=True):
+        seen = walker._measured(fitted, walker._estimates[id(fitted.device), fitted.side], state)
+        small = 1e-6 * (np.arange(len(COORDINATES)) == COORDINATES.index(fitted.name))
         energy = [_potential_energy(person.task.model, pose + step) for step in (small, -small)]
         needed = (energy[0] - energy[1]) / 2e-6
-        torque = worn.controller.torque(replace(seen, loaded=False))
-        assert torque * needed > 0.0, worn.name
+        torque = fitted.controller.torque(replace(seen, loaded=False))
+        assert torque * needed > 0.0, fitted.name
 
 
 def test_gravity_compensation_at_a_foot_is_refused():

@@ -56,8 +56,10 @@ def test_a_name_alone_is_the_shipped_device_and_may_say_how_it_is_worn():
     for side in ("right", "left"):
         (found,) = read(text + f'sides = ["{side}"]')
         assert found == shipped.model_copy(update={"sides": (side,)})
-    asked = '[[devices]]\nname = "hip_exo"\nsearch = { joint = "hip_flexion", quantity = "pushes" }'
-    (found,) = read(asked)
+    wanted = (
+        '[[devices]]\nname = "hip_exo"\nsearch = { joint = "hip_flexion", quantity = "pushes" }'
+    )
+    (found,) = read(wanted)
     assert found.search == Aim(joint="hip_flexion", quantity="pushes")
     assert found.hinges == load_devices("hip_exo")[0].hinges
 
@@ -168,8 +170,8 @@ def test_a_device_that_cannot_be_is_not_also_called_none():
 
 @pytest.mark.parametrize("other", ["below_knee", "above_knee"])
 def test_two_prostheses_of_one_leg_are_refused(other):
-    worn = [shipped_device(name) for name in ("below_knee", other)]
+    fitted = [shipped_device(name) for name in ("below_knee", other)]
     with pytest.raises(ConfigurationError, match=r"both replace .*ankle_angle_r.*shank_r"):
-        check_together(worn)
-    check_together([worn[0], worn[1].model_copy(update={"sides": ("left",)})])
-    check_together([worn[0], shipped_device("afo")])
+        check_together(fitted)
+    check_together([fitted[0], fitted[1].model_copy(update={"sides": ("left",)})])
+    check_together([fitted[0], shipped_device("afo")])

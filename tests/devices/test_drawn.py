@@ -16,7 +16,7 @@ from gaitval.model.devices.device import (
     shipped_names,
     write_devices,
 )
-from gaitval.model.devices.drawn import WORN, drawn, shapes, solid, worn_in
+from gaitval.model.devices.drawn import DEVICES_FILE, devices_in, drawn, shapes, solid
 from gaitval.model.urdf import write_urdf
 from gaitval.scaling.scaling import scale_subject
 
@@ -131,12 +131,12 @@ def test_the_door_finds_the_devices_of_a_run(model, tmp_path):
     assert drawn(tmp_path) == []
     devices = load_devices("below_knee")
     write_urdf(model, tmp_path / "model.urdf")
-    write_devices(tmp_path / WORN, devices)
-    assert worn_in(tmp_path) == devices
+    write_devices(tmp_path / DEVICES_FILE, devices)
+    assert devices_in(tmp_path) == devices
     assert len(drawn(tmp_path)) == len(shapes(model, devices))
-    (tmp_path / WORN).rename(tmp_path / "subject.toml")
+    (tmp_path / DEVICES_FILE).rename(tmp_path / "subject.toml")
     assert drawn(tmp_path) == []  # the main job walks without what its subject's file names
-    (tmp_path / WORN).write_text("[[devices]]\nname = 1\n", encoding="utf-8")
+    (tmp_path / DEVICES_FILE).write_text("[[devices]]\nname = 1\n", encoding="utf-8")
     with pytest.raises(ConfigurationError, match="not a device"):
         drawn(tmp_path)
 

@@ -51,9 +51,9 @@ def test_every_environment_of_an_adaptation_begins_and_is_disturbed_otherwise(pe
     (environments,) = began
     assert len({each.start_phase for each in environments}) == len(environments) == 4
     assert len({each.walker.noise_seed for each in environments}) == 4
-    worn = [each.walker.task.devices for each in environments]
-    assert worn[0] == task.devices
-    assert all(each != task.devices for each in worn[1:])
+    fitted = [each.walker.task.devices for each in environments]
+    assert fitted[0] == task.devices
+    assert all(each != task.devices for each in fitted[1:])
 
 
 def test_an_adaptation_costs_effort_and_does_not_imitate_moments():

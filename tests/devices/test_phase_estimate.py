@@ -35,8 +35,8 @@ def test_the_phase_is_not_known_before_the_first_strike():
     estimate.start(600.0)
     _, found = led(estimate, 1.0, start=0.3, seconds=0.6)
     assert np.isnan(found[:, 1]).all()
-    begun = PhaseEstimate(40.0, 1.0)
-    assert not math.isnan(led(begun, 1.0, start=0.9, seconds=0.3)[1][-1, 1])
+    started = PhaseEstimate(40.0, 1.0)
+    assert not math.isnan(led(started, 1.0, start=0.9, seconds=0.3)[1][-1, 1])
 
 
 def test_a_noisy_switch_does_not_strike_twice():

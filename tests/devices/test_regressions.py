@@ -4,8 +4,8 @@ import pytest
 from made_curves import made_curves
 
 from gaitval.apps.devices import regressions
-from gaitval.apps.devices.regressions import REGRESSIONS, change, powers, said_of
-from gaitval.apps.devices.study import Outcome
+from gaitval.apps.devices.regressions import REGRESSIONS, change, powers, predicted_power
+from gaitval.apps.devices.study import DeviceOutcome
 from gaitval.configuration import Configuration
 from gaitval.model.devices.device import shipped_device
 
@@ -23,14 +23,14 @@ def test_powers_are_of_both_sides(sides):
 def test_what_the_papers_measured_comes_out_again():
     before = powers(made_curves(), 0.0)
     loaded = powers(made_curves(), 1.40)
-    said = change(COM, loaded, before)
-    assert said.low == pytest.approx(7.6)
-    assert said.high == pytest.approx(1.40 / 0.16)
-    assert said.low < said.middle < said.high
+    message = change(COM, loaded, before)
+    assert message.low == pytest.approx(7.6)
+    assert message.high == pytest.approx(1.40 / 0.16)
+    assert message.low < message.middle < message.high
     helped = powers(made_curves(power=0.23 / 2), 0.0)
-    said = change(ANKLE, helped, before)
-    assert said.middle == pytest.approx(-0.45)
-    assert said.low < -0.45 - 0.07 < -0.45 + 0.07 < said.high + 0.01
+    message = change(ANKLE, helped, before)
+    assert message.middle == pytest.approx(-0.45)
+    assert message.low < -0.45 - 0.07 < -0.45 + 0.07 < message.high + 0.01
 
 
 def test_negative_work_costs_a_fifth_of_positive_work():
@@ -49,15 +49,15 @@ def test_each_names_paper_and_people():
         assert each.people
 
 
-@pytest.mark.parametrize(("name", "said"), [("afo", True), ("below_knee", False)])
-def test_what_is_missing_at_a_prosthetic_joint_is_no_work_of_muscles(monkeypatch, name, said):
+@pytest.mark.parametrize(("name", "message"), [("afo", True), ("below_knee", False)])
+def test_what_is_missing_at_a_prosthetic_joint_is_no_work_of_muscles(monkeypatch, name, message):
     monkeypatch.setattr(regressions, "com_work_rate", lambda *_: 0.0)
     outcomes = [
-        Outcome(assumption, None, made_curves(work=work), 20.0, False, None)
+        DeviceOutcome(assumption, None, made_curves(work=work), 20.0, False, None)
         for assumption, work in (("without", 0.1), ("kinematics kept", 1.9), ("learned", 0.2))
     ]
-    found = dict(said_of(outcomes, [shipped_device(name)], Configuration(), 65.0))
+    found = dict(predicted_power(outcomes, [shipped_device(name)], Configuration(), 65.0))
     kept, learned = found[JOINT]
-    assert (kept is not None) is said
+    assert (kept is not None) is message
     assert learned is not None
     assert found[COM][0] is not None

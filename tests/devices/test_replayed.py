@@ -14,7 +14,7 @@ from gaitval.apps.devices.page import write_report
 from gaitval.apps.devices.replayed import replayed
 from gaitval.apps.devices.study import Wearer, outcomes
 from gaitval.model.devices.device import load_devices, write_devices
-from gaitval.model.devices.drawn import WORN
+from gaitval.model.devices.drawn import DEVICES_FILE
 
 DRAWN = "performance.getEntriesByName('replay-first-frame').length > 0"
 GO = """(percent) => {
@@ -30,22 +30,22 @@ def who(person):
 
 
 @pytest.fixture(scope="module")
-def worn():
+def fitted():
     return load_devices("hip_exo")
 
 
 @pytest.fixture(scope="module")
-def found(who, worn):
+def found(who, fitted):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "PUSHES", ())
-        return outcomes(who, worn, samples=0, cycles=8.0)[0]
+        return outcomes(who, fitted, samples=0, cycles=8.0)[0]
 
 
-def test_the_last_assumption_that_walks_is_shown_with_its_devices(who, worn, found, tmp_path):
+def test_the_last_assumption_that_walks_is_shown_with_its_devices(who, fitted, found, tmp_path):
     from gaitval.model.urdf import write_urdf
 
     write_urdf(who.task.model, tmp_path / "model.urdf")
-    write_devices(tmp_path / WORN, worn)
+    write_devices(tmp_path / DEVICES_FILE, fitted)
     shown = replayed(tmp_path, who, found)
     assert shown["assumption"] == "moments kept"
     scene = shown["scene"]
@@ -57,13 +57,15 @@ def test_the_last_assumption_that_walks_is_shown_with_its_devices(who, worn, fou
 
 
 @pytest.mark.slow
-def test_devices_are_seen_on_the_walker_and_move_with_it(who, worn, found, tmp_path, pytestconfig):
+def test_devices_are_seen_on_the_walker_and_move_with_it(
+    who, fitted, found, tmp_path, pytestconfig
+):
     executable = found_chromium(pytestconfig)
     from playwright.sync_api import sync_playwright
 
     with pytest.MonkeyPatch.context() as patch:
         only_html(patch)
-        write_report(tmp_path, who, worn, found, None)
+        write_report(tmp_path, who, fitted, found, None)
     with sync_playwright() as browsers:
         browser = browsers.chromium.launch(executable_path=executable, args=list(FLAGS))
         page = browser.new_context(

@@ -12,7 +12,7 @@ from gaitval.apps.devices import results, study
 from gaitval.apps.devices.results import (
     MARGINS,
     RESULT,
-    Figure,
+    DeviceFigure,
     figures,
     stored,
     walk_again,
@@ -23,7 +23,7 @@ from gaitval.apps.devices.study import Wearer, outcomes
 from gaitval.artefacts import read_json, write_json
 from gaitval.errors import ArtefactError
 from gaitval.model.devices.device import load_devices, write_devices
-from gaitval.model.devices.drawn import WORN
+from gaitval.model.devices.drawn import DEVICES_FILE
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def folder(who, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "PUSHES", study.PUSHES[:1])
         found, _ = outcomes(who, devices, samples=0, cycles=8.0)
-    write_devices(folder / WORN, devices)
+    write_devices(folder / DEVICES_FILE, devices)
     write_result(folder, who, found, 8.0)
     return folder
 
@@ -127,9 +127,9 @@ def test_side_by_side_assumptions_are_in_the_order_of_a_result_and_counts_are_wh
 ):
     only_html(monkeypatch)
     rows = [
-        Figure("gait cycles walked", "without", "cycles", 20.0),
-        Figure("speed", "right, without", "m/s", 1.125),
-        Figure("gait cycles walked", "learned", "cycles", 20.0),
+        DeviceFigure("gait cycles walked", "without", "cycles", 20.0),
+        DeviceFigure("speed", "right, without", "m/s", 1.125),
+        DeviceFigure("gait cycles walked", "learned", "cycles", 20.0),
     ]
     write_side_by_side(tmp_path, "devices", {"one": rows})
     page = (tmp_path / "devices.html").read_text(encoding="utf-8")

@@ -57,10 +57,10 @@ def test_an_angle_beyond_the_range_costs_ten_for_each_radian(person, tmp_path, m
     monkeypatch.setattr(search, "_without", lambda *_: (made_curves(), None))  # all at 0.1 rad
     best = []
     for angle in (0.1, 0.3, 0.35, -0.15):
-        worn = made_curves()
+        fitted = made_curves()
         for side in ("right", "left"):
-            worn.angles["hip_flexion", side][50] = angle
-        monkeypatch.setattr(search, "walk_curves", lambda *_, worn=worn: worn)
+            fitted.angles["hip_flexion", side][50] = angle
+        monkeypatch.setattr(search, "walk_curves", lambda *_, fitted=fitted: fitted)
         found = search_spline(who, device, aim, tmp_path / str(angle))
         best.append(found.best / found.without)
     assert best[1] == best[0]
@@ -156,12 +156,12 @@ def test_a_generation_for_every_aim(person, tmp_path, monkeypatch, quantity):
     who = Wearer("S05", person.task, person.policy, person.mu)
     aim = Aim(joint="hip_flexion", quantity=quantity, generations=1)
     device = load_devices("hip_exo")[0].model_copy(update={"search": aim})
-    said = []
-    (worn,), (found,) = tuned(who, [device], tmp_path, say=said.append)
-    assert worn.search is None
-    assert worn.hinges[0].controller.bumps == found.bumps
+    messages = []
+    (fitted,), (found,) = tuned(who, [device], tmp_path, say=messages.append)
+    assert fitted.search is None
+    assert fitted.hinges[0].controller.bumps == found.bumps
     assert found.without > 0.0
-    assert quantity in said[-1]
+    assert quantity in messages[-1]
     assert tuned(who, [device], tmp_path)[1][0] == found  # from its state
 
 

@@ -10,7 +10,7 @@ from gaitval.apps.devices import command, study
 from gaitval.apps.devices.curves import JOINTS
 from gaitval.apps.devices.page import LINES, ROWS, _figure, _force_figure, strap_loads, write_report
 from gaitval.apps.devices.results import TITLES, figures_of
-from gaitval.apps.devices.study import Outcome, Wearer, outcomes, wearer
+from gaitval.apps.devices.study import DeviceOutcome, Wearer, outcomes, wearer
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, SubjectError
@@ -43,7 +43,7 @@ def test_figures_have_both_ends_of_a_curve():
     curves = made_curves()
     curves.own["knee_angle", "left"][:3] = -0.7, 0.2, 0.9
     curves.own["knee_angle", "left"][3:] = 0.0
-    figures = figures_of(Outcome("without", None, curves, 5.0, False, None), "left")
+    figures = figures_of(DeviceOutcome("without", None, curves, 5.0, False, None), "left")
     assert figures["knee: highest moment of the muscles (Nm/kg)"] == pytest.approx(0.9)
     assert figures["knee: lowest moment of the muscles (Nm/kg)"] == pytest.approx(-0.7)
 

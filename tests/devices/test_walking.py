@@ -350,11 +350,11 @@ def test_the_inclination_of_the_trunk_is_what_pelvis_and_lumbar_joint_leave(
     person, pelvis, lumbar, seen
 ):
     """The pelvis tilts forward about y; the lumbar joint extends, which is backward."""
-    asked = []
+    wanted = []
 
     class Noting(Constant):
         def torque(self, measured):
-            asked.append((measured.inclination, measured.forward))
+            wanted.append((measured.inclination, measured.forward))
             return 0.0
 
     device = made(joint="lumbar_extension", motor=MOTOR)
@@ -363,7 +363,7 @@ def test_the_inclination_of_the_trunk_is_what_pelvis_and_lumbar_joint_leave(
     positions[1], positions[6 + ACTUATED.index("lumbar_extension")] = pelvis, lumbar
     walker.reset(positions, np.zeros(31), 0.0)
     walker.sense(positions, np.zeros(31), np.zeros(2), np.zeros(25))
-    assert asked == [(pytest.approx(seen), -1.0)]
+    assert wanted == [(pytest.approx(seen), -1.0)]
 
 
 def test_a_motor_s_bandwidth_is_that_of_a_first_order_lag():
@@ -378,10 +378,10 @@ def test_a_motor_s_bandwidth_is_that_of_a_first_order_lag():
 def test_noise_of_a_held_command_has_its_size_after_the_motors_lag():
     """Of 200,000 actions of three steps, with the lag of first order written out."""
     motor = Motor(torque=20.0, speed=5.0, power=100.0, bandwidth=20.0, noise=0.7)
-    held = command_noise(motor, 0.002, 3)
+    fixed = command_noise(motor, 0.002, 3)
     random, torque, seen = np.random.default_rng(0), 0.0, []
     part = 1.0 - np.exp(-2.0 * np.pi * 20.0 * 0.002)
-    for command in held * random.standard_normal(200_000):
+    for command in fixed * random.standard_normal(200_000):
         for _ in range(3):
             torque += part * (command - torque)
             seen.append(torque)

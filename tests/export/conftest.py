@@ -4,17 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 
 
 @pytest.fixture(scope="session")
-def walked() -> Walked:
+def walked() -> ExportedWalk:
     """Its reference takes seconds, once."""
-    return Walked.of("5")
+    return ExportedWalk.of("5")
 
 
 @pytest.fixture(scope="session")
-def mujoco_folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def mujoco_folder(walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The person for plain MuJoCo."""
     from gaitval.apps.export.mujoco_folder import write_mujoco
 

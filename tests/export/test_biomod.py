@@ -10,7 +10,7 @@ from simulation_fixtures import mujoco_mass_matrix
 
 from gaitval.apps.export.biomod import FILES, _with_root_angles, coordinate_names, write_biomod
 from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.simulation.mujoco_body import MujocoBody
@@ -19,7 +19,7 @@ biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Pyth
 
 
 @pytest.fixture(scope="module")
-def folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("biomod")
     assert [path.name for path in write_biomod(found, walked)] == list(FILES)
     return found
@@ -82,7 +82,7 @@ def test_the_walk_stays_within_the_ranges_of_the_file(peer, walk) -> None:
     assert np.mean(inside) > 0.9  # a wrong sign or order would leave many
 
 
-def test_masses_and_places_are_those_of_the_walk(walked: Walked, peer, walk) -> None:
+def test_masses_and_places_are_those_of_the_walk(walked: ExportedWalk, peer, walk) -> None:
     assert peer.mass() == pytest.approx(walked.body.mass, rel=1e-12)
     positions = walked.walk.positions[walked.rows]
     for frame in FRAMES:
@@ -100,7 +100,7 @@ def test_masses_and_places_are_those_of_the_walk(walked: Walked, peer, walk) -> 
             np.testing.assert_allclose(theirs[name], place, atol=1e-9, err_msg=name)
 
 
-def test_its_energy_is_that_of_the_walk(walked: Walked, peer, walk) -> None:
+def test_its_energy_is_that_of_the_walk(walked: ExportedWalk, peer, walk) -> None:
     """Masses, inertia, axes, signs and rates at once, against MuJoCo."""
     mujoco = MujocoBody(walked.body)
     positions = walked.walk.positions[walked.rows]
@@ -114,7 +114,7 @@ def test_its_energy_is_that_of_the_walk(walked: Walked, peer, walk) -> None:
         assert found == pytest.approx(expected, rel=1e-9)
 
 
-def test_joint_powers_are_those_of_the_walk(walked: Walked, walk) -> None:
+def test_joint_powers_are_those_of_the_walk(walked: ExportedWalk, walk) -> None:
     """Of each: a sign that is missing in a moment or a rate would turn its power."""
     acting = walked.walk.moments[walked.acting]
     ours = acting * walked.walk.velocities[walked.rows, 6:]

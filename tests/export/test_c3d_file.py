@@ -7,7 +7,7 @@ import pytest
 
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
 from gaitval.apps.export.virtual_markers import JOINT_CENTRES
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.mocap.c3d import read_c3d
 from gaitval.mocap.recording import Recording
 from gaitval.model.body import SEGMENTS
@@ -15,12 +15,12 @@ from gaitval.model.tree import segment_frames
 
 
 @pytest.fixture(scope="module")
-def read(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+def read(walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory) -> Recording:
     (path,) = write_c3d_file(tmp_path_factory.mktemp("c3d"), walked)
     return read_c3d(Path(path))
 
 
-def test_markers_come_in_again(walked: Walked, read: Recording) -> None:
+def test_markers_come_in_again(walked: ExportedWalk, read: Recording) -> None:
     """To C3D's single precision: half a micrometre at ten metres."""
     written = recording_of(walked)
     assert read.names == written.names
@@ -28,7 +28,7 @@ def test_markers_come_in_again(walked: Walked, read: Recording) -> None:
     np.testing.assert_allclose(read.markers, written.markers, atol=2e-6)
 
 
-def test_joint_centres_are_those_of_the_walk(walked: Walked, read: Recording) -> None:
+def test_joint_centres_are_those_of_the_walk(walked: ExportedWalk, read: Recording) -> None:
     shown = walked.walk.positions[walked.rows][::CAMERA_STEPS][: len(read.markers)]
     frames = segment_frames(walked.body, shown)
     for name, segment in JOINT_CENTRES.items():
@@ -36,7 +36,7 @@ def test_joint_centres_are_those_of_the_walk(walked: Walked, read: Recording) ->
         np.testing.assert_allclose(read.marker(name), expected, atol=2e-6, err_msg=name)
 
 
-def test_each_foots_force_is_on_its_own_plate(walked: Walked, read: Recording) -> None:
+def test_each_foots_force_is_on_its_own_plate(walked: ExportedWalk, read: Recording) -> None:
     walk = walked.walk.ground_reaction[walked.acting][: len(read.force_time)]
     assert len(read.plates) == 2
     for side, plate in enumerate(read.plates):

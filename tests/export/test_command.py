@@ -8,14 +8,16 @@ from typer.testing import CliRunner
 from gaitval.apps.export import walked as walked_module
 from gaitval.apps.export.command import export
 from gaitval.apps.export.mujoco_folder import FILES
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.terminal.app import GaitvalError
 
 
 @pytest.fixture(autouse=True)
-def _one_reference(walked: Walked, monkeypatch: pytest.MonkeyPatch) -> None:
-    of = Walked.of
-    monkeypatch.setattr(walked_module.Walked, "of", lambda who: walked if who == "5" else of(who))
+def _one_reference(walked: ExportedWalk, monkeypatch: pytest.MonkeyPatch) -> None:
+    of = ExportedWalk.of
+    monkeypatch.setattr(
+        walked_module.ExportedWalk, "of", lambda who: walked if who == "5" else of(who)
+    )
 
 
 def refused(*arguments: str) -> str:

@@ -8,16 +8,16 @@ import pytest
 
 from gaitval.apps.export.crate import FILE
 from gaitval.apps.export.formats import FORMATS, export_to
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 
 
 @pytest.fixture
-def crate(walked: Walked, tmp_path: Path) -> Path:
+def crate(walked: ExportedWalk, tmp_path: Path) -> Path:
     export_to("bundle", tmp_path / "crate", walked)
     return tmp_path / "crate"
 
 
-def test_it_describes_itself_and_every_file(walked: Walked, crate: Path) -> None:
+def test_it_describes_itself_and_every_file(walked: ExportedWalk, crate: Path) -> None:
     found = json.loads((crate / FILE).read_text(encoding="utf-8"))
     assert found["@context"] == "https://w3id.org/ro/crate/1.1/context"
     by_id = {entity["@id"]: entity for entity in found["@graph"]}

@@ -15,12 +15,12 @@ from gymnasium.utils.env_checker import check_env
 import gaitval.apps.export.environment
 from gaitval.apps.export.environment import NAME, WalkerEnvironment
 from gaitval.apps.export.training_folder import write_training
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.errors import SubjectError
 
 
 @pytest.fixture(autouse=True)
-def _one_reference(walked: Walked, monkeypatch: pytest.MonkeyPatch) -> None:
+def _one_reference(walked: ExportedWalk, monkeypatch: pytest.MonkeyPatch) -> None:
     """The reference takes seconds; subject 5's is there already."""
     of = gaitval.apps.export.environment._walked
     monkeypatch.setattr(
@@ -31,13 +31,13 @@ def _one_reference(walked: Walked, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_gymnasiums_checker_finds_nothing() -> None:
     """But for its advice on spaces without bounds, which a normaliser answers."""
     made = gymnasium.make(f"gaitval.apps.export.environment:{NAME}", walker="5")
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as message:
         warnings.simplefilter("always")
         check_env(made.unwrapped)
-    assert all("Box" in str(each.message) for each in told)
+    assert all("Box" in str(each.message) for each in message)
 
 
-def test_the_body_is_the_identified_one_and_nobody_pushes(walked: Walked) -> None:
+def test_the_body_is_the_identified_one_and_nobody_pushes(walked: ExportedWalk) -> None:
     environment = WalkerEnvironment("5")
     for seed in range(20):
         environment.reset(seed=seed)
@@ -45,7 +45,7 @@ def test_the_body_is_the_identified_one_and_nobody_pushes(walked: Walked) -> Non
         assert environment._push is None
 
 
-def test_pushes_and_other_bodies_are_drawn_if_asked_for(walked: Walked) -> None:
+def test_pushes_and_other_bodies_are_drawn_if_asked_for(walked: ExportedWalk) -> None:
     environment = WalkerEnvironment("5", pushes=True, vary_body=True)
     pushed = 0
     for seed in range(20):
@@ -55,7 +55,7 @@ def test_pushes_and_other_bodies_are_drawn_if_asked_for(walked: Walked) -> None:
     assert 10 < pushed < 20  # four of five episodes
 
 
-def test_options_of_a_reset_go_first(walked: Walked) -> None:
+def test_options_of_a_reset_go_first(walked: ExportedWalk) -> None:
     environment = WalkerEnvironment("5")
     environment.reset(seed=0, options={"push": (0.7, 100.0, 0.0), "phase": 0.25})
     assert environment._push == (0.7, 100.0, 0.0)
@@ -68,7 +68,9 @@ def test_a_walker_that_is_not_there_is_refused() -> None:
 
 
 @pytest.mark.slow  # stable-baselines3 loads torch; 20 s
-def test_the_script_trains_with_plain_stable_baselines3(walked: Walked, tmp_path: Path) -> None:
+def test_the_script_trains_with_plain_stable_baselines3(
+    walked: ExportedWalk, tmp_path: Path
+) -> None:
     write_training(tmp_path, walked)
     done = subprocess.run(
         [sys.executable, "train.py", "--steps", "20000", "--out", "learned"],

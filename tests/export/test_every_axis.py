@@ -17,7 +17,7 @@ from opensim_peer import OpenSimModel
 
 from gaitval.apps.export.biomod import _coordinates, biomod_text
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, write_c3d_file
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, RANGES
@@ -35,7 +35,7 @@ Ranges = dict[str, tuple[float, float]]
 UNDER_LOAD_N = 200.0
 
 
-def of_mujoco(walked: Walked, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
+def of_mujoco(walked: ExportedWalk, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
     """Of the files of a person for plain MuJoCo."""
     from gaitval.apps.export.mujoco_folder import person_xml
 
@@ -57,7 +57,7 @@ def of_mujoco(walked: Walked, folder: Path) -> tuple[Frames, Ranges, np.ndarray]
     return frames, ranges, model.opt.gravity
 
 
-def of_urdf(walked: Walked, folder: Path) -> tuple[Frames, Ranges, None]:
+def of_urdf(walked: ExportedWalk, folder: Path) -> tuple[Frames, Ranges, None]:
     write_urdf(walked.body, folder / "person.urdf")
     skeleton = dartpy.utils.DartLoader().parseSkeleton(str(folder / "person.urdf"))
 
@@ -76,7 +76,7 @@ def of_urdf(walked: Walked, folder: Path) -> tuple[Frames, Ranges, None]:
     return frames, ranges, None  # a URDF has no gravity
 
 
-def of_osim(walked: Walked, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
+def of_osim(walked: ExportedWalk, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
     write_osim(folder / "person.osim", walked.body, (), ContactSettings(), 0.8)
     peer = OpenSimModel(folder / "person.osim")
 
@@ -89,7 +89,7 @@ def of_osim(walked: Walked, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
     return frames, ranges, peer.model.getGravity().to_numpy() @ TO_OPENSIM
 
 
-def of_biomod(walked: Walked, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
+def of_biomod(walked: ExportedWalk, folder: Path) -> tuple[Frames, Ranges, np.ndarray]:
     import locale
 
     biorbd = pytest.importorskip("biorbd", reason="biorbd has no build for this Python")
@@ -117,11 +117,11 @@ BODIES_OF = {"mujoco": of_mujoco, "urdf": of_urdf, "osim": of_osim, "biomod": of
 
 
 @pytest.fixture(scope="module", params=list(BODIES_OF))
-def body(request, walked: Walked, tmp_path_factory: pytest.TempPathFactory):
+def body(request, walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory):
     return BODIES_OF[request.param](walked, tmp_path_factory.mktemp(request.param))
 
 
-def test_every_joint_turns_the_same_segments_the_same_way(walked: Walked, body) -> None:
+def test_every_joint_turns_the_same_segments_the_same_way(walked: ExportedWalk, body) -> None:
     """One by one, which shows the axis and its sign, and all at once, which shows their order."""
     frames = body[0]
     poses = [0.3 * one for one in np.eye(len(ACTUATED))]
@@ -146,7 +146,7 @@ def test_gravity_pulls_down(body) -> None:
 # ---- Drawings. ----
 
 
-def test_limbs_that_mujoco_draws_end_at_the_next_joint(walked: Walked) -> None:
+def test_limbs_that_mujoco_draws_end_at_the_next_joint(walked: ExportedWalk) -> None:
     from gaitval.apps.export.mujoco_folder import person_xml
 
     model = mujoco.MjModel.from_xml_string(person_xml(walked))
@@ -161,7 +161,7 @@ def test_limbs_that_mujoco_draws_end_at_the_next_joint(walked: Walked) -> None:
 
 
 def test_opensim_draws_limbs_along_them_and_the_head_above_the_shoulders(
-    walked: Walked, tmp_path: Path
+    walked: ExportedWalk, tmp_path: Path
 ) -> None:
     """Its half axes are X forward, Y up, Z to the right; a limb's longest is along it."""
     write_osim(tmp_path / "person.osim", walked.body, (), ContactSettings(), 0.8)
@@ -193,9 +193,9 @@ def test_a_trc_is_in_millimetres_forward_up_and_right(tmp_path: Path) -> None:
     markers = np.array([[[1.0, 2.0, 3.0], [-0.001, -0.25, 0.5]]])
     write_markers(tmp_path / "one.trc", Recording("here", "project", ("A", "B"), markers, 100.0))
     lines = (tmp_path / "one.trc").read_text(encoding="utf-8").splitlines()
-    said = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=True))
-    assert said["Units"] == "mm"
-    assert float(said["DataRate"]) == 100.0
+    messages = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=True))
+    assert messages["Units"] == "mm"
+    assert float(messages["DataRate"]) == 100.0
     numbers = [float(each) for each in lines[-1].split("\t")[2:]]
     assert numbers == pytest.approx([1000.0, 3000.0, -2000.0, -1.0, 500.0, 250.0])
 
@@ -232,12 +232,12 @@ BEGINS_AT = {
 
 
 @pytest.fixture(scope="module")
-def c3d(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> dict:
+def c3d(walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory) -> dict:
     (path,) = write_c3d_file(tmp_path_factory.mktemp("c3d"), walked)
     return ezc3d.c3d(str(path), extract_forceplat_data=True)
 
 
-def test_c3d_says_its_units_and_has_joints_in_millimetres(walked: Walked, c3d: dict) -> None:
+def test_c3d_says_its_units_and_has_joints_in_millimetres(walked: ExportedWalk, c3d: dict) -> None:
     points = c3d["parameters"]["POINT"]
     assert points["UNITS"]["value"] == ["mm"]
     assert c3d["parameters"]["ANALOG"]["UNITS"]["value"] == (["N"] * 3 + ["Nmm"] * 3) * 2
@@ -254,7 +254,7 @@ def test_c3d_says_its_units_and_has_joints_in_millimetres(walked: Walked, c3d: d
         np.testing.assert_allclose(seen, expected, atol=2e-3, err_msg=name)
 
 
-def test_markers_of_a_joint_are_on_its_side(walked: Walked, c3d: dict) -> None:
+def test_markers_of_a_joint_are_on_its_side(walked: ExportedWalk, c3d: dict) -> None:
     """And each below the joint above it, in the mean of a walk forward."""
     labels = c3d["parameters"]["POINT"]["LABELS"]["value"]
     mean = {name: c3d["data"]["points"][:3, labels.index(name)].mean(axis=1) for name in labels}
@@ -267,7 +267,7 @@ def test_markers_of_a_joint_are_on_its_side(walked: Walked, c3d: dict) -> None:
 
 @pytest.mark.parametrize("column", [0, 1])
 def test_ezc3d_finds_force_centre_of_pressure_and_twist_of_each_foot(
-    walked: Walked, c3d: dict, column: int
+    walked: ExportedWalk, c3d: dict, column: int
 ) -> None:
     from gaitval.apps.export.opensim_folder import foot_forces
 
@@ -285,7 +285,7 @@ def test_ezc3d_finds_force_centre_of_pressure_and_twist_of_each_foot(
 
 
 def test_the_plates_carry_the_person_and_each_lies_under_its_foot(
-    walked: Walked, c3d: dict
+    walked: ExportedWalk, c3d: dict
 ) -> None:
     """Newton over whole strides: the weight upwards and nothing else; the feet push apart."""
     plates = c3d["data"]["platform"]

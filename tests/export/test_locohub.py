@@ -14,7 +14,7 @@ from gaitval.apps.export.locohub import (
     locohub_frame,
     write_locohub,
 )
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, SIDES, opposite
 from gaitval.datasets.subject_file import load_subject
@@ -48,12 +48,12 @@ ABOUT = ["subject", "subject_metadata", "task", "task_id", "task_info", "step", 
 
 
 @pytest.fixture(scope="module")
-def frame(walked: Walked) -> pd.DataFrame:
+def frame(walked: ExportedWalk) -> pd.DataFrame:
     return locohub_frame(walked)
 
 
 @pytest.fixture(scope="module")
-def curves(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
+def curves(walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
     (path,) = write_locohub(tmp_path_factory.mktemp("locohub"), walked)
     assert path.name.endswith("_phase.parquet")
     numbers = pd.read_parquet(path).select_dtypes("number").drop(columns="step")
@@ -68,7 +68,9 @@ def test_it_has_the_standards_columns_and_no_other(frame: pd.DataFrame) -> None:
     assert not frame.isna().any().any()
 
 
-def test_every_cycle_of_either_foot_has_150_points(frame: pd.DataFrame, walked: Walked) -> None:
+def test_every_cycle_of_either_foot_has_150_points(
+    frame: pd.DataFrame, walked: ExportedWalk
+) -> None:
     cycles = walked.cycles.count("right") + walked.cycles.count("left")
     assert len(frame) == cycles * POINTS
     for _, cycle in frame.groupby("step"):
@@ -80,7 +82,7 @@ def test_what_goes_out_comes_in_again(frame: pd.DataFrame, curves: dict[str, np.
         np.testing.assert_array_equal(values.ravel(), frame[name], err_msg=name)
 
 
-def test_curves_are_those_of_the_walk(walked: Walked, curves: dict[str, np.ndarray]) -> None:
+def test_curves_are_those_of_the_walk(walked: ExportedWalk, curves: dict[str, np.ndarray]) -> None:
     starts, ends = walked.cycles.starts["left"], walked.cycles.ends["left"]
     samples = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, POINTS)
     first = walked.cycles.count("right")
@@ -151,7 +153,7 @@ def test_legs_are_positive_with_their_lower_end_ahead_and_the_toes_up(side):
 
 
 def test_every_curve_of_both_feet_is_its_sides_of_the_walk(
-    walked: Walked, frame: pd.DataFrame
+    walked: ExportedWalk, frame: pd.DataFrame
 ) -> None:
     """In a cycle of either foot: angles and their rates as they are, moments over the mass, forces
     over the weight and to the right; both filtered as the report's."""
@@ -183,15 +185,15 @@ def test_every_curve_of_both_feet_is_its_sides_of_the_walk(
 
 
 def test_rates_are_slopes_of_the_angles_and_feet_carry_the_weight(
-    walked: Walked, curves: dict[str, np.ndarray], frame: pd.DataFrame
+    walked: ExportedWalk, curves: dict[str, np.ndarray], frame: pd.DataFrame
 ) -> None:
     """By the file alone: the time of a cycle from what its speed says of the distance."""
     starts, ends = (getattr(walked.cycles, each)["right"] for each in ("starts", "ends"))
     time, place = walked.walk.time, walked.walk.centre_of_mass[:, 0]
-    said = frame["task_info"].str.extract(r"speed_m_s:([\d.]+)")[0].astype(float)
+    message = frame["task_info"].str.extract(r"speed_m_s:([\d.]+)")[0].astype(float)
     for number, (start, end) in enumerate(zip(starts, ends, strict=True)):
         speed = (place[end] - place[start]) / (time[end] - time[start])
-        assert said[POINTS * number] == pytest.approx(speed, abs=6e-4)
+        assert message[POINTS * number] == pytest.approx(speed, abs=6e-4)
     stride = time[ends[0]] - time[starts[0]]
     for joint in ("hip_flexion", "knee_flexion", "ankle_dorsiflexion"):
         for foot in ("ipsi", "contra"):

@@ -15,7 +15,7 @@ from safetensors.numpy import load_file
 from claims.agreement.exports import angles_in_mujoco
 from gaitval.apps.export import walk as plain
 from gaitval.apps.export.mujoco_folder import FILES, write_mujoco
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, RANGES
 from gaitval.policy.environment import WalkingEnvironment
@@ -49,7 +49,7 @@ def test_the_script_imports_no_gaitval(mujoco_folder: Path) -> None:
 
 
 def test_it_walks_as_the_compiled_engine_does(
-    walked: Walked, mujoco_folder: Path, tmp_path: Path
+    walked: ExportedWalk, mujoco_folder: Path, tmp_path: Path
 ) -> None:
     """A second of it to rounding: MuJoCo solves the same equations with the same step. Later the
     policy's single precision lets rounding grow, as it does between any two engines."""
@@ -75,7 +75,7 @@ def test_it_walks_as_the_compiled_engine_does(
     ids=["as trained", "cubic", "paper"],
 )
 def test_it_observes_and_acts_in_every_configuration(
-    walked: Walked, tmp_path: Path, environment: dict[str, object], law: str
+    walked: ExportedWalk, tmp_path: Path, environment: dict[str, object], law: str
 ) -> None:
     task = walked.stored.corrected_task
     settings = task.configuration
@@ -88,10 +88,10 @@ def test_it_observes_and_acts_in_every_configuration(
             "contact": settings.contact.model_copy(update={"law": law}),
         }
     )
-    other = Walked(replace(walked.stored, configuration=changed))
+    other = ExportedWalk(replace(walked.stored, configuration=changed))
     other.stored.__dict__["corrected_task"] = replace(task, configuration=changed)
     write_mujoco(tmp_path, other)
-    theirs, ours = plain.Walker(tmp_path), WalkingEnvironment(other.stored.corrected_task)
+    theirs, ours = plain.MujocoWalker(tmp_path), WalkingEnvironment(other.stored.corrected_task)
     options = {"phase": 0.3, "mu": other.mu, "push": None, "noise": 0.0}
     expected, _ = ours.reset(seed=0, options=options)
     seen = theirs.reset(0.3)
@@ -107,7 +107,7 @@ def test_it_observes_and_acts_in_every_configuration(
 
 
 def test_a_person_that_falls_says_so(mujoco_folder: Path) -> None:
-    walker = plain.Walker(mujoco_folder)
+    walker = plain.MujocoWalker(mujoco_folder)
     walker.reset()
     fell = False
     for _ in range(300):  # without the policy, 3 s
@@ -117,21 +117,21 @@ def test_a_person_that_falls_says_so(mujoco_folder: Path) -> None:
     assert fell
 
 
-def test_the_model_is_the_person_by_itself(walked: Walked, mujoco_folder: Path) -> None:
+def test_the_model_is_the_person_by_itself(walked: ExportedWalk, mujoco_folder: Path) -> None:
     """Without the script: mass, joints, actuators that take a target, and the start of the walk."""
     model = mujoco.MjModel.from_xml_path(str(mujoco_folder / "person.xml"))
     data = mujoco.MjData(model)
     assert model.body_mass.sum() == pytest.approx(walked.stored.subject.mass_kg, rel=1e-9)
     assert {model.actuator(i).name for i in range(model.nu)} == set(ACTUATED)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
-    walker = plain.Walker(mujoco_folder)
+    walker = plain.MujocoWalker(mujoco_folder)
     walker.reset()
     np.testing.assert_allclose(data.qpos, walker.data.qpos, atol=1e-12)
     np.testing.assert_allclose(data.qvel, walker.data.qvel, atol=1e-12)
 
 
 def test_joints_and_soles_have_the_numbers_of_the_person(
-    walked: Walked, mujoco_folder: Path
+    walked: ExportedWalk, mujoco_folder: Path
 ) -> None:
     """Ranges to be seen that do not push, the friction that was found on both of a pair (MuJoCo
     takes the larger), and targets whose springs give what the servos ask for at the start."""
@@ -146,15 +146,15 @@ def test_joints_and_soles_have_the_numbers_of_the_person(
     stiffness, damping = (np.array(servo[name]) for name in ("stiffness", "damping"))
     tables = load_file(mujoco_folder / "reference.safetensors")
     angle, rate = (tables[name][0, -len(ACTUATED) :] for name in ("positions", "velocities"))
-    asked = stiffness * angle + damping * rate + tables["feed_forward"][0]
+    wanted = stiffness * angle + damping * rate + tables["feed_forward"][0]
     assert np.abs(tables["feed_forward"][0]).max() > 5.0  # Nm, a sign would be seen
     np.testing.assert_allclose(
-        model.key("start").ctrl * model.actuator_gainprm[:, 0], asked, atol=1e-9
+        model.key("start").ctrl * model.actuator_gainprm[:, 0], wanted, atol=1e-9
     )
     assert [model.actuator(i).name for i in range(model.nu)] == list(ACTUATED)
 
 
-def test_mujocos_own_contact_carries_the_person(walked: Walked, mujoco_folder: Path) -> None:
+def test_mujocos_own_contact_carries_the_person(walked: ExportedWalk, mujoco_folder: Path) -> None:
     """For a step, from the keyframe; another law, so only as much as a body weight needs."""
     model = mujoco.MjModel.from_xml_path(str(mujoco_folder / "person.xml"))
     assert not model.opt.disableflags & NO_CONTACT
@@ -174,14 +174,14 @@ def test_mujocos_own_contact_carries_the_person(walked: Walked, mujoco_folder: P
 
 
 @pytest.mark.slow  # 110 s of walking
-def test_a_hundred_cycles_are_those_of_the_report(walked: Walked) -> None:
+def test_a_hundred_cycles_are_those_of_the_report(walked: ExportedWalk) -> None:
     errors, cycles = angles_in_mujoco(walked, 100)
     assert cycles == 100
     assert max(errors.values()) < 0.5, errors  # deg, RMS of each mean curve
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (("--cycles", "0"), "--cycles 0: give a number of gait cycles above 0"),
         (("--cycles", "nan"), "--cycles nan"),
@@ -189,10 +189,10 @@ def test_a_hundred_cycles_are_those_of_the_report(walked: Walked) -> None:
         (("--out", "/proc/none/walk.npz"), "--out /proc/none/walk.npz: cannot be written"),
     ],
 )
-def test_what_the_script_cannot_do_is_said_before_the_walk(mujoco_folder, words, said):
+def test_what_the_script_cannot_do_is_said_before_the_walk(mujoco_folder, words, message):
     done = run(mujoco_folder, *words)
     assert done.returncode == 2
-    assert said in done.stderr
+    assert message in done.stderr
     assert "Traceback" not in done.stderr
 
 

@@ -10,7 +10,7 @@ from opensim_peer import inverse_dynamics_tool, read_table, run
 from claims.opensim_motion import read_motion
 from gaitval.apps.export.opensim_folder import FILES, LOADED_N, foot_forces, write_opensim
 from gaitval.apps.export.virtual_markers import JOINT_CENTRES
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.coordinates import ACTUATED
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -25,14 +25,14 @@ INSIDE = slice(50, -50)
 
 
 @pytest.fixture(scope="module")
-def folder(walked: Walked, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(walked: ExportedWalk, tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("opensim")
     paths = write_opensim(found, walked)
     assert [path.name for path in paths] == list(FILES)
     return found
 
 
-def test_the_motion_comes_in_again(walked: Walked, folder: Path) -> None:
+def test_the_motion_comes_in_again(walked: ExportedWalk, folder: Path) -> None:
     time, positions = read_motion(folder / "walk.mot")
     shown = walked.walk.time[walked.rows]
     np.testing.assert_allclose(time, shown - shown[0], atol=1e-9)
@@ -40,7 +40,7 @@ def test_the_motion_comes_in_again(walked: Walked, folder: Path) -> None:
 
 
 def test_joint_moments_come_in_again_and_nothing_holds_the_pelvis(
-    walked: Walked, folder: Path
+    walked: ExportedWalk, folder: Path
 ) -> None:
     table = read_storage(folder / "moments.sto")
     for column, name in enumerate(ACTUATED):
@@ -50,7 +50,7 @@ def test_joint_moments_come_in_again_and_nothing_holds_the_pelvis(
         assert not table.column(name).any()
 
 
-def test_the_ground_reaction_comes_in_again(walked: Walked, folder: Path) -> None:
+def test_the_ground_reaction_comes_in_again(walked: ExportedWalk, folder: Path) -> None:
     """As a wrench about the origin, which is what acts."""
     rate, start, plates = read_ground_reaction(folder / "ground_reaction.mot")
     assert rate == pytest.approx(1.0 / walked.environment.walker.physics_step)
@@ -67,21 +67,21 @@ def test_the_ground_reaction_comes_in_again(walked: Walked, folder: Path) -> Non
         assert not force[wrenches[:, side, 2] <= LOADED_N].any()
 
 
-def test_the_free_moment_is_about_the_vertical(walked: Walked) -> None:
+def test_the_free_moment_is_about_the_vertical(walked: ExportedWalk) -> None:
     forces = foot_forces(walked)
     known = np.isfinite(forces.centre_of_pressure).all(axis=2)
     np.testing.assert_allclose(forces.free_moment[known][:, :2], 0.0, atol=1e-8)
     assert 1.0 < np.abs(forces.free_moment[known][:, 2]).max() < 30.0  # Nm, of a walk
 
 
-def test_the_model_is_the_person(walked: Walked, folder: Path) -> None:
+def test_the_model_is_the_person(walked: ExportedWalk, folder: Path) -> None:
     model = read_model(folder / "model.osim")
     assert model.mass == pytest.approx(walked.stored.subject.mass_kg, rel=1e-9)
     assert set(JOINT_CENTRES) <= {marker.name for marker in model.markers}
 
 
 def test_opensim_finds_the_moments_that_inverse_dynamics_finds_here(
-    walked: Walked, folder: Path, tmp_path: Path
+    walked: ExportedWalk, folder: Path, tmp_path: Path
 ) -> None:
     model, motion, _, _, loads = (folder / name for name in FILES)
     run(inverse_dynamics_tool(model, motion, loads, tmp_path / "id.sto"), tmp_path)
@@ -99,7 +99,7 @@ def test_opensim_finds_the_moments_that_inverse_dynamics_finds_here(
         np.testing.assert_allclose(found[f"{name}_moment"][INSIDE], expected, atol=1e-3 * largest)
 
 
-def test_forces_and_moments_act_in_the_states_that_they_are_beside(walked: Walked) -> None:
+def test_forces_and_moments_act_in_the_states_that_they_are_beside(walked: ExportedWalk) -> None:
     """Row by row: what inverse dynamics of the motion leaves at the pelvis and at a hip. A row of a
     walk has what led to its state, 2 ms before, which left 30 N and 15 Nm."""
     forces = foot_forces(walked)

@@ -86,7 +86,7 @@ def markers(walk) -> tuple[ModelMarker, ...]:
 @pytest.fixture(scope="module")
 def model_file(walk, markers, tmp_path_factory):
     path = tmp_path_factory.mktemp("opensim") / "model.osim"
-    write_osim(path, walk.model, markers, ContactSettings(), 0.8, held=HELD)
+    write_osim(path, walk.model, markers, ContactSettings(), 0.8, locked=HELD)
     return path
 
 
@@ -152,7 +152,7 @@ def test_opensim_finds_the_same_motion_from_noisy_markers(
     )
     run(tool, tmp_path)
     time, theirs = read_motion(tmp_path / "ik.mot")
-    ours = inverse_kinematics(walk.model, markers, measured, held=HELD)
+    ours = inverse_kinematics(walk.model, markers, measured, fixed=HELD)
     np.testing.assert_allclose(time, trial.time, atol=1e-8)
     np.testing.assert_allclose(
         segment_frames(walk.model, theirs), segment_frames(walk.model, ours.positions), atol=1e-5

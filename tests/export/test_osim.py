@@ -46,7 +46,7 @@ def model(task):
 @pytest.fixture(scope="module")
 def written(model, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("opensim") / "model.osim"
-    write_osim(path, model, MARKERS, ContactSettings(), FRICTION, held={"mtp_angle_r": 0.1})
+    write_osim(path, model, MARKERS, ContactSettings(), FRICTION, locked={"mtp_angle_r": 0.1})
     return path
 
 
@@ -133,9 +133,9 @@ def test_the_file_says_which_way_is_down_and_what_is_held(written, peer):
     )
     assert set(coordinates) == set(OPENSIM_COORDINATES)
     for name, element in coordinates.items():
-        held = name == "mtp_angle_r"
-        assert element.findtext("locked") == str(held).lower()
-        assert float(element.findtext("default_value")) == (0.1 if held else 0.0)
+        fixed = name == "mtp_angle_r"
+        assert element.findtext("locked") == str(fixed).lower()
+        assert float(element.findtext("default_value")) == (0.1 if fixed else 0.0)
         assert element.findtext("clamped") == str(name in ACTUATED).lower()
         low, high = map(float, element.findtext("range").split())
         assert low < 0.0 < high
@@ -218,7 +218,7 @@ def test_contact_does_not_act_until_it_is_switched_on(written):
 
 def test_equal_models_give_equal_bytes(model, written):
     other = written.with_name("again.osim")
-    write_osim(other, model, MARKERS, ContactSettings(), FRICTION, held={"mtp_angle_r": 0.1})
+    write_osim(other, model, MARKERS, ContactSettings(), FRICTION, locked={"mtp_angle_r": 0.1})
     assert other.read_bytes() == written.read_bytes()
 
 
@@ -241,7 +241,7 @@ def test_a_name_of_a_person_becomes_one_that_opensim_takes(model, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("markers", "held", "message"),
+    ("markers", "fixed", "message"),
     [
         ([ModelMarker("R HEEL", "foot_r", np.zeros(3))], {}, "'R HEEL'.*alias"),
         ([ModelMarker("a/b", "foot_r", np.zeros(3))], {}, "'a/b'"),
@@ -251,8 +251,8 @@ def test_a_name_of_a_person_becomes_one_that_opensim_takes(model, tmp_path):
         ([], {"mtp_angle": 0.0}, "mtp_angle: unknown.*mtp_angle_r"),
     ],
 )
-def test_what_opensim_could_not_read_is_not_written(model, tmp_path, markers, held, message):
+def test_what_opensim_could_not_read_is_not_written(model, tmp_path, markers, fixed, message):
     path = tmp_path / "model.osim"
     with pytest.raises(ModelError, match=message):
-        write_osim(path, model, markers, ContactSettings(), FRICTION, held=held)
+        write_osim(path, model, markers, ContactSettings(), FRICTION, locked=fixed)
     assert not path.exists()

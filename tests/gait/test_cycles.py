@@ -160,7 +160,7 @@ def test_samples_that_are_missing_stay_missing_and_no_others() -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "values", "said"),
+    ("time", "values", "message"),
     [
         (np.arange(0.0, 2.0, 0.01), np.zeros(200), "is outside the values"),
         (np.arange(1.1, 3.0, 0.01), np.zeros(190), "is outside the values"),
@@ -168,9 +168,9 @@ def test_samples_that_are_missing_stay_missing_and_no_others() -> None:
     ],
 )
 def test_values_of_another_trial_are_refused(
-    time: np.ndarray, values: np.ndarray, said: str
+    time: np.ndarray, values: np.ndarray, message: str
 ) -> None:
-    with pytest.raises(RecordError, match=said):
+    with pytest.raises(RecordError, match=message):
         normalise(time, values, CYCLE)
 
 
@@ -477,10 +477,10 @@ def test_the_message_counts_strikes_and_says_why_cycles_do_not_count() -> None:
     )
     assert ": 0 right heel strikes found" in refused([])
     one_footed = [event for event in true_events() if event.side == "right"]
-    said = refused(one_footed).splitlines()
-    assert "6 right heel strikes found" in said[0]
-    assert len(said) == 6
-    assert all("no left toe-off in it" in line for line in said[1:])
+    message = refused(one_footed).splitlines()
+    assert "6 right heel strikes found" in message[0]
+    assert len(message) == 6
+    assert all("no left toe-off in it" in line for line in message[1:])
 
 
 @pytest.mark.parametrize("turn", [0.0, 90.0, 215.0])

@@ -210,16 +210,16 @@ def test_stance_from_markers() -> None:
 
 
 @pytest.mark.parametrize(
-    ("without", "said"),
+    ("without", "message"),
     [
         (("R.Heel",), "right heel"),
         (("L.MT1", "L.MT5"), r"left forefoot \(MT1, MT2, MT5\)"),
         (("R.PSIS", "L.PSIS", "R.ASIS"), "no pair of markers on the pelvis"),
     ],
 )
-def test_lacking_markers_are_named(without: tuple[str, ...], said: str) -> None:
+def test_lacking_markers_are_named(without: tuple[str, ...], message: str) -> None:
     landmarks = {name: name for name in LANDMARKS if name not in without}
-    with pytest.raises(RecordError, match=said):
+    with pytest.raises(RecordError, match=message):
         marker_events(walk(), landmarks=landmarks)
 
 

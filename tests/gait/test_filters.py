@@ -48,13 +48,13 @@ def test_low_pass_keeps_constants_and_filters_blocks_between_gaps_alone() -> Non
 
 
 @pytest.mark.parametrize(
-    ("samples", "rate", "cutoff", "said"),
+    ("samples", "rate", "cutoff", "message"),
     [(100, 10.0, 6.0, "than 12 Hz"), (100, 12.0, 6.0, "than 12 Hz"), (5, 100.0, 6.0, "too short")],
 )
 def test_low_pass_refuses_what_it_cannot_filter(
-    samples: int, rate: float, cutoff: float, said: str
+    samples: int, rate: float, cutoff: float, message: str
 ) -> None:
-    with pytest.raises(RecordError, match=said):
+    with pytest.raises(RecordError, match=message):
         low_pass(np.zeros(samples), rate=rate, cutoff_hz=cutoff)
 
 

@@ -192,7 +192,7 @@ def test_a_foot_a_little_beside_the_plate_is_used() -> None:
 
 def test_the_user_says_whose_foot_is_on_a_plate() -> None:
     recording = walk(belt=SPEED, plates=BELTS)
-    said = replace(
+    message = replace(
         recording,
         plates=tuple(
             replace(plate, foot=side)
@@ -200,7 +200,7 @@ def test_the_user_says_whose_foot_is_on_a_plate() -> None:
         ),
     )
     as_found, _ = assigned(recording)
-    as_said, findings = assigned(said)
+    as_said, findings = assigned(message)
     assert not [each for each in findings if "outside" in each.action]
     assert not np.array_equal(as_found.force, as_said.force)
     np.testing.assert_allclose(as_found.force[:, ::-1], as_said.force, atol=1e-9)

@@ -205,9 +205,9 @@ def test_both_feet_on_a_plate_and_one_that_comes_from_another():
     assert "the right foot crosses onto this plate, where the left one" in found[0].action
 
 
-@pytest.mark.parametrize(("peak", "told"), [(1.9, False), (2.1, True)])
+@pytest.mark.parametrize(("peak", "message"), [(1.9, False), (2.1, True)])
 @pytest.mark.parametrize("column", [0, 1])
-def test_a_touch_too_short_for_a_stance(peak, told, column):
+def test_a_touch_too_short_for_a_stance(peak, message, column):
     """From twice the threshold on, of the nearer foot; what is part of a contact is none."""
     threshold = PROCESSING.force_threshold_n
     plate = loaded(150, 160, newtons=peak * threshold)
@@ -218,9 +218,9 @@ def test_a_touch_too_short_for_a_stance(peak, told, column):
     vertical = plate.force[:, 2]
     arguments = (trial(plate), plate, feet, vertical)
     found = judge_brushes(*arguments, used, PROCESSING, valid)
-    assert len(found) == told
+    assert len(found) == message
     expected = np.ones((N, 2), bool)
-    if told:
+    if message:
         expected[150:160, column] = False
         assert found[0].names == ("plate 1", ("right foot", "left foot")[column])
         assert f"touched with {peak * threshold:.0f} N" in found[0].action

@@ -48,16 +48,16 @@ def fit(person):
 
 
 @pytest.fixture(scope="module")
-def held(fit):
+def fixed(fit):
     return fit.solve(fixed=nominal_parameters())
 
 
 @pytest.fixture(scope="module")
-def solution(fit, held):
-    return fit.solve(start=held, smallest_gain=1e-5)
+def solution(fit, fixed):
+    return fit.solve(start=fixed, smallest_gain=1e-5)
 
 
-def test_the_body_as_scaled_begins_with_its_reference(person, fit, held, monkeypatch):
+def test_the_body_as_scaled_begins_with_its_reference(person, fit, fixed, monkeypatch):
     """It ends where a fit from a standstill ends, with fewer equations."""
     counted = []
 
@@ -73,7 +73,7 @@ def test_the_body_as_scaled_begins_with_its_reference(person, fit, held, monkeyp
     still = fit.as_scaled()
     assert 2 * warm < len(counted) - warm
     assert found.cost == pytest.approx(still.cost, rel=0.01)
-    np.testing.assert_array_equal(still.change, held.change)
+    np.testing.assert_array_equal(still.change, fixed.change)
 
 
 @pytest.mark.parametrize("name", ["hip_flexion", "hip_adduction", "knee_angle", "ankle_angle"])
@@ -97,23 +97,23 @@ def test_a_centre_out_of_place_moves_its_moment_by_the_force_on_its_own_foot(per
     assert len(used) == 2
 
 
-def test_another_body_changes_the_laws_as_its_derivatives_say(fit, held):
+def test_another_body_changes_the_laws_as_its_derivatives_say(fit, fixed):
     """Forces and moments of the same motion, for a body whose hips are a millimetre forward."""
     index = PARAMETERS.index("hip_x")
     step = 0.001 / fit.prior_sd[index]
-    above, below = (held.common.copy() for _ in range(2))
+    above, below = (fixed.common.copy() for _ in range(2))
     above[3 + index] += step
     below[3 + index] -= step
-    up, _ = weighted_laws(fit.problem, held.change, above, 1.0)
-    down, _ = weighted_laws(fit.problem, held.change, below, 1.0)
-    there, _ = weighted_laws(fit.problem, held.change, held.common, 1.0)
+    up, _ = weighted_laws(fit.problem, fixed.change, above, 1.0)
+    down, _ = weighted_laws(fit.problem, fixed.change, below, 1.0)
+    there, _ = weighted_laws(fit.problem, fixed.change, fixed.common, 1.0)
     np.testing.assert_allclose(up + down - 2 * there, 0.0, atol=0.02 * np.abs(up - down).max())
     assert np.abs(up - down)[:, : TRUNK.start].max() > 0.01
 
 
-def test_a_free_body_is_at_least_as_likely_as_the_one_that_was_scaled(fit, held, solution):
-    assert solution.cost < held.cost
-    nominal = fit.posterior(held._replace(covariance=solution.covariance)).mean
+def test_a_free_body_is_at_least_as_likely_as_the_one_that_was_scaled(fit, fixed, solution):
+    assert solution.cost < fixed.cost
+    nominal = fit.posterior(fixed._replace(covariance=solution.covariance)).mean
     np.testing.assert_array_equal(nominal, nominal_parameters())
 
 

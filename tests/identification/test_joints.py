@@ -95,16 +95,16 @@ def test_errors_of_hip_and_ankle_are_in_all_that_is_measured_from_them():
         for side, leg in legs(shank=0.0).items()
     }  # fmt: skip
     found = with_joints(wide, MODEL, known)
-    told = np.zeros((5, len(PARAMETERS)))
-    told[range(3), [PARAMETERS.index(f"hip_{axis}") for axis in "xyz"]] = 1.0
-    told[3], told[4] = (lengths(MODEL)[index].weights for index in (1, 3))
+    message = np.zeros((5, len(PARAMETERS)))
+    message[range(3), [PARAMETERS.index(f"hip_{axis}") for axis in "xyz"]] = 1.0
+    message[3], message[4] = (lengths(MODEL)[index].weights for index in (1, 3))
     # columns: hip forward, aside and up, ankle down, knee up
     errors = np.array(
         [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 1, 1, 0], [0, 0, 0, 1, 1]]
     )
     hip_error = MISSED**2 + images**2 / 3.0  # each way
     one = errors @ np.diag([*3 * [hip_error], ANKLE**2, KNEE**2]) @ errors.T
-    left = told @ found.covariance @ told.T
+    left = message @ found.covariance @ message.T
     np.testing.assert_allclose(left, one / 2.0, rtol=1e-3, atol=1e-9)
 
 

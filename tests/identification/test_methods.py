@@ -49,7 +49,7 @@ class Asked(Exception):
 def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_body_has(monkeypatch):
     subject, given = load_subject("S05"), []
 
-    def identified(fit, held, offset):
+    def identified(fit, fixed, offset):
         given.append(offset)
         raise Asked
 
@@ -66,25 +66,27 @@ def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_bod
 
 
 def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
-    subject, asked = load_subject("S05"), []
+    subject, wanted = load_subject("S05"), []
 
     def rollouts(*given):
-        asked.append(given)
+        wanted.append(given)
         return "found"
 
     monkeypatch.setattr(methods, "rollouts_identification", rollouts)
     monkeypatch.setattr(identification_stages, "read_urdf", lambda path: "model")
     monkeypatch.setattr(ReferenceMotion, "load", lambda path: path.name)
     monkeypatch.setattr(stored_policy, "general_walker", lambda environment: "walker")
-    begun = ("fit", "held")
-    monkeypatch.setattr(begin, "begin", lambda *given: begun if given[-1] == "reference.npz" else 0)
+    started = ("fit", "held")
+    monkeypatch.setattr(
+        begin, "begin", lambda *given: started if given[-1] == "reference.npz" else 0
+    )
     configuration = load_configuration(settings=["identification.method=rollouts"])
     run = SimpleNamespace(
         subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
         folder=tmp_path, told=lambda: SimpleNamespace(record="record"),
     )  # fmt: skip
     assert identification_stages._searched(run, SD, tmp_path) == "found"
-    assert asked == [("fit", "record", "model", "walker", configuration, "told")]
+    assert wanted == [("fit", "record", "model", "walker", configuration, "told")]
 
 
 def leg_of(model, side):

@@ -17,8 +17,8 @@ def test_a_common_error_is_found_among_draws_and_no_other_parameter_is_moved():
     random, true = np.random.default_rng(0), np.zeros(len(OFFSETS))
     true[[OFFSETS.index(name) for name in MOVED]] = 1.0, -1.0, 0.5, -1.5
     joint = np.diag(random.uniform(0.3, 0.9, len(OFFSETS)))
-    told = np.eye(len(OFFSETS)) - joint
-    shifts = [told @ true + random.multivariate_normal(0.0 * true, told) for _ in range(200)]
+    message = np.eye(len(OFFSETS)) - joint
+    shifts = [message @ true + random.multivariate_normal(0.0 * true, message) for _ in range(200)]
     found = estimated(shifts, [joint] * len(shifts))
     assert np.abs(found - true).max() < 0.3
     assert set(np.flatnonzero(found)) == {OFFSETS.index(name) for name in MOVED}

@@ -14,9 +14,9 @@ from gaitval.reporting.body_page import tables, write_body_page
 def test_sentences_come_before_the_picture_and_the_tables(tmp_path: Path) -> None:
     found = made_up(0.5, 0.004)
     page = write_body_page(tmp_path / "body.html", "S05", found, MODEL).read_text("utf-8")
-    said = sentences(found, MODEL).replace("'", "&#39;")
+    message = sentences(found, MODEL).replace("'", "&#39;")
     titles = [title.replace("'", "&#39;") for title, _ in tables(found, MODEL)]
-    places = [page.index(each) for each in (said, "<svg", *(f"<h2>{each}" for each in titles))]
+    places = [page.index(each) for each in (message, "<svg", *(f"<h2>{each}" for each in titles))]
     assert places == sorted(places)
 
 

@@ -25,22 +25,22 @@ def test_a_record_whose_plates_carry_too_little_is_found_among_the_built_in():
 
 
 def test_forces_that_are_held_out_are_not_looked_at():
-    held = load_configuration(settings=["record.use=kinematics"])
-    assert said_of(load_subject("S10"), held) == []
+    fixed = load_configuration(settings=["record.use=kinematics"])
+    assert said_of(load_subject("S10"), fixed) == []
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"mean_vertical_force": 1.08}, "either the mass is"),
         ({"walking_speed_m_s": 1.5}, "km/h"),
         ({"height_m": 1.75}, "the stature"),
     ],
 )
-def test_what_is_wrong_is_named_with_what_to_do(changed, said):
+def test_what_is_wrong_is_named_with_what_to_do(changed, message):
     subject = load_subject("S05").model_copy(update=changed)
     (warning,) = said_of(subject)
-    assert said in warning
+    assert message in warning
 
 
 def test_an_aid_carries_a_part_of_the_body():

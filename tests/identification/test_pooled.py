@@ -56,7 +56,7 @@ def root(matrix):
 def test_intervals_hold_nine_tenths_of_people_whose_trials_err_alike(same):
     stored = json.loads(STORE.read_text())
     joints = [np.array(each["joint"]) for each in (*stored["alone"], *stored["trials"])[-3:]]
-    random, held = np.random.default_rng(0), []
+    random, fixed = np.random.default_rng(0), []
     for _ in range(100):
         truth, common = random.standard_normal((2, COUNT))
         shifts = []
@@ -66,8 +66,8 @@ def test_intervals_hold_nine_tenths_of_people_whose_trials_err_alike(same):
             # of a posterior mean, what is error has the covariance C - C²
             shifts.append(truth - joint @ truth + root(joint - joint @ joint) @ error)
         mean, covariance = together(shifts, joints)
-        held.append(np.abs(mean - truth) / np.sqrt(np.diag(covariance)) < 1.645)
-    assert 0.86 < np.mean(held) < 0.94
+        fixed.append(np.abs(mean - truth) / np.sqrt(np.diag(covariance)) < 1.645)
+    assert 0.86 < np.mean(fixed) < 0.94
 
 
 def test_body_ends_of_the_sole_and_legs_are_pooled_and_the_record_s_errors_are_its_own():

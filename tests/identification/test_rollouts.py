@@ -8,7 +8,7 @@ import pytest
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.rollouts import Walks, identified_by_rollouts
+from gaitval.identification.rollouts import BodyWalks, identified_by_rollouts
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
@@ -21,7 +21,7 @@ def walks_of(name):
     """Of the general policy, against this subject's record."""
     subject = load_subject(name)
     policy = load_start(GENERAL, CONFIGURATION.environment)
-    return Walks(subject.record(), scale_subject(subject).model, policy, CONFIGURATION)
+    return BodyWalks(subject.record(), scale_subject(subject).model, policy, CONFIGURATION)
 
 
 @pytest.mark.slow  # walks eight bodies twice

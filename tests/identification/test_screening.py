@@ -81,31 +81,31 @@ def fit(model):
 
 
 @pytest.fixture(scope="module")
-def held(fit):
+def fixed(fit):
     return fit.solve(fixed=nominal_parameters())
 
 
-def test_the_extended_parameters_change_the_laws_as_their_derivatives_say(fit, held):
-    count = len(held.common)
+def test_the_extended_parameters_change_the_laws_as_their_derivatives_say(fit, fixed):
+    count = len(fixed.common)
     places = [*range(3, 17), *range(count - len(EXTENDED), count)]
-    profile, z = Profile(fit, held, places), held.common[places]
+    profile, z = Profile(fit, fixed, places), fixed.common[places]
     (same,) = profile.at([z])
-    assert same.cost == pytest.approx(held.cost, abs=0.2)
+    assert same.cost == pytest.approx(fixed.cost, abs=0.2)
     for index in range(len(EXTENDED)):
         away = 0.5 * np.eye(len(z))[14 + index]
-        moved = [each.cost - held.cost for each in profile.at([z + away, z - away])]
+        moved = [each.cost - fixed.cost for each in profile.at([z + away, z - away])]
         # The fit was free to choose them, so both ways are less likely.
         assert min(moved) > 0.0, EXTENDED[index].name
 
 
-def test_a_held_mu_leaves_the_extended_parameters_free(fit, held):
-    np.testing.assert_allclose(held.common[3:17], 0.0, atol=1e-9)
-    found = fit.posterior(held)
+def test_a_held_mu_leaves_the_extended_parameters_free(fit, fixed):
+    np.testing.assert_allclose(fixed.common[3:17], 0.0, atol=1e-9)
+    found = fit.posterior(fixed)
     assert (np.abs(found.extended_mean) > 0.0).all()
     ratio = found.extended_sd / [each.prior_sd for each in EXTENDED]
     assert (ratio < 0.75).all()  # each of them earns its place
     assert ratio[INDEX["left_leg"]] < 0.4
-    residual, _ = weighted_laws(fit.problem, held.change, held.common, 1.0)
+    residual, _ = weighted_laws(fit.problem, fixed.change, fixed.common, 1.0)
     assert np.isfinite(residual).all()
 
 

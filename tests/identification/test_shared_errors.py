@@ -30,20 +30,20 @@ def fit():
 
 
 @pytest.fixture(scope="module")
-def held(fit):
+def fixed(fit):
     return fit.solve(fixed=nominal_parameters())
 
 
 @pytest.mark.parametrize("name", ["thigh's skin by hip, both", "belt", "left leg", "heel forward"])
-def test_laws_change_with_an_error_as_its_derivatives_say(fit, held, name):
+def test_laws_change_with_an_error_as_its_derivatives_say(fit, fixed, name):
     shared = SharedFit(fit)
-    common = np.concatenate([held.common, np.zeros(len(NAMES))])
-    index = len(held.common) + NAMES.index(name)
-    laws = shared._linearised(shared._at(common), held.change, common)
+    common = np.concatenate([fixed.common, np.zeros(len(NAMES))])
+    index = len(fixed.common) + NAMES.index(name)
+    laws = shared._linearised(shared._at(common), fixed.change, common)
     away = np.zeros_like(common)
     away[index] = 1e-3
     above, below = (
-        weighted_laws(shared._at(common + sign * away), held.change, common + sign * away, 1.0)[0]
+        weighted_laws(shared._at(common + sign * away), fixed.change, common + sign * away, 1.0)[0]
         for sign in (1, -1)
     )
     expected = (above - below) / 2e-3
@@ -54,9 +54,9 @@ def test_laws_change_with_an_error_as_its_derivatives_say(fit, held, name):
     assert off.mean() < 0.002
 
 
-def test_without_shared_errors_it_is_the_plain_posterior(fit, held):
+def test_without_shared_errors_it_is_the_plain_posterior(fit, fixed):
     none = SharedFit(fit, np.zeros(len(NAMES)))
-    found, mode = none.solve(held), fit.mode(held)
+    found, mode = none.solve(fixed), fit.mode(fixed)
     assert found.cost == pytest.approx(mode.cost, abs=0.3)
     plain = fit.posterior(mode)
     assert np.abs((found.posterior.mean - plain.mean) / plain.prior_sd).max() < 0.3
@@ -64,11 +64,11 @@ def test_without_shared_errors_it_is_the_plain_posterior(fit, held):
 
 
 @pytest.fixture(scope="module")
-def found(fit, held):
-    return identified(fit, held)
+def found(fit, fixed):
+    return identified(fit, fixed)
 
 
-def test_small_matrices_do_not_spin_on_two_threads(fit, held, monkeypatch):
+def test_small_matrices_do_not_spin_on_two_threads(fit, fixed, monkeypatch):
     """On a busy machine that took twenty times the processor's time."""
     seen = []
 
@@ -83,15 +83,15 @@ def test_small_matrices_do_not_spin_on_two_threads(fit, held, monkeypatch):
     for module in (dynamic_fit, shared_errors):
         monkeypatch.setattr(module, "cho_factor", watched(module.cho_factor))
     with threadpool_limits(2, "blas"):
-        dynamic_fit.solve_problem(fit.problem, start=(held.change, held.common))
+        dynamic_fit.solve_problem(fit.problem, start=(fixed.change, fixed.common))
         solved, seen[:] = set(seen), []
-        identified(fit, held)
+        identified(fit, fixed)
         assert {each["num_threads"] for each in threadpool_info()} & {2}
     assert solved == set(seen) == {1}
 
 
-def test_with_shared_errors_a_record_tells_less_of_the_legs(fit, held, found):
-    plain = fit.posterior(fit.mode(held))
+def test_with_shared_errors_a_record_tells_less_of_the_legs(fit, fixed, found):
+    plain = fit.posterior(fit.mode(fixed))
     thigh = PARAMETERS.index("thigh_length")
     assert found.posterior.contraction[thigh] > plain.contraction[thigh]
     assert (found.posterior.contraction < 1.02).all()

@@ -40,9 +40,9 @@ def run_in(folder, method):
     """A run of S05 in a folder, whose body is identified by a method."""
     configuration = load_configuration(settings=[f"identification.method={method}"])
     subject = load_subject("S05")
-    told = SimpleNamespace(record=subject.record())
+    message = SimpleNamespace(record=subject.record())
     return SimpleNamespace(
-        folder=folder, subject=subject, configuration=configuration, told=lambda: told
+        folder=folder, subject=subject, configuration=configuration, told=lambda: message
     )
 
 

@@ -8,7 +8,7 @@ import pytest
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, Curve
+from gaitval.gait.record import REQUIRED_ANGLES, REQUIRED_MOMENTS, FittedCurve
 from gaitval.identification.unusual import remarks_before_scaling, remarks_on_body, remarks_on_gait
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.tape import measure_by_tape
@@ -20,7 +20,7 @@ def remarks(subject: Subject, others: Sequence[Subject]) -> list[str]:
     return [*remarks_on_body(subject), *remarks_on_gait(subject, others)]
 
 
-def turned(curve: Curve, factor: float = -1.0) -> Curve:
+def turned(curve: FittedCurve, factor: float = -1.0) -> FittedCurve:
     return curve.model_copy(
         update={
             "mean": factor * curve.mean,
@@ -44,16 +44,16 @@ def test_nobody_real_is_remarked_on(person: Subject) -> None:
 
 @pytest.mark.parametrize("name", REQUIRED_ANGLES)
 def test_an_angle_whose_sign_is_turned_is_remarked_on(name: str) -> None:
-    (told,) = remarks(with_curves(PEOPLE[4], "angles", (name,), -1.0), PEOPLE)
-    assert told.startswith(f"S05: gait.angles.{name}: ")
-    assert "with its sign turned. Check its sign" in told
+    (message,) = remarks(with_curves(PEOPLE[4], "angles", (name,), -1.0), PEOPLE)
+    assert message.startswith(f"S05: gait.angles.{name}: ")
+    assert "with its sign turned. Check its sign" in message
 
 
 @pytest.mark.parametrize("name", REQUIRED_MOMENTS)
 def test_a_moment_whose_sign_is_turned_is_remarked_on(name: str) -> None:
-    told = remarks(with_curves(PEOPLE[0], "moments", (name,), -1.0), PEOPLE)
-    assert any(each.startswith(f"S01: gait.moments.{name}: ") for each in told)
-    assert len(told) <= 2  # the other side of a knee may look wrong beside it
+    message = remarks(with_curves(PEOPLE[0], "moments", (name,), -1.0), PEOPLE)
+    assert any(each.startswith(f"S01: gait.moments.{name}: ") for each in message)
+    assert len(message) <= 2  # the other side of a knee may look wrong beside it
 
 
 @pytest.mark.parametrize("axis", ["forward", "left"])
@@ -66,14 +66,14 @@ def test_a_force_whose_sign_is_turned_is_remarked_on(side: str, axis: str) -> No
     other = force.model_copy(update={axis: turned(getattr(force, axis))})
     forces = person.gait.forces.model_copy(update={side: other})
     changed = person.model_copy(update={"gait": person.gait.model_copy(update={"forces": forces})})
-    (told,) = remarks(changed, PEOPLE)
-    assert told.startswith(f"S05: gait.forces.{side}.{axis}: ")
+    (message,) = remarks(changed, PEOPLE)
+    assert message.startswith(f"S05: gait.forces.{side}.{axis}: ")
 
 
 def test_both_sides_turned_alike_are_remarked_on() -> None:
     names = ("knee_angle_r", "knee_angle_l")
-    (told,) = remarks(with_curves(PEOPLE[4], "angles", names, -1.0), PEOPLE)
-    assert "gait.angles.knee_angle_r and gait.angles.knee_angle_l" in told
+    (message,) = remarks(with_curves(PEOPLE[4], "angles", names, -1.0), PEOPLE)
+    assert "gait.angles.knee_angle_r and gait.angles.knee_angle_l" in message
 
 
 @pytest.mark.slow
@@ -86,7 +86,10 @@ def test_turned_signs_are_seen_in_most_people() -> None:
         for name in names
     ]
     seen = [
-        any(name in told for told in remarks(with_curves(person, group, (name,), -1.0), PEOPLE))
+        any(
+            name in message
+            for message in remarks(with_curves(person, group, (name,), -1.0), PEOPLE)
+        )
         for person, group, name in cases
     ]
     assert len(cases) == 260
@@ -96,15 +99,15 @@ def test_turned_signs_are_seen_in_most_people() -> None:
 @pytest.mark.parametrize("factor", [0.1, 9.81])
 @pytest.mark.parametrize("person", PEOPLE, ids=lambda person: person.identifier)
 def test_moments_of_another_size_are_remarked_on(person: Subject, factor: float) -> None:
-    told = remarks(with_curves(person, "moments", tuple(person.gait.moments), factor), PEOPLE)
-    assert any("times the size of other people's" in each for each in told)
+    message = remarks(with_curves(person, "moments", tuple(person.gait.moments), factor), PEOPLE)
+    assert any("times the size of other people's" in each for each in message)
 
 
 @pytest.mark.parametrize("person", PEOPLE, ids=lambda person: person.identifier)
 def test_markers_of_another_scale_are_remarked_on(person: Subject) -> None:
     grown = {name: tuple(1.15 * each for each in at) for name, at in person.markers.items()}
-    told = remarks(person.model_copy(update={"markers": grown}), PEOPLE)
-    assert any("of the stature above the feet" in each for each in told)
+    message = remarks(person.model_copy(update={"markers": grown}), PEOPLE)
+    assert any("of the stature above the feet" in each for each in message)
 
 
 def test_without_forces_or_markers_there_is_less_to_compare() -> None:
@@ -119,14 +122,14 @@ def test_two_measured_legs_are_not_averaged_without_a_word() -> None:
     measured = measure_by_tape(height_m=person.height_m)
     longer = replace(measured.right, thigh=measured.right.thigh + 0.015)
 
-    def said(body: Measurements, symmetric: bool = True, **more: object) -> list[str]:
+    def message(body: Measurements, symmetric: bool = True, **more: object) -> list[str]:
         subject = person.model_copy(update={"measurements": body.to_dict(), **more})
         configuration = Configuration.model_validate({"scaling": {"symmetric": symmetric}})
         found = remarks_before_scaling(subject, configuration, person.record())
         return [each for each in found if "mean of both" in each]
 
-    (one,) = said(replace(measured, right=longer))
+    (one,) = message(replace(measured, right=longer))
     assert "the right leg is 1.5 cm longer" in one
-    assert said(measured) == []
-    assert said(replace(measured, right=longer), symmetric=False) == []
-    assert said(replace(measured, right=longer), prosthesis="left") == []
+    assert message(measured) == []
+    assert message(replace(measured, right=longer), symmetric=False) == []
+    assert message(replace(measured, right=longer), prosthesis="left") == []

@@ -7,12 +7,12 @@ from gaitval.identification.body_words import NEXT, next_trials, sentences
 
 
 def test_the_legs_are_said_in_centimetres_before_and_after():
-    said = sentences(made_up(0.5, 0.009), MODEL)
+    message = sentences(made_up(0.5, 0.009), MODEL)
     length = 100 * MODEL.leg_length
-    assert f"Legs: {1.01 * length:.1f} ± " in said
-    assert f"scaled: {length:.1f} ± " in said
-    assert "left leg is longer by 10 ± 4 mm: within what people's legs differ" in said
-    assert "next to nothing" not in said
+    assert f"Legs: {1.01 * length:.1f} ± " in message
+    assert f"scaled: {length:.1f} ± " in message
+    assert "left leg is longer by 10 ± 4 mm: within what people's legs differ" in message
+    assert "next to nothing" not in message
 
 
 def test_a_record_that_tells_nothing_is_said_to():
@@ -22,16 +22,16 @@ def test_a_record_that_tells_nothing_is_said_to():
 @pytest.mark.parametrize(("difference", "shown"), [(-0.001, "−1"), (0.0, "0"), (0.004, "4")])
 def test_a_side_is_named_only_where_the_record_knows_it(difference, shown):
     """1 ± 4 mm is either side's; 1.645 SD leave 5 % to the other one."""
-    said = sentences(made_up(0.5, difference), MODEL)
-    assert "leg is longer" not in said
-    told = f"Whether the legs differ in length cannot be seen (left less right {shown} ± 4 mm)."
-    assert said.endswith(told)
+    message = sentences(made_up(0.5, difference), MODEL)
+    assert "leg is longer" not in message
+    text = f"Whether the legs differ in length cannot be seen (left less right {shown} ± 4 mm)."
+    assert message.endswith(text)
 
 
 def test_legs_that_differ_are_said_with_what_else_it_may_be():
-    said = sentences(made_up(0.5, -0.022), MODEL)
-    assert "The right leg is longer by 25 ± 4 mm: more than people's legs differ" in said
-    assert "hip centre" in said
+    message = sentences(made_up(0.5, -0.022), MODEL)
+    assert "The right leg is longer by 25 ± 4 mm: more than people's legs differ" in message
+    assert "hip centre" in message
 
 
 def test_a_range_of_motion_trial_tells_most_of_the_thigh():

@@ -94,7 +94,7 @@ def test_a_walk_against_the_record_and_itself(walk: SimulatedWalk, tmp_path: Pat
 
 @pytest.mark.slow  # four dynamic fits
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ({"policy": "S05"}, "policy is 'S05', of type str. Give what load_policy"),
         ({"cycles": 0}, "cycles is 0. Give gait cycles, more than 0"),
@@ -109,8 +109,8 @@ def test_a_walk_against_the_record_and_itself(walk: SimulatedWalk, tmp_path: Pat
         ({"push": (2.0, 300.0, 0.0)}, r"push\[0\] is 2.0. Give a phase within the walk, 0 to 1"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_walked_is_refused(policy: StoredPolicy, arguments: dict, said: str):
-    with pytest.raises(ConfigurationError, match=said):
+def test_what_cannot_be_walked_is_refused(policy: StoredPolicy, arguments: dict, message: str):
+    with pytest.raises(ConfigurationError, match=message):
         gv.rollout(**({"policy": policy, "cycles": 1} | arguments))
 
 

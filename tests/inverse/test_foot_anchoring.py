@@ -64,19 +64,19 @@ def walk():
 
 def test_resting_feet_slide_less_at_little_cost(walk):
     model, markers, measured, found = walk
-    held = anchored(model, markers, measured, found, rate=RATE, ranges=FREE)
-    np.testing.assert_array_equal(held.floor_velocity, np.zeros(3))
+    fixed = anchored(model, markers, measured, found, rate=RATE, ranges=FREE)
+    np.testing.assert_array_equal(fixed.floor_velocity, np.zeros(3))
     # of the 60 % in which a foot stands, the filter takes a little at either end
     stands = stepping()[:, [5, 8]] == 0.0
-    assert (held.resting & ~stands).mean() < 0.05
-    assert (stands & ~held.resting).mean() < 0.10
-    assert held.sliding_before == pytest.approx(0.002, abs=0.001)
-    assert held.sliding_after < 0.5 * held.sliding_before
-    assert held.largest_after < held.largest_before
-    assert held.marker_rms_before <= held.marker_rms_after < held.marker_rms_before + 0.001
-    assert held.kinematics.converged.all()
-    assert held.kinematics.names == tuple(m.name for m in markers)
-    assert held.kinematics.marker_errors.shape == found.marker_errors.shape
+    assert (fixed.resting & ~stands).mean() < 0.05
+    assert (stands & ~fixed.resting).mean() < 0.10
+    assert fixed.sliding_before == pytest.approx(0.002, abs=0.001)
+    assert fixed.sliding_after < 0.5 * fixed.sliding_before
+    assert fixed.largest_after < fixed.largest_before
+    assert fixed.marker_rms_before <= fixed.marker_rms_after < fixed.marker_rms_before + 0.001
+    assert fixed.kinematics.converged.all()
+    assert fixed.kinematics.names == tuple(m.name for m in markers)
+    assert fixed.kinematics.marker_errors.shape == found.marker_errors.shape
 
 
 def on_a_belt(monkeypatch):
@@ -139,18 +139,18 @@ def test_feet_that_never_rest_leave_the_motion_as_it_was(walk, monkeypatch):
     skating = measured + np.outer(0.5 * np.sin(2 * np.pi * time), [0.0, 1.0, 0.0])[:, None]
     poses = inverse_kinematics(model, markers, skating, ranges=FREE)
     on_a_belt(monkeypatch)
-    held = anchored(model, markers, skating, poses, rate=RATE, ranges=FREE)
-    assert not held.resting.any()
-    assert np.isnan(held.sliding_before)
-    assert np.isnan(held.sliding_after)
-    np.testing.assert_allclose(held.kinematics.positions, poses.positions, atol=1e-7)
+    fixed = anchored(model, markers, skating, poses, rate=RATE, ranges=FREE)
+    assert not fixed.resting.any()
+    assert np.isnan(fixed.sliding_before)
+    assert np.isnan(fixed.sliding_after)
+    np.testing.assert_allclose(fixed.kinematics.positions, poses.positions, atol=1e-7)
 
 
 def test_the_motion_does_not_jump_where_an_anchor_begins_or_ends(walk):
     model, markers, measured, found = walk
-    held = anchored(model, markers, measured, found, rate=RATE, ranges=FREE)
-    change = held.kinematics.positions - found.positions
-    edge = np.flatnonzero(np.abs(np.diff(held.resting.astype(int), axis=0)).any(axis=1))
+    fixed = anchored(model, markers, measured, found, rate=RATE, ranges=FREE)
+    change = fixed.kinematics.positions - found.positions
+    edge = np.flatnonzero(np.abs(np.diff(fixed.resting.astype(int), axis=0)).any(axis=1))
     at_edges = np.abs(np.diff(change, axis=0))[edge, 6:].max()
     # A raised cosine of six frames begins with 7 %.
     assert at_edges < 0.1 * np.abs(change[:, 6:]).max()
@@ -162,7 +162,7 @@ def test_an_angle_that_no_marker_shows_is_not_made_by_the_anchors(walk):
     determined, positions = found.determined.copy(), found.positions.copy()
     determined[:, column], positions[:, column] = False, 0.1
     blind = replace(found, determined=determined, positions=positions)
-    held = anchored(model, markers, measured, blind, rate=RATE, ranges=FREE).kinematics
-    assert not held.determined[:, column].any()
-    np.testing.assert_allclose(held.positions[:, column], 0.1)
-    assert held.determined[:, COORDINATES.index("subtalar_angle_l")].all()
+    fixed = anchored(model, markers, measured, blind, rate=RATE, ranges=FREE).kinematics
+    assert not fixed.determined[:, column].any()
+    np.testing.assert_allclose(fixed.positions[:, column], 0.1)
+    assert fixed.determined[:, COORDINATES.index("subtalar_angle_l")].all()

@@ -362,7 +362,7 @@ def test_moments_come_back_from_markers(walk, noise, share):
     places = np.array([[*marker.position, 1.0] for marker in markers])
     measured = np.einsum("tmij,mj->tmi", frames[:, on, :3], places)
     measured += np.random.default_rng(0).normal(0.0, noise, measured.shape)
-    positions = inverse_kinematics(model, markers, measured, held=dict.fromkeys(UNSEEN, 0.0))
+    positions = inverse_kinematics(model, markers, measured, fixed=dict.fromkeys(UNSEEN, 0.0))
     positions = positions.positions
     if noise:
         positions = low_pass(

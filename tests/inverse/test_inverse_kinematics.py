@@ -255,14 +255,14 @@ def test_legs_alone_leave_toes_trunk_and_arms_at_the_values_given(walk):
     """Marker sets of the legs, as WBDS has, show nothing above the pelvis nor of the toes."""
     model, positions, _, _ = walk
     markers = spread_markers(model, LEG_SEGMENTS)
-    held = {"lumbar_extension": 0.1, "elbow_flex_l": 0.4}
+    fixed = {"lumbar_extension": 0.1, "elbow_flex_l": 0.4}
     measured = marker_positions(model, markers, positions[:50])
-    found = inverse_kinematics(model, markers, measured, held=held)
+    found = inverse_kinematics(model, markers, measured, fixed=fixed)
     hidden = [n for n in ACTUATED if n.startswith(("mtp", "lumbar", "arm", "elbow"))]
     names = {n for n, on in zip(COORDINATES, found.determined.all(axis=0), strict=True) if not on}
     assert names == set(hidden)
     for name in hidden:
-        assert np.all(found.positions[:, column(name)] == held.get(name, 0.0)), name
+        assert np.all(found.positions[:, column(name)] == fixed.get(name, 0.0)), name
     legs = [column(n) for n in COORDINATES if n not in hidden]
     np.testing.assert_allclose(found.positions[:, legs], positions[:50][:, legs], atol=ROUNDING)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from known_walk import KnownWalk, known_walk
 
-from gaitval.apps.judge.judge import SAGITTAL, Request
+from gaitval.apps.judge.judge import SAGITTAL, JudgeRequest
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.datasets.subject_file import load_subject
@@ -75,9 +75,9 @@ def _as_recorded(walk: KnownWalk, dynamics: InverseDynamics) -> InverseDynamics:
 
 
 @pytest.fixture
-def everything(judged_files: Path) -> Request:
+def everything(judged_files: Path) -> JudgeRequest:
     """The request that names all of them."""
-    return Request(
+    return JudgeRequest(
         model=judged_files / "model.osim",
         ik=judged_files / "ik.mot",
         id=judged_files / "id.sto",

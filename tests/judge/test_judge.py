@@ -16,7 +16,7 @@ from verdict_words import headline, rows_of, says
 import gaitval.apps.judge
 from gaitval import cli
 from gaitval.apps.judge import gait
-from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, Request, judge
+from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, JudgeRequest, judge
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.markers import logged_errors
 from gaitval.apps.judge.moments import bands, speed_group
@@ -25,7 +25,7 @@ from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES
 from gaitval.errors import GaitvalError, RecordError, RecordWarning
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable, write_storage
@@ -63,7 +63,7 @@ def edited(path: Path, out: Path, pattern: str, to) -> Path:
 def sound(judged_files) -> Judgement:
     """Of what has no fault."""
     return judge(
-        Request(
+        JudgeRequest(
             model=judged_files / "model.osim",
             ik=judged_files / "ik.mot",
             id=judged_files / "id.sto",
@@ -177,7 +177,7 @@ def test_a_model_of_ten_times_the_mass_is_noticed(everything, tmp_path):
     assert {("model-mass", "model"), ("model-weight", "model"),
             ("body-mass-index-high", "model")} <= failed(found)  # fmt: skip
     # Also without knowing the person, from the model's own legs.
-    alone = judge(Request(model=model))
+    alone = judge(JudgeRequest(model=model))
     assert failed(alone) >= {("body-mass-index-high", "model")}
 
 
@@ -186,11 +186,11 @@ def test_a_heavy_shank_and_an_impossible_inertia_are_noticed(everything, tmp_pat
     toes = r'(<Body name="toes_l">.*?<inertia>)[^<]*(</inertia>)'
     model = edited(everything.model, tmp_path / "heavy.osim", shank, r"\g<1>12\g<2>")
     model = edited(model, tmp_path / "model.osim", toes, r"\g<1>1e-4 2e-4 1e-3 0 0 0\g<2>")
-    found = judge(Request(model=model))
+    found = judge(JudgeRequest(model=model))
     assert {("mass-share", "shank_r"), ("inertia", "toes_l")} <= failed(found)
     assert value(found, "inertia_triangle", "toes_l") == pytest.approx(10 / 3)
     negative = edited(model, tmp_path / "negative.osim", toes, r"\g<1>-1 1 1 0 0 0\g<2>")
-    found = judge(Request(model=negative))
+    found = judge(JudgeRequest(model=negative))
     assert ("inertia", "toes_l") in failed(found)
     assert any("toes_l is not positive" in one for one in found.findings)
 
@@ -275,7 +275,9 @@ def test_an_angle_beyond_what_a_knee_can_do_is_noticed(everything, tmp_path):
         return values - 40.0 if name == "knee_angle_l" else values
 
     found = judge(
-        Request(model=everything.model, ik=with_columns(everything.ik, tmp_path / "i.mot", bent))
+        JudgeRequest(
+            model=everything.model, ik=with_columns(everything.ik, tmp_path / "i.mot", bent)
+        )
     )
     assert ("angle-range", "knee_angle_l") in failed(found)
 
@@ -293,7 +295,7 @@ def test_an_angle_is_beyond_its_range_by_as_much_as_it_is(everything, tmp_path):
             return middle
 
         path = with_columns(everything.ik, tmp_path / "ik.mot", reaching)
-        found = judge(Request(model=everything.model, ik=path))
+        found = judge(JudgeRequest(model=everything.model, ik=path))
         seen = value(found, "angle_beyond_range", "knee_angle_r")
         assert seen == pytest.approx(beyond, abs=1e-6)
 
@@ -308,12 +310,12 @@ def test_coordinates_that_are_not_in_the_motion_are_named_unless_something_holds
     columns = tuple(table.columns[i] for i in kept)
     path = tmp_path / "ik.mot"
     write_storage(path, StorageTable(columns, table.time, table.values[:, kept], table.in_degrees))
-    found = judge(Request(model=everything.model, ik=path))
-    (said,) = [one for one in found.findings if "nor in the file" in one]
-    assert "(3)" in said
-    assert all(name in said for name in lost)
-    held = r'(<Coordinate name="elbow_flex_r">.*?<locked>)false'
-    model = edited(everything.model, tmp_path / "locked.osim", held, r"\1true")
+    found = judge(JudgeRequest(model=everything.model, ik=path))
+    (message,) = [one for one in found.findings if "nor in the file" in one]
+    assert "(3)" in message
+    assert all(name in message for name in lost)
+    fixed = r'(<Coordinate name="elbow_flex_r">.*?<locked>)false'
+    model = edited(everything.model, tmp_path / "locked.osim", fixed, r"\1true")
     follows = (
         '<ConstraintSet name="constraints"><objects><CoordinateCouplerConstraint name="follows">'
         "<coupled_coordinates_function><LinearFunction><coefficients>1 0</coefficients>"
@@ -323,10 +325,10 @@ def test_coordinates_that_are_not_in_the_motion_are_named_unless_something_holds
         "</CoordinateCouplerConstraint></objects></ConstraintSet></Model>"
     )
     model = edited(model, tmp_path / "coupled.osim", "</Model>", follows)
-    found = judge(Request(model=model, ik=path))
-    (said,) = [one for one in found.findings if "nor in the file" in one]
-    assert "(1)" in said
-    assert said.endswith("lumbar_bending.")
+    found = judge(JudgeRequest(model=model, ik=path))
+    (message,) = [one for one in found.findings if "nor in the file" in one]
+    assert "(1)" in message
+    assert message.endswith("lumbar_bending.")
 
 
 # ---- What is given, and what can be judged of it. ----
@@ -371,12 +373,12 @@ def test_only_markers_that_the_set_up_uses_count(everything, tmp_path):
 
 
 def test_a_model_alone_is_judged_as_far_as_it_goes(everything):
-    found = judge(Request(model=everything.model))
+    found = judge(JudgeRequest(model=everything.model))
     assert failed(found) == set()
     assert any("--ik" in one for one in found.not_judged)
     assert {m.measure for m in found.measures} >= {"inertia_triangle", "mass_share_factor"}
-    (said,) = judge(Request(model=everything.model, id=everything.id)).not_judged
-    assert said.endswith(f"Without it these files are not read: --id {everything.id}.")
+    (message,) = judge(JudgeRequest(model=everything.model, id=everything.id)).not_judged
+    assert message.endswith(f"Without it these files are not read: --id {everything.id}.")
 
 
 def test_without_forces_the_residuals_have_no_share(everything):
@@ -387,7 +389,7 @@ def test_without_forces_the_residuals_have_no_share(everything):
 
 
 @pytest.mark.parametrize(
-    ("field", "text", "told"),
+    ("field", "text", "message"),
     [
         ("ik", "Coordinates\nendheader\ntime\tfish\n0\t1\n", "none of the model's coordinates"),
         ("id", "x\nendheader\ntime\tfish\n0\t1\n", "no moment of the model's coordinates"),
@@ -400,10 +402,10 @@ def test_without_forces_the_residuals_have_no_share(everything):
         ("markers", "nothing", "not a TRC file"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_refused(everything, tmp_path, field, text, told):
+def test_a_file_that_cannot_be_used_is_refused(everything, tmp_path, field, text, message):
     path = tmp_path / {"markers": "bad.trc"}.get(field, "bad.xml")
     path.write_text(text)
-    with pytest.raises(GaitvalError, match=told) as refused:
+    with pytest.raises(GaitvalError, match=message) as refused:
         judge(replace(everything, **{field: path}))
     assert refused.value.exit_code == 2
 
@@ -511,7 +513,7 @@ def test_names_from_outside_are_escaped(everything, tmp_path):
     text = everything.model.read_text().replace('"shank_l.1"', '"&lt;script&gt;alert(1)"')
     model = tmp_path / "model.osim"
     model.write_text(text.replace('<Model name="', '<Model name="&lt;b&gt;'))
-    write_judgement(judge(Request(model=model)), tmp_path)
+    write_judgement(judge(JudgeRequest(model=model)), tmp_path)
     page = (tmp_path / "judge.html").read_text()
     assert page.count("<script>") == 1  # what copies tables
     assert "&lt;b&gt;" in page
@@ -523,7 +525,7 @@ def run(*arguments: object) -> tuple[int, str]:
 
 
 def test_two_do_not_write_into_one_folder(everything, tmp_path):
-    with held(tmp_path):
+    with locked(tmp_path):
         code, output = run(everything.model, "--out", tmp_path)
         assert code == 2
         assert f"process {os.getpid()}" in output
@@ -679,7 +681,7 @@ def test_degrees_are_read_from_headers_of_every_age(everything, judged_files, tm
 
 
 @pytest.mark.parametrize(
-    ("factor", "unit", "told"),
+    ("factor", "unit", "message"),
     [
         (np.pi / 180, "inDegrees=yes", "inDegrees=no"),
         (1.0, "inDegrees=no", "inDegrees=yes"),
@@ -689,12 +691,12 @@ def test_degrees_are_read_from_headers_of_every_age(everything, judged_files, tm
 )
 @pytest.mark.parametrize("alone", [True, False])
 def test_angles_that_cannot_be_of_the_headers_unit_are_refused(
-    everything, judged_files, tmp_path, factor, unit, told, alone
+    everything, judged_files, tmp_path, factor, unit, message, alone
 ):
     header = f"Coordinates\nversion=1\n{unit}\nendheader\n"
     ik = _with_unit(judged_files, tmp_path / "ik.mot", factor, header)
-    request = Request(model=everything.model, ik=ik) if alone else replace(everything, ik=ik)
-    with pytest.raises(RecordError, match=told) as error:
+    request = JudgeRequest(model=everything.model, ik=ik) if alone else replace(everything, ik=ik)
+    with pytest.raises(RecordError, match=message) as error:
         judge(request)
     assert "knee_angle" in str(error.value)
     assert str(ik) in str(error.value)
@@ -707,7 +709,7 @@ def test_a_column_in_another_unit_than_the_others_is_named_and_is_no_pass(
     values = table.values.copy()
     values[:, table.columns.index("knee_angle_l")] *= np.pi / 180
     write_storage(tmp_path / "ik.mot", replace(table, values=values))
-    found = judge(Request(model=everything.model, ik=tmp_path / "ik.mot"))
+    found = judge(JudgeRequest(model=everything.model, ik=tmp_path / "ik.mot"))
     assert any("knee_angle_l" in one and "radians" in one for one in found.undecided)
     assert not result_of(found).passed
 

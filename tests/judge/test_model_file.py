@@ -156,13 +156,13 @@ def test_states_have_paths_for_names(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("columns", "told"),
+    ("columns", "message"),
     [(("fish", "bird"), "none of the model's coordinates"), (("knee_angle_r",), "lacks q0")],
 )
-def test_a_motion_of_another_model_is_refused(tmp_path, columns, told):
+def test_a_motion_of_another_model_is_refused(tmp_path, columns, message):
     model = read_model(written(tmp_path, samples.version_4()))
     table = StorageTable(columns, np.zeros(1), np.zeros((1, len(columns))))
-    with pytest.raises(RecordError, match=told):
+    with pytest.raises(RecordError, match=message):
         motion_of(model, table, "ik.mot")
 
 
@@ -172,7 +172,7 @@ SAMPLE = samples.version_4()
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "not XML"),
         ("<OpenSimDocument", "not XML"),
@@ -208,9 +208,9 @@ SAMPLE = samples.version_4()
         (SAMPLE.replace(">beta_r<", ">gamma_r<"), "must join two coordinates"),
     ],
 )  # fmt: skip
-def test_what_is_not_a_model_is_refused(tmp_path, text, told):
+def test_what_is_not_a_model_is_refused(tmp_path, text, message):
     path = written(tmp_path, text)
-    with pytest.raises(ModelError, match=told) as refused:
+    with pytest.raises(ModelError, match=message) as refused:
         read_model(path)
     assert str(path) in str(refused.value)
 

@@ -20,7 +20,7 @@ from gaitval.coordinates import COORDINATES
 from gaitval.errors import ArtefactError
 from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, recorded_curves
 from gaitval.learning_control.correct import (
-    Case,
+    CorrectedWalk,
     _walks,
     beside_reference,
     correct,
@@ -172,7 +172,7 @@ def test_a_walk_is_compared_with_its_reference_and_no_record(quick, walker):
     """Errors are those of the mean curves; the deviations weigh each by its accuracy."""
     policy, mu = walker
     none = Adjustment(np.zeros((len(JOINTS), 1)), 0.0)
-    [found] = beside_reference(WalkingEnvironment(quick), [Case(policy, mu, none, 0.0)])
+    [found] = beside_reference(WalkingEnvironment(quick), [CorrectedWalk(policy, mu, none, 0.0)])
     group = WalkingGroup([quick] * 8)
     [rollout] = record_together(group, policy, mu=mu, start_phases=[0.0], cycles=13)
     configuration = quick.configuration
@@ -208,7 +208,7 @@ def test_the_target_lies_between_the_reference_and_the_record(quick, walker):
     np.testing.assert_array_equal(
         curves[2]["angles"]["pelvis_tilt_r"], by_kind(reference)["angles"]["pelvis_tilt_r"]
     )
-    none = Case(*walker, Adjustment(np.zeros((len(JOINTS), 1)), 0.0), 0.0)
+    none = CorrectedWalk(*walker, Adjustment(np.zeros((len(JOINTS), 1)), 0.0), 0.0)
     there, near = (
         beside_reference(WalkingEnvironment(quick), [none], share)[0].rmse["forces", "medial_l"]
         for share in (0.0, 1.0)
@@ -221,7 +221,8 @@ def test_a_walk_that_falls_says_nothing(quick, walker):
     numbers = np.zeros((len(JOINTS), 1))
     numbers[JOINTS.index("lumbar_extension"), 0] = np.deg2rad(-40.0)
     cases = [
-        Case(policy, mu, Adjustment(each, 0.0), 0.0) for each in (0.0 * numbers, numbers, numbers)
+        CorrectedWalk(policy, mu, Adjustment(each, 0.0), 0.0)
+        for each in (0.0 * numbers, numbers, numbers)
     ]
     found = beside_reference(WalkingEnvironment(quick), cases)
     assert [each is None for each in found] == [False, True, True]
@@ -229,7 +230,7 @@ def test_a_walk_that_falls_says_nothing(quick, walker):
 
 def test_walks_depend_neither_on_the_workers_nor_on_those_beside_them(quick, walker):
     """Nine make two groups, and some of them others."""
-    cases = [Case(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]
+    cases = [CorrectedWalk(*walker, some_correction(0, seed), 0.1 * seed) for seed in range(9)]
     cases = [replace(each, correction=_tenth(each.correction)) for each in cases]
     with RolloutPool(quick, workers=1) as pool:
         alone = list(_walks(pool, 0.3, cases))
@@ -390,16 +391,16 @@ def test_a_walker_that_falls_is_not_corrected():
 
 
 def test_it_ends_when_nothing_helps():
-    told = []
+    messages = []
     found = search(
         lambda points: [walked([1.0]) for _ in points],
         unknown(curves=1),
         steps=9,
         allowed=lambda _: True,
-        on_step=lambda number, error: told.append((number, error)),
+        on_step=lambda number, error: messages.append((number, error)),
     )
     assert not found.point.any()
-    assert told == [(1, 1.0)]
+    assert messages == [(1, 1.0)]
 
 
 def test_a_walk_that_every_step_makes_worse_is_left_as_it_was():
@@ -665,8 +666,8 @@ def walker():
 @pytest.mark.slow  # a whole correction
 def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quick, walker):
     """Three steps with 14 unknowns; the same with one worker, and without a record's kinetics."""
-    told = []
-    result = correct(quick, *walker, on_progress=told.append)
+    messages = []
+    result = correct(quick, *walker, on_progress=messages.append)
     assert result.refused is None
     # A reference that differs in the tenth digit moves this by a few per cent; 0.964 was seen.
     assert result.errors[-1] < 0.98 * result.errors[0]
@@ -674,7 +675,7 @@ def test_a_stored_policy_walks_nearer_to_its_reference_with_the_means_alone(quic
     assert result.after.error() == result.errors[-1]
     assert 0.0 < result.correction.largest() <= quick.configuration.correction.largest
     assert 3.0 < result.effective_number < 14.0
-    assert told[-1] == {"steps": len(told), "total": 3, "error": result.errors[-1]}
+    assert messages[-1] == {"steps": len(messages), "total": 3, "error": result.errors[-1]}
     stored = result.result().as_dict()
     assert stored["numbers"] == 14
     knee = next(row for row in stored["curves"] if row["curve"] == "knee_angle_l")

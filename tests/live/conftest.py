@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from gaitval.apps.live.person import Person
+from gaitval.apps.live.person import LivePerson
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.datasets.subject_file import load_subject
 from gaitval.study.stored_policy import general_walker
@@ -27,7 +27,7 @@ def at_another_speed(task, factor):
 @pytest.fixture(scope="session")
 def person(task, tmp_path_factory):
     factors = (1.0 / QUICKER, 1.0, QUICKER)
-    return Person(
+    return LivePerson(
         subject=load_subject(5),
         tasks=tuple(at_another_speed(task, factor) for factor in factors),
         policy=general_walker(task.configuration.environment),

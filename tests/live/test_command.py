@@ -7,7 +7,7 @@ from gaitval.cli import app
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ((), "give one of SUBJECT"),
         (("5", "--replay", "log.jsonl"), "give one of SUBJECT"),
@@ -16,11 +16,11 @@ from gaitval.cli import app
         (("11",), "no such subject"),
     ],
 )
-def test_what_cannot_be_started_is_refused(arguments, said, tmp_path, monkeypatch):
+def test_what_cannot_be_started_is_refused(arguments, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = CliRunner().invoke(app, ["live", *arguments])
     assert found.exit_code == 2
-    assert said in found.output
+    assert message in found.output
     assert not list(tmp_path.iterdir())
 
 

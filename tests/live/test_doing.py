@@ -2,16 +2,25 @@
 
 import pytest
 
-from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear, doing_of, values_of
+from gaitval.apps.live.doing import (
+    ChangeBody,
+    Clock,
+    PushPelvis,
+    Restart,
+    SetSpeed,
+    Wear,
+    doing_of,
+    values_of,
+)
 from gaitval.errors import RecordError
 
 
 @pytest.mark.parametrize(
     "doing",
     [
-        Push(100.0, -50.0),
+        PushPelvis(100.0, -50.0),
         SetSpeed(1.2),
-        Body("friction", 0.7),
+        ChangeBody("friction", 0.7),
         Restart(),
         Clock(0.0),
         Clock(0.25),
@@ -24,7 +33,7 @@ def test_what_is_written_is_read(doing):
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         (None, "does nothing"),
         ([], "does nothing"),
@@ -47,6 +56,6 @@ def test_what_is_written_is_read(doing):
         ({"do": "device"}, "takes on"),
     ],
 )
-def test_what_cannot_be_done_is_refused(values, said):
-    with pytest.raises(RecordError, match=said):
+def test_what_cannot_be_done_is_refused(values, message):
+    with pytest.raises(RecordError, match=message):
         doing_of(values, "the page")

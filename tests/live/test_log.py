@@ -7,18 +7,18 @@ import pytest
 
 from gaitval.apps.devices.of_subject import tables
 from gaitval.apps.live.command import _check
-from gaitval.apps.live.doing import Body, Clock, Push, Restart, SetSpeed, Wear
-from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
+from gaitval.apps.live.doing import ChangeBody, Clock, PushPelvis, Restart, SetSpeed, Wear
+from gaitval.apps.live.log import LogWriter, check_person, read_log, walk_again
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.errors import ArtefactError, RecordError
 
 DOINGS = (
-    (40, Push(0.0, 150.0)),
+    (40, PushPelvis(0.0, 150.0)),
     (40, SetSpeed(1.2)),
     (90, Clock(0.25)),
-    (120, Body("shank_length", 1.02)),
-    (160, Push(-80.0, 20.0)),
-    (300, Push(0.0, 1200.0)),
+    (120, ChangeBody("shank_length", 1.02)),
+    (160, PushPelvis(-80.0, 20.0)),
+    (300, PushPelvis(0.0, 1200.0)),
     (900, Restart()),
 )
 
@@ -27,7 +27,7 @@ DOINGS = (
 def written(person, tmp_path_factory):
     """A log with a bit of everything, a fall too."""
     walk = LiveWalk(person, person.speeds[1])
-    writer = Writer(tmp_path_factory.mktemp("logs") / "walks" / "one.jsonl", person, walk)
+    writer = LogWriter(tmp_path_factory.mktemp("logs") / "walks" / "one.jsonl", person, walk)
     for step, doing in DOINGS:
         while walk.step < step:
             walk.act()
@@ -82,7 +82,7 @@ def test_without_a_hash_nothing_is_called_equal(written, person, tmp_path):
 
 
 def test_a_log_that_cannot_be_written_says_so(written, person, walk, tmp_path):
-    writer = Writer(tmp_path / "log.jsonl", person, walk)
+    writer = LogWriter(tmp_path / "log.jsonl", person, walk)
     writer._file.close()
     writer._file = open("/dev/full", "w")  # noqa: SIM115
     with pytest.raises(ArtefactError, match=r"log\.jsonl: cannot be written \(No space"):
@@ -100,11 +100,11 @@ def test_another_policy_or_reference_is_refused(written, person):
 
 def test_a_log_that_is_there_is_not_overwritten(written, person, walk):
     with pytest.raises(FileExistsError):
-        Writer(written, person, walk)
+        LogWriter(written, person, walk)
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("{}", "step is None"),
         ('{"step": -1, "do": "restart"}', "step is -1"),
@@ -118,10 +118,10 @@ def test_a_log_that_is_there_is_not_overwritten(written, person, walk):
         ('{"step": 5, "do": "restart"}\n{"step": 4, "do": "restart"}', "comes after"),
     ],
 )
-def test_a_damaged_line_is_named(written, tmp_path, line, said):
+def test_a_damaged_line_is_named(written, tmp_path, line, message):
     path = tmp_path / "damaged.jsonl"
     path.write_text(written.read_text().split("\n")[0] + f"\n{line}\n")
-    with pytest.raises(RecordError, match=f"damaged.jsonl, line [23].*{said}"):
+    with pytest.raises(RecordError, match=f"damaged.jsonl, line [23].*{message}"):
         read_log(path)
 
 
@@ -144,9 +144,9 @@ def test_a_log_without_its_beginning_is_refused(written, tmp_path, name):
 
 
 def test_devices_are_in_the_log_and_walk_again(person, tmp_path):
-    worn = tables(["hip_exo"])
-    walk = LiveWalk(person, person.speeds[1], worn)
-    writer = Writer(tmp_path / "one.jsonl", person, walk)
+    fitted = tables(["hip_exo"])
+    walk = LiveWalk(person, person.speeds[1], fitted)
+    writer = LogWriter(tmp_path / "one.jsonl", person, walk)
     for on in (False, True):
         for _ in range(50):
             walk.act()

@@ -53,8 +53,8 @@ def looked_at(config, address, **options):
 @contextmanager
 def in_hip_exo(person, config):
     """The walk of who wears one, and its page."""
-    worn = tables(["hip_exo"])
-    walk = LiveWalk(person, person.speeds[1], worn)
+    fitted = tables(["hip_exo"])
+    walk = LiveWalk(person, person.speeds[1], fitted)
     with served(person, walk) as server, looked_at(config, server.address) as page:
         yield walk, page
 
@@ -174,7 +174,7 @@ def test_a_device_is_taken_off_and_put_on(person, request):
         assert box.is_checked()
         box.uncheck()
         until(page, "document.getElementById('live').dataset.worn === '0'")
-        assert not walk.worn
+        assert not walk.device_on
         box.check()
         until(page, "document.getElementById('live').dataset.worn === '1'")
         assert violations(page) == []

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from gaitval.apps.live import person as live_person
-from gaitval.apps.live.log import Writer, check_person, read_log, walk_again
+from gaitval.apps.live.log import LogWriter, check_person, read_log, walk_again
 from gaitval.apps.live.person import folder_of, prepared
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.apps.patients.gentle_fit import gentle_reference
@@ -23,14 +23,14 @@ def test_the_folder_of_a_person_is_not_that_of_a_study():
 @pytest.mark.parametrize("side", ["none", "left"])
 def test_who_has_a_prosthesis_walks_by_the_fit_of_patients(monkeypatch, side):
     """An amputee fell at a speed where the usual fit ended far from the angles."""
-    asked = []
+    wanted = []
     monkeypatch.setattr(
-        live_person, "range_stage", lambda run, fit=None: asked.append(fit) or STAGE
+        live_person, "range_stage", lambda run, fit=None: wanted.append(fit) or STAGE
     )
     monkeypatch.setattr(live_person, "partial", lambda fit, **options: (fit, options))
     subject = load_subject(8).model_copy(update={"prosthesis": side})
     live_person._range_stage(SimpleNamespace(subject=subject))
-    assert asked == ([None] if side == "none" else [(gentle_reference, {"amputation": "left"})])
+    assert wanted == ([None] if side == "none" else [(gentle_reference, {"amputation": "left"})])
 
 
 @pytest.mark.slow
@@ -49,7 +49,7 @@ def test_a_second_start_finds_the_references_and_walks_a_log_again(tmp_path):
         assert first.ran == ["scale", "range"]
         assert person.speeds == pytest.approx(range_speeds([subject.walking_speed_m_s]))
         walk = LiveWalk(person)
-        writer = Writer(tmp_path / "walks" / "log.jsonl", person, walk)
+        writer = LogWriter(tmp_path / "walks" / "log.jsonl", person, walk)
         for _ in range(500):
             walk.act()
         writer.at(walk)

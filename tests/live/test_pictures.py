@@ -6,7 +6,7 @@ import struct
 import numpy as np
 
 from gaitval.apps.live.pictures import NUMBERS, message_of, scene_of
-from gaitval.apps.live.session import Session
+from gaitval.apps.live.session import LiveSession
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import segment_frames
@@ -26,7 +26,7 @@ def test_a_scene_is_json_with_every_segment_and_parameter(person, walk):
 def test_a_message_has_the_poses_of_the_walk(person, walk):
     for _ in range(100):
         walk.act()
-    session = Session(walk)
+    session = LiveSession(walk)
     data = message_of(session.shown, session)
     (size,) = struct.unpack("<I", data[:4])
     values = np.frombuffer(data[4:], dtype="<f8")

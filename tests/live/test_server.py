@@ -179,12 +179,12 @@ def test_a_request_that_is_none_gets_no_page(server, line):
     with socket.create_connection(server.server_address[:2]) as connection:
         connection.sendall(line + b"\r\n\r\n")
         connection.settimeout(5.0)
-        said = b""
+        message = b""
         with suppress(ConnectionResetError):
             while part := connection.recv(10_000):
-                said += part
-    assert b"html" not in said.lower()
-    assert not said or b" 403 " in said.partition(b"\r\n")[0]
+                message += part
+    assert b"html" not in message.lower()
+    assert not message or b" 403 " in message.partition(b"\r\n")[0]
 
 
 FLOOD = """

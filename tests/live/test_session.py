@@ -4,9 +4,9 @@ import time
 
 import pytest
 
-from gaitval.apps.live.doing import Clock, Push
-from gaitval.apps.live.log import Replay, Writer, read_log
-from gaitval.apps.live.session import MOST_BEHIND, Session
+from gaitval.apps.live.doing import Clock, PushPelvis
+from gaitval.apps.live.log import LogWriter, Replay, read_log
+from gaitval.apps.live.session import MOST_BEHIND, LiveSession
 from gaitval.errors import ArtefactError
 
 
@@ -14,7 +14,7 @@ class Watched:
     """A session that somebody looks at within the block."""
 
     def __init__(self, walk, **options):
-        self.session = Session(walk, **options)
+        self.session = LiveSession(walk, **options)
 
     def __enter__(self):
         self.session.start()
@@ -58,7 +58,7 @@ def test_a_push_while_it_is_paused_waits(walk):
     with Watched(walk) as session:
         session.do(Clock(0.0))
         until(lambda: session.shown.rate == 0.0)
-        session.do(Push(50.0, 0.0))
+        session.do(PushPelvis(50.0, 0.0))
         stood = walk.step
         time.sleep(0.1)
         assert (walk.step, session.shown.pushes) == (stood, 0)
@@ -71,7 +71,7 @@ def test_a_push_while_it_is_paused_waits(walk):
 def test_a_push_is_shown_to_who_looks_after_it_acted(walk):
     """A busy machine takes longer for a picture than a push acts."""
     with Watched(walk) as session:
-        session.do(Push(50.0, -20.0))
+        session.do(PushPelvis(50.0, -20.0))
         until(lambda: session.shown.pushes == 1 and not session.shown.seen.push.any())
         assert session.shown.push.tolist() == [50.0, -20.0]
 
@@ -79,18 +79,18 @@ def test_a_push_is_shown_to_who_looks_after_it_acted(walk):
 def test_a_visitor_of_a_replay_does_nothing_but_stop_the_clock(person, walk, tmp_path):
     from gaitval.apps.live.walk import LiveWalk
 
-    writer = Writer(tmp_path / "log.jsonl", person, walk)
+    writer = LogWriter(tmp_path / "log.jsonl", person, walk)
     for step in range(50):
         if step == 20:
-            writer.did(walk.step, Push(0.0, 60.0))
-            walk.do(Push(0.0, 60.0))
+            writer.did(walk.step, PushPelvis(0.0, 60.0))
+            walk.do(PushPelvis(0.0, 60.0))
         walk.act()
     writer.at(walk)
     writer.close()
     again = LiveWalk(person, person.speeds[1])
     replay = Replay(read_log(writer.path), again)
     with Watched(again, replay=replay) as session:
-        session.do(Push(0.0, 1000.0))
+        session.do(PushPelvis(0.0, 1000.0))
         until(lambda: replay.over)
         assert session.shown.pushes <= 1
     assert again.step == 50

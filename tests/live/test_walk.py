@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitval.apps.devices import of_subject
-from gaitval.apps.live.doing import LARGEST_PUSH, Body, Push, Restart, SetSpeed, Wear
+from gaitval.apps.live.doing import LARGEST_PUSH, ChangeBody, PushPelvis, Restart, SetSpeed, Wear
 from gaitval.apps.live.walk import PUSH_SECONDS, LiveWalk
 from gaitval.configuration import PushSettings
 from gaitval.model.parameters import PARAMETERS
@@ -34,7 +34,7 @@ def test_it_walks_as_the_environment_does(person):
 
 def test_a_push_is_its_force_for_50_ms(walk):
     acted(walk, 10)
-    walk.do(Push(120.0, -60.0))
+    walk.do(PushPelvis(120.0, -60.0))
     given = np.zeros(2)
     for _ in range(20):
         given += walk.seconds * acted(walk, 1).push
@@ -43,7 +43,7 @@ def test_a_push_is_its_force_for_50_ms(walk):
 
 def test_a_push_acts_in_the_next_action(walk):
     acted(walk, 5)
-    walk.do(Push(100.0, 0.0))
+    walk.do(PushPelvis(100.0, 0.0))
     assert acted(walk, 1).push[0] == 100.0
 
 
@@ -73,8 +73,8 @@ def test_a_speed_beyond_the_references_is_the_last_of_them(walk, person):
 
 
 def test_a_body_parameter_goes_to_its_value_within_bounds(walk):
-    walk.do(Body("thigh_length", 9.0))
-    walk.do(Body("friction", 0.7))
+    walk.do(ChangeBody("thigh_length", 9.0))
+    walk.do(ChangeBody("friction", 0.7))
     acted(walk, 20)
     index = PARAMETERS.index("thigh_length")
     assert 1.0 < walk.mu[index] < walk.upper[index]
@@ -86,12 +86,12 @@ def test_a_body_parameter_goes_to_its_value_within_bounds(walk):
 
 def test_a_walker_that_fell_stands_up_where_it_fell(walk):
     acted(walk, 100)
-    walk.do(Push(0.0, LARGEST_PUSH))
+    walk.do(PushPelvis(0.0, LARGEST_PUSH))
     while not walk.down:
         walk.act()
         assert walk.step < 1000
     fell = walk.see()
-    walk.do(Push(0.0, LARGEST_PUSH))  # who lies on the ground is not pushed
+    walk.do(PushPelvis(0.0, LARGEST_PUSH))  # who lies on the ground is not pushed
     while walk.down:
         walk.act()
     stands = acted(walk, 1)
@@ -113,7 +113,7 @@ def test_the_line_follows_a_walker_that_is_pushed_aside(walk):
     """Far from its line a walker would see what no policy learned."""
     acted(walk, 100)
     for _ in range(4):
-        walk.do(Push(0.0, 150.0))
+        walk.do(PushPelvis(0.0, 150.0))
         acted(walk, 150)
     assert not walk.down
     assert walk.see().positions[4] > 0.0
@@ -123,11 +123,11 @@ def test_nothing_but_what_is_done_changes_the_walk(person):
     first, second = (LiveWalk(person, person.speeds[1]) for _ in range(2))
     for walk in (first, second):
         acted(walk, 30)
-        walk.do(Push(50.0, 50.0))
+        walk.do(PushPelvis(50.0, 50.0))
         acted(walk, 30)
         walk.see()
     assert first.digest == second.digest
-    second.do(Push(1e-9, 0.0))
+    second.do(PushPelvis(1e-9, 0.0))
     assert acted(first, 5).step == acted(second, 5).step
     assert first.digest != second.digest
 
@@ -138,19 +138,19 @@ def tables(*names):
 
 def test_a_device_that_is_taken_off_leaves_the_person_as_before(person):
     """It is put on and taken off in standing; without it the walk is the one without devices."""
-    worn = LiveWalk(person, person.speeds[1], tables("backpack"))
+    fitted = LiveWalk(person, person.speeds[1], tables("backpack"))
     bare = LiveWalk(person, person.speeds[1])
-    assert worn.worn
-    assert worn.weight > bare.weight + 50.0
-    with_it = acted(worn, 300)
+    assert fitted.device_on
+    assert fitted.weight > bare.weight + 50.0
+    with_it = acted(fitted, 300)
     assert not with_it.down
-    worn.do(Wear(False))
-    assert (worn.worn, worn.weight) == (False, bare.weight)
-    mine, theirs = acted(worn, 300).positions, acted(bare, 300).positions
+    fitted.do(Wear(False))
+    assert (fitted.device_on, fitted.weight) == (False, bare.weight)
+    mine, theirs = acted(fitted, 300).positions, acted(bare, 300).positions
     np.testing.assert_allclose(np.delete(mine, [3, 4]), np.delete(theirs, [3, 4]), atol=1e-9)
-    place = worn.see().positions[3]
-    worn.do(Wear(True))
-    assert worn.see().positions[3] == pytest.approx(place, abs=1e-9), "where it was taken off"
+    place = fitted.see().positions[3]
+    fitted.do(Wear(True))
+    assert fitted.see().positions[3] == pytest.approx(place, abs=1e-9), "where it was taken off"
 
 
 @pytest.mark.parametrize("name", ["hip_exo", "above_knee"])
@@ -160,7 +160,7 @@ def test_devices_walk_quicker_and_twice_the_same(person, name):
         walk = LiveWalk(person, person.speeds[1], tables(name))
         acted(walk, 100)
         walk.do(SetSpeed(person.speeds[-1]))
-        walk.do(Body("damping", 1.0))
+        walk.do(ChangeBody("damping", 1.0))
         acted(walk, 200)
         seen.append(walk.digest)
     assert seen[0] == seen[1]
@@ -171,5 +171,5 @@ def test_without_devices_there_is_nothing_to_put_on(walk):
     acted(walk, 5)
     before = walk.see().cycles
     walk.do(Wear(True))
-    assert not walk.worn
+    assert not walk.device_on
     assert walk.see().cycles == before > 0.0

@@ -50,8 +50,10 @@ def test_what_an_import_would_miss_is_said_with_the_line_that_goes_on(
     out = tmp_path / "mine.toml"
     done = CliRunner().invoke(markers.app, ["walk.c3d", "--out", str(out)])
     assert done.exit_code == 0, done.output
-    said = " ".join(done.output.split()).partition("Not to be imported yet: ")[2]
-    assert re.match(r"markers missing from the standing pose: .*R\.MT1.*L\.MT1.* Take the #", said)
+    message = " ".join(done.output.split()).partition("Not to be imported yet: ")[2]
+    assert re.match(
+        r"markers missing from the standing pose: .*R\.MT1.*L\.MT1.* Take the #", message
+    )
     marked = load_marker_set(out)
     with pytest.raises(GaitvalError, match=r"missing from the standing pose.*R\.MT1"):
         landmarks_of(

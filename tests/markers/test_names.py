@@ -46,10 +46,10 @@ def test_names_of_the_built_in_sets_never_say_the_other_side_or_another_landmark
     marker_set,
 ) -> None:
     landmarks = {site.landmark: site for site in sites() if site.landmark}
-    said = dict(zip(marker_set.markers, read_names(list(marker_set.markers)), strict=True))
+    messages = dict(zip(marker_set.markers, read_names(list(marker_set.markers)), strict=True))
     silent = 0
     for marker, definition in marker_set.markers.items():
-        word = said[marker]
+        word = messages[marker]
         site = landmarks.get(definition.landmark)
         if site is None or not word.places:
             silent += site is not None and not word.places

@@ -31,10 +31,12 @@ def test_every_marker_is_drawn_where_it_stands_with_its_name_and_certainty(
             for guess in drafted.guesses
         ]
         assert [to_hex(each) for each in dots.get_facecolors()] == expected
-        said = {each.get_text(): each.xy for each in axes.texts}
+        messages = {each.get_text(): each.xy for each in axes.texts}
         for guess, place in zip(drafted.guesses, dots.get_offsets(), strict=True):
             label = "?" if guess.site is None else guess.site.label
-            np.testing.assert_allclose(said[f"{guess.name}: {label} {guess.certainty:.0%}"], place)
+            np.testing.assert_allclose(
+                messages[f"{guess.name}: {label} {guess.certainty:.0%}"], place
+            )
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
         assert left < right
         assert low < high

@@ -12,8 +12,8 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.importing import work_out
 from gaitval.importing.write import _curve_table
 from gaitval.measurement.bands import _summed, _with_fault, bands
-from gaitval.measurement.estimate import DELAY, Found
-from gaitval.measurement.measured import said_bands, unshown
+from gaitval.measurement.estimate import DELAY, FoundFault
+from gaitval.measurement.measured import bands_text, unshown
 from gaitval.mocap.recording import FootForces
 from gaitval.session.subject import subject_of
 
@@ -38,10 +38,10 @@ def test_each_curve_has_a_band_and_its_sources(found):
 
 
 def test_bands_are_said_in_the_words_of_the_page(found):
-    said = said_bands(found.measurement.bands)
-    assert "hip flexion angle ± " in said
-    assert "knee moment ± " in said
-    assert "_" not in said
+    message = bands_text(found.measurement.bands)
+    assert "hip flexion angle ± " in message
+    assert "knee moment ± " in message
+    assert "_" not in message
     wide = replace(found.measurement.bands, half={"angle_knee_angle_r": np.full(101, 0.5)})
     (flag,) = unshown(wide)
     assert "hardly show right knee ± 29°:" in flag.message
@@ -76,7 +76,7 @@ def test_the_subject_keeps_the_width_of_each_band(found, tmp_path):
 
 def test_a_delay_that_was_found_widens_the_moments(found):
     seen = found.measurement.seen
-    late = Found(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
+    late = FoundFault(DELAY, np.array([0.03]), np.array([0.003]), 1.0, 1.0, (), True)
     wide = bands(found, replace(seen, found=(late,)))
     name = "moment_hip_flexion_r"
     assert wide.half[name].mean() > 1.5 * found.measurement.bands.half[name].mean()

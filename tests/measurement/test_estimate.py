@@ -15,7 +15,7 @@ from gaitval.measurement.estimate import (
     Balance,
     Cause,
     Examined,
-    Found,
+    FoundFault,
     Lag,
     _apart,
     _evidence,
@@ -31,7 +31,7 @@ from gaitval.measurement.estimate import (
     weigh,
 )
 from gaitval.measurement.expected import USUAL
-from gaitval.measurement.said import warnings
+from gaitval.measurement.fault_text import warnings
 
 GAINS = tuple(Cause(f"gain {plate}", (f"gain {plate}",)) for plate in "12")
 MASS = Cause("mass", ("mass",))
@@ -128,14 +128,14 @@ def test_sets_of_causes_have_one_order_in_every_process():
         "from gaitval.measurement.estimate import Cause; from gaitval.measurement.expected import "
         "USUAL; print([each.name for each in frozenset(Cause(n, (n,)) for n in USUAL)])"
     )
-    said = {
+    messages = {
         subprocess.run(
             [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed},
             capture_output=True, text=True, check=True,
         ).stdout
         for seed in ("1", "2", "3")
     }  # fmt: skip
-    assert len(said) == 1
+    assert len(messages) == 1
 
 
 def test_a_wrong_frame_rate_is_rarer_than_a_wrong_plate(model):
@@ -157,7 +157,7 @@ def _forces(value):
 
 
 def _found(cause, *values):
-    return Found(cause, np.array(values), np.full(len(values), 0.01), 0.9, 0.9, (), True)
+    return FoundFault(cause, np.array(values), np.full(len(values), 0.01), 0.9, 0.9, (), True)
 
 
 def test_a_fault_whose_removal_leaves_more_is_not_there(model):

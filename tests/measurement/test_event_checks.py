@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gaitval.checks.event_checks import contact_doubts
-from gaitval.gait.stored_events import event_doubts, stored_events
+from gaitval.checks.event_checks import contact_warnings
+from gaitval.gait.stored_events import event_warnings, stored_events
 from gaitval.mocap.recording import Event, FootForces
 
 OTHER = {"right": "left", "left": "right"}
@@ -26,7 +26,7 @@ def test_differences_are_found_less_stored():
     assert compared.mean_s == pytest.approx(0.02)
     assert compared.sd_s == pytest.approx(0.01 * np.sqrt(10 / 9))
     assert "10 of the file's 10 heel strikes were found, +20 ms" in str(compared)
-    assert not list(event_doubts([compared]))
+    assert not list(event_warnings([compared]))
 
 
 def test_a_file_without_events():
@@ -36,13 +36,13 @@ def test_a_file_without_events():
 def test_events_of_the_wrong_foot():
     compared = stored_events(walk(swapped=True), walk())
     assert compared[0].other_foot == 10
-    (doubt,) = event_doubts(compared)
-    assert "right and left are exchanged" in doubt.message
+    (warning,) = event_warnings(compared)
+    assert "right and left are exchanged" in warning.message
 
 
 def test_events_on_another_clock():
-    (doubt,) = event_doubts(stored_events(walk(late=-0.1), walk()))
-    assert doubt.value == pytest.approx(0.1)
+    (warning,) = event_warnings(stored_events(walk(late=-0.1), walk()))
+    assert warning.value == pytest.approx(0.1)
 
 
 def test_an_event_that_was_not_found_does_not_match():
@@ -65,11 +65,11 @@ def carried(late=0.0, known=True):
 @pytest.mark.parametrize("usual", [0.0, -0.03])
 def test_a_strike_that_strays(usual):
     shown = [Event(e.time - usual, e.side, e.kind) for e in walk()]
-    assert not list(contact_doubts(carried(0.03), shown))
-    (doubt,) = contact_doubts(carried(0.06), shown)
-    assert (doubt.where, doubt.value) == ("left foot", pytest.approx(0.06, abs=0.002))
-    assert "heel strikes is at 2.01 s, 60 ms later" in doubt.message
-    assert not list(contact_doubts(carried(0.06, known=False), shown))
+    assert not list(contact_warnings(carried(0.03), shown))
+    (warning,) = contact_warnings(carried(0.06), shown)
+    assert (warning.where, warning.value) == ("left foot", pytest.approx(0.06, abs=0.002))
+    assert "heel strikes is at 2.01 s, 60 ms later" in warning.message
+    assert not list(contact_warnings(carried(0.06, known=False), shown))
 
 
 @pytest.mark.parametrize(
@@ -78,15 +78,15 @@ def test_a_strike_that_strays(usual):
 def test_clocks_that_drift(slower, says):
     # over the 4.95 s from the first strike to the last
     shown = [Event(e.time * (1.0 - slower), e.side, e.kind) for e in walk()]
-    (doubt,) = contact_doubts(carried(), shown)
-    assert doubt.check == "clocks"
-    assert doubt.value == pytest.approx(4.95 * abs(slower), abs=0.002)
-    assert says in doubt.message
+    (warning,) = contact_warnings(carried(), shown)
+    assert warning.check == "clocks"
+    assert warning.value == pytest.approx(4.95 * abs(slower), abs=0.002)
+    assert says in warning.message
     shown = [Event(e.time * (1.0 - 0.3 * slower), e.side, e.kind) for e in walk()]
-    assert not list(contact_doubts(carried(), shown))
+    assert not list(contact_warnings(carried(), shown))
 
 
 def test_strikes_that_scatter_do_not_drift():
     scatter = np.random.default_rng(39).normal(0.0, 0.012, 10)
     shown = [Event(e.time + by, e.side, e.kind) for e, by in zip(walk(), scatter, strict=True)]
-    assert not list(contact_doubts(carried(), shown))
+    assert not list(contact_warnings(carried(), shown))

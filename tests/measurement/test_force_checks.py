@@ -8,9 +8,9 @@ from synthetic_recording import BELTS, LANDMARKS, STANCE, STRIDE, walk
 
 from gaitval.checks.force_checks import (
     Stance,
-    channel_doubts,
-    force_doubts,
-    place_doubts,
+    channel_warnings,
+    force_warnings,
+    place_warnings,
     stance_figures,
     whole_stances,
 )
@@ -33,7 +33,7 @@ def waves(rate=500.0, seconds=4.0):
 
 
 def test_a_plate_that_works():
-    assert not list(channel_doubts(waves(), 500.0))
+    assert not list(channel_warnings(waves(), 500.0))
 
 
 @pytest.mark.parametrize(("axis", "words"), [(0, "fore-aft"), (1, "sideways")])
@@ -41,21 +41,21 @@ def test_a_plate_that_works():
 def test_a_dead_force(axis, words, left, certain):
     plate = waves()
     plate.force[:, axis] *= left
-    (doubt,) = [d for d in channel_doubts(plate, 500.0) if words in d.message]
-    assert (doubt.check, doubt.certain) == ("dead channel", certain)
+    (warning,) = [d for d in channel_warnings(plate, 500.0) if words in d.message]
+    assert (warning.check, warning.certain) == ("dead channel", certain)
 
 
 def test_a_dead_vertical_channel():
     plate = waves()
     plate.force[:, 2] *= 1e-3
-    (doubt,) = channel_doubts(plate, 500.0)
-    assert doubt.certain
-    assert "vertical channel is dead" in doubt.message
+    (warning,) = channel_warnings(plate, 500.0)
+    assert warning.certain
+    assert "vertical channel is dead" in warning.message
 
 
 def test_a_plate_that_nobody_steps_on():
     plate = waves()
-    assert not list(channel_doubts(replace(plate, force=0.01 * plate.force), 500.0))
+    assert not list(channel_warnings(replace(plate, force=0.01 * plate.force), 500.0))
 
 
 @pytest.mark.parametrize(("step", "clipped"), [(0.0, False), (0.5, False), (None, True)])
@@ -66,10 +66,10 @@ def test_a_clipped_force_but_not_one_stored_in_steps(step, clipped):
         plate.force[:, 2] = np.minimum(vertical, 650.0)
     elif step:
         plate.force[:, 2] = np.round(vertical / step) * step
-    found = [d for d in channel_doubts(plate, 1000.0) if d.check == "saturated channel"]
+    found = [d for d in channel_warnings(plate, 1000.0) if d.check == "saturated channel"]
     assert len(found) == clipped
     # one cause, one warning: a channel that is cut off is not stuck as well
-    assert len(list(channel_doubts(plate, 1000.0))) == clipped
+    assert len(list(channel_warnings(plate, 1000.0))) == clipped
 
 
 @pytest.mark.parametrize("channel", ["force", "moment", "free_moment"])
@@ -77,13 +77,13 @@ def test_a_channel_that_repeats_itself_for_a_while(channel):
     plate = waves(rate=300.0)
     plate = replace(plate, free_moment=np.gradient(plate.force, axis=0) * [0, 0, 1.0])
     values = getattr(plate, channel)
-    assert not list(channel_doubts(plate, 300.0))
+    assert not list(channel_warnings(plate, 300.0))
     values[30:36] = values[30]  # 17 ms
-    assert not list(channel_doubts(plate, 300.0))
+    assert not list(channel_warnings(plate, 300.0))
     values[30:45] = values[30]
-    (doubt,) = channel_doubts(plate, 300.0)
-    assert (doubt.check, doubt.plate, doubt.certain) == ("stuck channel", plate.name, False)
-    assert doubt.value == pytest.approx(14 / 300.0)
+    (warning,) = channel_warnings(plate, 300.0)
+    assert (warning.check, warning.plate, warning.certain) == ("stuck channel", plate.name, False)
+    assert warning.value == pytest.approx(14 / 300.0)
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -92,10 +92,10 @@ def test_a_centre_of_pressure_that_is_cut_off(axis):
     plate = replace(waves(rate=300.0), moment=None)
     point = plate.centre_of_pressure
     point[:, :2] = 0.05 * np.sin(np.linspace(0.0, 20.0, len(point)))[:, None]
-    assert not list(channel_doubts(plate, 300.0))
+    assert not list(channel_warnings(plate, 300.0))
     point[:, axis] = point[:, axis].clip(-0.03, 0.03)
-    (doubt,) = channel_doubts(plate, 300.0)
-    assert (doubt.check, doubt.plate) == ("stuck channel", plate.name)
+    (warning,) = channel_warnings(plate, 300.0)
+    assert (warning.check, warning.plate) == ("stuck channel", plate.name)
 
 
 @pytest.mark.parametrize("step", [2.0, 5.0])
@@ -104,8 +104,8 @@ def test_a_plate_that_stores_steps_is_not_stuck(step):
     force = np.round(plate.force / step) * step
     longest = np.diff(np.flatnonzero(np.diff(force[:500, 1]))).max()
     assert longest > 25, "it repeats itself at a peak"
-    found = channel_doubts(replace(plate, force=force, moment=None), 1000.0)
-    assert "stuck channel" not in {doubt.check for doubt in found}
+    found = channel_warnings(replace(plate, force=force, moment=None), 1000.0)
+    assert "stuck channel" not in {warning.check for warning in found}
 
 
 def test_figures_of_a_known_stance():
@@ -127,9 +127,9 @@ def test_figures_of_a_known_stance():
 
 
 def test_a_centre_of_pressure_that_is_nowhere_under_the_foot():
-    assert not list(place_doubts("1", outside=2, used=3))
-    (doubt,) = place_doubts("1", outside=3, used=2)
-    assert "3 of 5" in doubt.message
+    assert not list(place_warnings("1", outside=2, used=3))
+    (warning,) = place_warnings("1", outside=3, used=2)
+    assert "3 of 5" in warning.message
 
 
 NO_CORNERS = np.full((4, 3), np.nan)
@@ -191,7 +191,7 @@ def doubts_of(plate, forces, pelvis=PELVIS):
         "w", "project", ("A",), np.zeros((len(forces.force) // 2, 1, 3)), 100.0, plates=(plate,),
         force_rate=200.0,
     )  # fmt: skip
-    found = force_doubts(recording, forces, np.tile(pelvis, (len(forces.force), 1)))
+    found = force_warnings(recording, forces, np.tile(pelvis, (len(forces.force), 1)))
     return [each for each in found if "channel" not in each.check]
 
 
@@ -255,11 +255,11 @@ def test_the_plate_of_a_stance_is_the_one_that_carries_most_of_it():
 )
 def test_braking_comes_before_propulsion(change, certain):
     """Turned round it cannot be right; hardly any may be a person who shuffles."""
-    doubts = doubts_of(*stepped(early=-change / 0.8, late=change / 0.8))
-    assert [(each.check, each.certain) for each in doubts] == (
+    warnings = doubts_of(*stepped(early=-change / 0.8, late=change / 0.8))
+    assert [(each.check, each.certain) for each in warnings] == (
         [] if certain is None else [("braking before propulsion", certain)]
     )
-    for each in doubts:
+    for each in warnings:
         assert each.value == pytest.approx(change)
         assert f"changes by {100 * change:.1f} %" in each.message
 
@@ -275,14 +275,14 @@ def test_axes_that_are_exchanged(side, sideways, braking, exchanged):
     found = doubts_of(
         *stepped(side, early=-braking / 0.8, late=braking / 0.8, sideways=sideways / 0.4)
     )
-    doubts = [each for each in found if each.check == "fore-aft and sideways force"]
-    assert len(doubts) == exchanged
+    warnings = [each for each in found if each.check == "fore-aft and sideways force"]
+    assert len(warnings) == exchanged
     if exchanged:
-        assert found == doubts, "the other ones follow from it"
-        (doubt,) = doubts
-        assert doubt.certain
-        assert doubt.value == pytest.approx(0.06 if abs(sideways) == 0.06 else 0.032)
-        assert f"the fore-aft one by {100 * braking:.1f} %" in doubt.message
+        assert found == warnings, "the other ones follow from it"
+        (warning,) = warnings
+        assert warning.certain
+        assert warning.value == pytest.approx(0.06 if abs(sideways) == 0.06 else 0.032)
+        assert f"the fore-aft one by {100 * braking:.1f} %" in warning.message
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
@@ -292,38 +292,38 @@ def test_axes_that_are_exchanged(side, sideways, braking, exchanged):
 )
 def test_a_foot_is_pushed_towards_the_body_that_it_carries(side, inward, where, certain):
     """An outward push cannot be right only if the body is certainly inward of the foot."""
-    doubts = doubts_of(*stepped(side, inward=inward / 0.7, where=where))
-    assert [(each.check, each.certain) for each in doubts] == (
+    warnings = doubts_of(*stepped(side, inward=inward / 0.7, where=where))
+    assert [(each.check, each.certain) for each in warnings] == (
         [] if certain is None else [("push towards the middle line", certain)]
     )
-    for each in doubts:
+    for each in warnings:
         assert each.value == pytest.approx(inward)
         assert f"outwards by {-100 * inward:.1f} %" in each.message
 
 
 def test_without_a_pelvis_nothing_is_certain_of_an_outward_push():
-    (doubt,) = doubts_of(*stepped(inward=-0.05), pelvis=np.full(3, np.nan))
-    assert not doubt.certain
+    (warning,) = doubts_of(*stepped(inward=-0.05), pelvis=np.full(3, np.nan))
+    assert not warning.certain
 
 
 @pytest.mark.parametrize(("twist", "certain"), [(0.029, None), (0.031, False), (0.2, True)])
 def test_the_size_of_the_free_moment(twist, certain):
-    doubts = doubts_of(*stepped(twist=twist))
-    assert [(each.check, each.certain) for each in doubts] == (
+    warnings = doubts_of(*stepped(twist=twist))
+    assert [(each.check, each.certain) for each in warnings] == (
         [] if certain is None else [("size of the free moment", certain)]
     )
-    for each in doubts:
+    for each in warnings:
         assert each.value == pytest.approx(twist)
         assert f"is {100 * twist:.1f} cm times" in each.message
         assert "(at most 3 cm in walking" in each.message
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
-@pytest.mark.parametrize(("late", "doubted"), [(-0.001, False), (-0.003, True)])
-def test_the_ground_turns_the_foot_inwards_in_late_stance(side, late, doubted):
-    doubts = doubts_of(*stepped(side, twist=0.001, late_twist=late))
-    assert [each.check for each in doubts] == ["direction of the free moment"] * doubted
-    for each in doubts:
+@pytest.mark.parametrize(("late", "warned"), [(-0.001, False), (-0.003, True)])
+def test_the_ground_turns_the_foot_inwards_in_late_stance(side, late, warned):
+    warnings = doubts_of(*stepped(side, twist=0.001, late_twist=late))
+    assert [each.check for each in warnings] == ["direction of the free moment"] * warned
+    for each in warnings:
         assert each.value == pytest.approx(late)
         assert f"outwards ({-1000 * late:.1f} mm" in each.message
 
@@ -340,8 +340,8 @@ def test_stances_of_both_feet_on_a_plate_count_together():
     forces.force[220:320, 0] = 0.0
     assert not doubts_of(plate, forces)
     forces.force[220:320, 1, 0] = 0.0
-    (doubt,) = doubts_of(plate, forces)
-    assert doubt.where == "plate 1 (right and left foot, 2 stances)"
+    (warning,) = doubts_of(plate, forces)
+    assert warning.where == "plate 1 (right and left foot, 2 stances)"
 
 
 @pytest.mark.parametrize(
@@ -370,22 +370,22 @@ def test_the_range_below_which_a_channel_is_dead(kind, limit, impossible):
             about = moment - np.cross(plate.corners.mean(axis=0), force)
             moment[loaded, 2] += weight * sweep - about[loaded, 2]
         bent = replace(plate, force=force, centre_of_pressure=point, moment=moment)
-        doubts = [each for each in channel_doubts(bent, 500.0) if each.check == "dead channel"]
-        doubts = [each for each in doubts if kind in each.message]
-        assert [each.certain for each in doubts] == ([] if certain is None else [certain])
-        for each in doubts:
+        warnings = [each for each in channel_warnings(bent, 500.0) if each.check == "dead channel"]
+        warnings = [each for each in warnings if kind in each.message]
+        assert [each.certain for each in warnings] == ([] if certain is None else [certain])
+        for each in warnings:
             assert each.value == pytest.approx(size, rel=0.02)
             assert each.limit == limit
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("milliseconds", "doubted"), [(22, False), (28, True)])
+@pytest.mark.parametrize(("milliseconds", "warned"), [(22, False), (28, True)])
 @pytest.mark.parametrize("axis", [0, 1])
-def test_a_horizontal_force_that_stays_at_either_end_for_25_ms(axis, sign, milliseconds, doubted):
+def test_a_horizontal_force_that_stays_at_either_end_for_25_ms(axis, sign, milliseconds, warned):
     plate = waves(rate=1000.0)
     plate.force[100 : 100 + milliseconds, axis] = sign * 200.0
-    found = [each for each in channel_doubts(plate, 1000.0) if "saturated" in each.check]
-    assert len(found) == doubted
+    found = [each for each in channel_warnings(plate, 1000.0) if "saturated" in each.check]
+    assert len(found) == warned
     for each in found:
         assert each.value == pytest.approx(0.001 * milliseconds)
         assert f"the {('fore-aft', 'sideways')[axis]} force" in each.message
@@ -394,21 +394,21 @@ def test_a_horizontal_force_that_stays_at_either_end_for_25_ms(axis, sign, milli
 
 def test_a_force_that_stays_near_zero_is_not_cut_off():
     """A fiftieth of the weight is the least that is looked at."""
-    for size, doubted in ((0.018, False), (0.022, True)):
+    for size, warned in ((0.018, False), (0.022, True)):
         plate = waves(rate=1000.0)
         weight = np.percentile(plate.force[plate.force[:, 2] > 100.0, 2], 95.0)
         plate.force[:, 1] = np.clip(plate.force[:, 1], -size * weight, size * weight)
-        found = [each for each in channel_doubts(plate, 1000.0) if "saturated" in each.check]
-        assert len(found) == doubted
+        found = [each for each in channel_warnings(plate, 1000.0) if "saturated" in each.check]
+        assert len(found) == warned
 
 
 def test_a_plate_that_is_pushed_along_but_not_down():
     """From 50 N along, and less than half of that down."""
-    for along, down, doubted in ((60.0, 20.0, True), (40.0, 10.0, False), (60.0, 40.0, False)):
+    for along, down, warned in ((60.0, 20.0, True), (40.0, 10.0, False), (60.0, 40.0, False)):
         plate = waves()
         force = np.zeros_like(plate.force)
         force[100:200] = [along, 0.0, down]
-        found = list(channel_doubts(replace(plate, force=force), 500.0))
-        assert len(found) == doubted
+        found = list(channel_warnings(replace(plate, force=force), 500.0))
+        assert len(found) == warned
         for each in found:
             assert (each.value, each.limit, each.certain) == (down, along / 2, True)

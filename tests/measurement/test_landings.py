@@ -132,9 +132,9 @@ def test_an_event_that_the_markers_lack_is_named(walk, found):
     extra = Event(found.events["markers"][4].time + 0.3, SIDES[0], "heel_strike")
     events = (*found.events["markers"], extra)
     other = landings(replace(recording, events=events[:-2]), landmarks, PROCESSING)
-    said = [str(each) for each in disagreements(other)]
-    assert said
-    assert all("by the file" in each or "the file shows nothing there" in each for each in said)
+    messages = [str(each) for each in disagreements(other)]
+    assert messages
+    assert all("by the file" in each or "the file shows nothing there" in each for each in messages)
 
 
 def test_the_command_draws_and_says_what_it_saw(sample_request, tmp_path):
@@ -185,9 +185,9 @@ def test_an_event_of_the_file_alone_is_named_once(walk, found):
     other = landings(
         replace(recording, events=(*found.events["markers"], extra)), landmarks, PROCESSING
     )
-    said = [each for each in disagreements(other) if each.first == "file"]
-    assert [(each.time, each.second) for each in said] == [(extra.time, "markers")]
-    assert "the markers show nothing there" in str(said[0])
+    messages = [each for each in disagreements(other) if each.first == "file"]
+    assert [(each.time, each.second) for each in messages] == [(extra.time, "markers")]
+    assert "the markers show nothing there" in str(messages[0])
 
 
 def test_the_picture_shows_the_events_of_each_method_under_their_own_foot(walk, found, tmp_path):

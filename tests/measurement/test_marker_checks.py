@@ -7,7 +7,7 @@ import pytest
 from synthetic_recording import LANDMARKS as SYNTHETIC
 from synthetic_recording import walk as synthetic
 
-from gaitval.checks.marker_checks import foot_marker_doubts, trajectory_doubts
+from gaitval.checks.marker_checks import foot_marker_warnings, trajectory_warnings
 from gaitval.mocap.recording import Recording
 
 RATE = 100.0
@@ -39,62 +39,62 @@ def stood(**moved: float) -> Recording:
 
 @pytest.mark.parametrize("noise", [0.0, 0.0005, 0.003])
 def test_a_walk_that_cameras_saw(noise):
-    assert not list(trajectory_doubts(walked(noise)))
+    assert not list(trajectory_warnings(walked(noise)))
 
 
 def test_noise_is_measured_whatever_the_motion():
-    (doubt,) = trajectory_doubts(walked(0.006))
-    assert doubt.check == "noise"
-    assert doubt.value == pytest.approx(0.006, rel=0.15)
-    assert doubt.where == "8 of 8 markers"
+    (warning,) = trajectory_warnings(walked(0.006))
+    assert warning.check == "noise"
+    assert warning.value == pytest.approx(0.006, rel=0.15)
+    assert warning.where == "8 of 8 markers"
 
 
 def test_one_noisy_marker_is_named():
     recording = walked(0.0005)
     recording.markers[:, 3] += np.random.default_rng(1).normal(0.0, 0.006, (600, 3))
-    (doubt,) = trajectory_doubts(recording)
-    assert doubt.where == "R.MT5"
+    (warning,) = trajectory_warnings(recording)
+    assert warning.where == "R.MT5"
 
 
 def test_a_marker_that_is_seldom_seen_is_not_judged():
     recording = walked(0.006)
     recording.markers[::3] = np.nan
-    assert not list(trajectory_doubts(recording))
+    assert not list(trajectory_warnings(recording))
 
 
 def test_a_trajectory_that_is_cut_off():
     recording = walked(0.0003)
     recording.markers[:, 2, 2] = recording.markers[:, 2, 2].clip(None, 0.15)
-    (doubt,) = trajectory_doubts(recording)
-    assert (doubt.check, doubt.where) == ("stuck coordinate", "R.MT1")
-    assert 0.2 < doubt.value < 0.4
+    (warning,) = trajectory_warnings(recording)
+    assert (warning.check, warning.where) == ("stuck coordinate", "R.MT1")
+    assert 0.2 < warning.value < 0.4
 
 
 def test_a_coordinate_that_never_changes():
     recording = walked(0.0003)
     recording.markers[:, 2, 1] = 0.05
-    (doubt,) = trajectory_doubts(recording)
-    assert (doubt.check, doubt.where) == ("stuck coordinate", "R.MT1")
+    (warning,) = trajectory_warnings(recording)
+    assert (warning.check, warning.where) == ("stuck coordinate", "R.MT1")
 
 
 def test_a_file_in_whole_millimetres_is_not_cut_off():
     recording = walked(step=0.001)
     sideways = recording.markers[:, 0, 1]
     assert np.diff(np.flatnonzero(np.diff(sideways))).max() > 5, "it stays the same at a turn"
-    assert not list(trajectory_doubts(recording))
+    assert not list(trajectory_warnings(recording))
 
 
 def test_a_marker_that_is_lower_in_standing_than_its_other_side():
-    assert not list(foot_marker_doubts(stood(R_MT1=0.013), walked(), LANDMARKS))
-    (doubt,) = foot_marker_doubts(stood(R_MT1=-0.016), walked(), LANDMARKS)
-    assert doubt.where == "R.MT1 and L.MT1"
-    assert doubt.value == pytest.approx(0.016, abs=1e-4)
-    assert "rise by 16 and 0 mm" in doubt.message
+    assert not list(foot_marker_warnings(stood(R_MT1=0.013), walked(), LANDMARKS))
+    (warning,) = foot_marker_warnings(stood(R_MT1=-0.016), walked(), LANDMARKS)
+    assert warning.where == "R.MT1 and L.MT1"
+    assert warning.value == pytest.approx(0.016, abs=1e-4)
+    assert "rise by 16 and 0 mm" in warning.message
 
 
 def test_feet_on_another_floor_are_not_asymmetric():
     higher = stood(**{name.replace(".", "_"): 0.015 for name in NAMES if name[0] == "R"})
-    assert not list(foot_marker_doubts(higher, walked(), LANDMARKS))
+    assert not list(foot_marker_warnings(higher, walked(), LANDMARKS))
 
 
 def test_a_marker_beside_which_there_is_none():
@@ -102,7 +102,7 @@ def test_a_marker_beside_which_there_is_none():
     one_side = [name for name in NAMES if name != "L.MT1"]
     columns = [NAMES.index(name) for name in one_side]
     lacking = replace(recording, names=tuple(one_side), markers=recording.markers[:, columns])
-    assert not list(foot_marker_doubts(stood(R_MT1=-0.016), lacking, LANDMARKS))
+    assert not list(foot_marker_warnings(stood(R_MT1=-0.016), lacking, LANDMARKS))
 
 
 @pytest.mark.parametrize(("raised", "names"), [(0.0, []), (0.05, ["R.Heel"]), (-0.05, ["R.Heel"])])
@@ -110,14 +110,14 @@ def test_a_marker_of_the_foot_that_is_higher_in_walking(raised, names):
     standing, walking = synthetic(2.0), synthetic(6.0)
     flat = np.tile(np.percentile(walking.markers, 15, axis=0), (len(standing.markers), 1, 1))
     walking.markers[:, walking.names.index("R.Heel"), 2] += raised
-    found = foot_marker_doubts(standing.with_markers(standing.names, flat), walking, SYNTHETIC)
-    assert [doubt.where for doubt in found] == names
+    found = foot_marker_warnings(standing.with_markers(standing.names, flat), walking, SYNTHETIC)
+    assert [warning.where for warning in found] == names
 
 
 @pytest.mark.parametrize("height", [0.013, -0.013])
 def test_markers_that_change_alike_on_both_feet_are_not_asymmetric(height):
-    assert not list(foot_marker_doubts(stood(R_MT1=height, L_MT1=height), walked(), LANDMARKS))
-    apart = list(foot_marker_doubts(stood(R_MT1=height, L_MT1=-height), walked(), LANDMARKS))
+    assert not list(foot_marker_warnings(stood(R_MT1=height, L_MT1=height), walked(), LANDMARKS))
+    apart = list(foot_marker_warnings(stood(R_MT1=height, L_MT1=-height), walked(), LANDMARKS))
     assert [each.where for each in apart] == ["R.MT1 and L.MT1"]
 
 
@@ -128,13 +128,13 @@ def test_frames_that_were_lost_or_are_there_twice_are_one_warning(lost: int) -> 
     after = whole.markers[400 + lost :] if lost > 0 else whole.markers[400:]
     twice = np.repeat(before[-1:], max(-lost, 0), axis=0)
     other = whole.with_markers(whole.names, np.concatenate([before, twice, after]))
-    (doubt,) = [each for each in trajectory_doubts(other) if each.check == "lost frames"]
-    assert f"before frame {400 + max(-lost, 0)} " in doubt.message
-    assert doubt.value == pytest.approx(abs(lost) / 150.0, rel=0.1)
-    assert ("later" if lost > 0 else "earlier") in doubt.message
+    (warning,) = [each for each in trajectory_warnings(other) if each.check == "lost frames"]
+    assert f"before frame {400 + max(-lost, 0)} " in warning.message
+    assert warning.value == pytest.approx(abs(lost) / 150.0, rel=0.1)
+    assert ("later" if lost > 0 else "earlier") in warning.message
 
 
 def test_frames_that_are_held_for_a_while_lose_no_time() -> None:
-    held = synthetic(8.0, marker_rate=150.0)
-    held.markers[400:403] = held.markers[399]
-    assert not [doubt for doubt in trajectory_doubts(held) if doubt.check == "lost frames"]
+    fixed = synthetic(8.0, marker_rate=150.0)
+    fixed.markers[400:403] = fixed.markers[399]
+    assert not [warning for warning in trajectory_warnings(fixed) if warning.check == "lost frames"]

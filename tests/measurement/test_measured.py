@@ -13,7 +13,7 @@ from gaitval.importing.write import _record
 from gaitval.measurement import correct
 from gaitval.measurement.correct import wanted
 from gaitval.measurement.estimate import alone, kind_of
-from gaitval.measurement.said import CHECK, rows, title
+from gaitval.measurement.fault_text import CHECK, rows, title
 from gaitval.session import session as importing
 from gaitval.session.read import read_session
 
@@ -40,13 +40,13 @@ def imported(sample, monkeypatch):
 
 
 def named(found):
-    return {flag.check for _, flag in found.doubts if flag.check.startswith(CHECK)}
+    return {flag.check for _, flag in found.warnings if flag.check.startswith(CHECK)}
 
 
 def test_a_sound_recording_has_no_warning_and_a_table(imported):
     found = imported(None)
     assert named(found) == set()
-    assert not any(flag.check == "place of a knee's marker" for _, flag in found.doubts)
+    assert not any(flag.check == "place of a knee's marker" for _, flag in found.warnings)
     table = {row.name: row for row in found.measurement.faults}
     assert abs(table["delay of the forces"].value) < 6.0  # ms; the truth is 0
     assert abs(table["body mass"].value) < 4.0  # %
@@ -92,7 +92,7 @@ def test_one_channel_of_a_plate_is_named(imported, sample, number, gain):
     walks = tuple(with_fore_aft_gain(walk, number, gain) for walk in session.walking)
     found = imported(None, replace(session, walking=walks))
     assert named(found) == {f"{CHECK}: fore-aft gain"}
-    (flag,) = (flag for _, flag in found.doubts if flag.check.startswith(CHECK))
+    (flag,) = (flag for _, flag in found.warnings if flag.check.startswith(CHECK))
     assert flag.where == f"plate {number + 1}"
     assert flag.value == pytest.approx(20.0, abs=5.0)
     assert f"along the walk {flag.value:.0f} ±" in flag.message
@@ -105,10 +105,10 @@ def test_a_knee_marker_that_was_moved_after_standing(imported, sample, side, met
     knees = [session.marker_set.landmarks[f"{each}.Knee"] for each in "RL"]
     name = knees["RL".index(side)]
     walks = tuple(with_marker_forward(walk, name, metres) for walk in session.walking)
-    doubts = [flag for _, flag in imported(None, replace(session, walking=walks)).doubts]
-    (doubt,) = (flag for flag in doubts if flag.check == "place of a knee's marker")
-    assert doubt.where == " and ".join(knees)
-    assert 0.2 * abs(metres) < doubt.value < 0.4 * abs(metres)
+    warnings = [flag for _, flag in imported(None, replace(session, walking=walks)).warnings]
+    (warning,) = (flag for flag in warnings if flag.check == "place of a knee's marker")
+    assert warning.where == " and ".join(knees)
+    assert 0.2 * abs(metres) < warning.value < 0.4 * abs(metres)
 
 
 @pytest.mark.slow
@@ -203,9 +203,9 @@ def test_a_fault_that_is_not_sure_is_not_corrected(imported):
     right, same = imported(None), imported(None, correct=("place", "gain", "delay"))
     for name, curve in right.moments.items():
         np.testing.assert_array_equal(same.moments[name].mean, curve.mean)
-    said = [text for step, text in same.decisions if step == "correct"]
-    assert len(said) == 3
-    assert all("nothing is changed" in text for text in said)
+    messages = [text for step, text in same.decisions if step == "correct"]
+    assert len(messages) == 3
+    assert all("nothing is changed" in text for text in messages)
 
 
 @pytest.mark.parametrize("options", [{"kinematics_only": True}, {"aid": "support"}])
@@ -220,14 +220,14 @@ def test_angles_have_bands_without_forces_or_with_an_aid(imported, options):
 
 
 def test_a_correction_of_a_fault_that_is_not_there_is_said_to_do_harm(imported, monkeypatch):
-    said = [
+    messages = [
         text for step, text in imported(None, correct=("gain",)).decisions if step == "warnings"
     ]
-    assert not any("--correct gain" in text for text in said)
+    assert not any("--correct gain" in text for text in messages)
     monkeypatch.setattr(correct, "together", lambda *_: {"cross-talk x 1": 0.15})
     harmed = imported(None, correct=("cross-talk",))
-    said = [text for step, text in harmed.decisions if step == "warnings"]
-    assert any("contradict each other more than before" in text for text in said)
+    messages = [text for step, text in harmed.decisions if step == "warnings"]
+    assert any("contradict each other more than before" in text for text in messages)
 
 
 def test_what_cannot_be_corrected_is_refused_by_name():

@@ -8,11 +8,11 @@ import pytest
 from gaitval.checks.force_checks import Stance
 from gaitval.checks.motion_checks import (
     LEG_SHARE,
-    aid_doubts,
-    belt_doubts,
-    motion_doubts,
-    swing_doubts,
-    weight_doubts,
+    aid_warnings,
+    belt_warnings,
+    motion_warnings,
+    swing_warnings,
+    weight_warnings,
 )
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.mocap.recording import Event, FootForces
@@ -52,13 +52,13 @@ def needs(loads):
 
 
 def found(needed, loads, stances=STANCES):
-    return list(motion_doubts(needed, loads, stances, PLATE_RATE, MASS))
+    return list(motion_warnings(needed, loads, stances, PLATE_RATE, MASS))
 
 
 def test_forces_that_the_motion_needs():
     loads = walked()
     assert not found(needs(loads), loads)
-    assert not list(weight_doubts(needs(loads), loads))
+    assert not list(weight_warnings(needs(loads), loads))
 
 
 @pytest.mark.parametrize(
@@ -68,18 +68,18 @@ def test_plates_that_carry_another_weight(carried, limit):
     """The vertical force alone says so; the limit named is the one that was passed."""
     loads = walked()
     needed = needs(loads) / carried
-    doubts = list(weight_doubts(needed, loads))
-    assert [each.limit for each in doubts] == ([] if limit is None else [pytest.approx(limit)])
-    for each in doubts:
+    warnings = list(weight_warnings(needed, loads))
+    assert [each.limit for each in warnings] == ([] if limit is None else [pytest.approx(limit)])
+    for each in warnings:
         assert each.value == pytest.approx(carried)
         assert f"{carried:.2f} times" in each.message
 
 
 def test_with_an_aid_the_feet_carry_less():
     loads = walked()
-    (doubt,) = aid_doubts("crutches", needs(loads) / 0.9, loads)
-    assert (doubt.check, doubt.value) == ("aid", pytest.approx(0.9))
-    assert "with crutches the feet carry 0.90 times" in doubt.message
+    (warning,) = aid_warnings("crutches", needs(loads) / 0.9, loads)
+    assert (warning.check, warning.value) == ("aid", pytest.approx(0.9))
+    assert "with crutches the feet carry 0.90 times" in warning.message
 
 
 @pytest.mark.parametrize(("shown", "judged"), [(0.29, False), (0.31, True)])
@@ -89,19 +89,19 @@ def test_of_less_than_0_3_s_nothing_is_concluded(shown, judged):
     loads.valid[:] = False
     loads.valid[100 : 120 + round(shown * RATE)] = True
     twice = 0.5 * needs(loads)
-    assert len(list(weight_doubts(twice, loads))) == judged
-    assert len(list(aid_doubts("a cane", twice, loads))) == judged
+    assert len(list(weight_warnings(twice, loads))) == judged
+    assert len(list(aid_warnings("a cane", twice, loads))) == judged
     wrong = needs(loads) - [0.1 * WEIGHT, 0.0, 0.0]
     assert bool(found(wrong, loads)) == judged
     loads.valid[:] = False
     loads.valid[: 10 + round(shown * RATE)] = True
-    assert len(list(weight_doubts(twice, loads))) == judged
+    assert len(list(weight_warnings(twice, loads))) == judged
 
 
 def test_both_feet_must_be_known():
     loads = walked()
     loads.valid[:, 1] = False
-    assert not list(weight_doubts(0.5 * needs(loads), loads))
+    assert not list(weight_warnings(0.5 * needs(loads), loads))
     assert not found(0.5 * needs(loads), loads)
 
 
@@ -119,14 +119,14 @@ def with_rate(loads, ratio):
 )  # fmt: skip
 def test_a_frame_rate_changes_accelerations_by_its_square(ratio, limit, certain):
     loads = walked()
-    doubts = [each for each in found(with_rate(loads, ratio), loads) if "rate" in each.check]
+    warnings = [each for each in found(with_rate(loads, ratio), loads) if "rate" in each.check]
     if limit is None:
-        assert not doubts
+        assert not warnings
         return
-    (doubt,) = doubts
-    assert f"looks {ratio**0.5:.1f} times the true one" in doubt.message
-    assert (doubt.limit, doubt.certain) == (limit, certain)
-    assert doubt.value == pytest.approx(ratio)
+    (warning,) = warnings
+    assert f"looks {ratio**0.5:.1f} times the true one" in warning.message
+    assert (warning.limit, warning.certain) == (limit, certain)
+    assert warning.value == pytest.approx(ratio)
 
 
 def test_a_wrong_frame_rate_is_the_only_warning_and_a_wrong_mass_is_none():
@@ -158,10 +158,10 @@ def test_the_fore_aft_force_of_one_plate(ratio, limit, certain, column, plate):
     loads = walked()
     needed = needs(loads)
     needed[:, 0] += (ratio - 1.0) * loads.force[:, column, 0]
-    doubts = [each for each in found(needed, loads) if each.check == "fore-aft force and motion"]
+    warnings = [each for each in found(needed, loads) if each.check == "fore-aft force and motion"]
     expected = [] if limit is None else [(plate, limit, certain)]
-    assert [(each.plate, each.limit, each.certain) for each in doubts] == expected
-    for each in doubts:
+    assert [(each.plate, each.limit, each.certain) for each in warnings] == expected
+    for each in warnings:
         assert each.value == pytest.approx(ratio)
 
 
@@ -176,9 +176,9 @@ def test_what_other_plates_show_at_the_same_time_is_not_asked_of_a_plate():
     assert not found(whole, both, stances)
     needed = whole.copy()
     needed[:, 0] -= 2.0 * force[:, 0, 0]
-    doubts = {each.plate: each for each in found(needed, both, stances) if each.plate}
-    assert doubts["A"].value == pytest.approx(-1.0)
-    assert doubts["A"].certain
+    warnings = {each.plate: each for each in found(needed, both, stances) if each.plate}
+    assert warnings["A"].value == pytest.approx(-1.0)
+    assert warnings["A"].certain
 
 
 def test_a_plate_that_carried_too_little_or_that_has_nothing_to_do_with_the_motion():
@@ -196,12 +196,12 @@ def test_a_plate_that_carried_too_little_or_that_has_nothing_to_do_with_the_moti
 @pytest.mark.parametrize(("axis", "words"), [(0, "6.0 % of its weight forward"), (1, "6.0 % to")])
 def test_a_horizontal_channel_that_is_not_zeroed(axis, words):
     loads = walked()
-    for share, doubted in ((0.06, True), (0.04, False), (-0.06, True)):
+    for share, warned in ((0.06, True), (0.04, False), (-0.06, True)):
         needed = needs(loads)
         needed[:, axis] -= share * WEIGHT
-        doubts = [each for each in found(needed, loads) if each.check == "horizontal impulse"]
-        assert len(doubts) == doubted
-        for each in doubts:
+        warnings = [each for each in found(needed, loads) if each.check == "horizontal impulse"]
+        assert len(warnings) == warned
+        for each in warnings:
             assert each.value == pytest.approx(0.06)
             assert ("-" if share < 0.0 else "") + words in each.message
 
@@ -213,31 +213,31 @@ def test_a_plate_that_is_silent_for_a_moment(off, words):
     loads = walked()
     needed = needs(loads)
     loads.force[197:204, 0, 2] += off * WEIGHT
-    (doubt,) = [each for each in found(needed, loads) if "vertical" in each.check]
-    assert doubt.value == pytest.approx(0.5)
-    assert words in doubt.message
-    assert re.search(r"at (12\.0[01]|11\.99) s", doubt.message)
+    (warning,) = [each for each in found(needed, loads) if "vertical" in each.check]
+    assert warning.value == pytest.approx(0.5)
+    assert words in warning.message
+    assert re.search(r"at (12\.0[01]|11\.99) s", warning.message)
 
 
 @pytest.mark.parametrize(
-    ("off", "frames", "doubted"),
+    ("off", "frames", "warned"),
     [(0.31, 6, True), (0.29, 6, False), (0.5, 3, False), (0.62, 3, True), (2.0, 1, True)],
 )
-def test_a_short_fault_counts_by_its_mean_over_60_ms(off, frames, doubted):
+def test_a_short_fault_counts_by_its_mean_over_60_ms(off, frames, warned):
     loads = walked()
     needed = needs(loads)
     loads.force[120 : 120 + frames, 0, 2] += off * WEIGHT
-    assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == doubted
+    assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == warned
 
 
 def test_what_is_within_0_1_s_of_an_unknown_force_does_not_count():
     """Where a foot lands beside the plates, its force is missing a little before that is known."""
-    for missing, doubted in ((slice(40, 50), False), (slice(30, 39), True)):
+    for missing, warned in ((slice(40, 50), False), (slice(30, 39), True)):
         loads = walked()
         needed = needs(loads)
         loads.valid[50:100, 1] = False
         loads.force[missing, 0, 2] -= 0.4 * WEIGHT
-        assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == doubted
+        assert bool([each for each in found(needed, loads) if "vertical" in each.check]) == warned
 
 
 def swings(*lengths, side="right"):
@@ -260,25 +260,25 @@ def test_a_swing_of_a_pendulum(relative, words):
     """A leg of 0.53 of the stature swings in 1 to 2.2 times the root of its length over g."""
     height = 1.75
     swing = relative * np.sqrt(LEG_SHARE * height / STANDARD_GRAVITY)
-    doubts = list(swing_doubts(swings(swing), height))
-    assert len(doubts) == (words is not None)
-    for each in doubts:
+    warnings = list(swing_warnings(swings(swing), height))
+    assert len(warnings) == (words is not None)
+    for each in warnings:
         assert each.value == pytest.approx(relative)
         assert each.limit == (1.0 if relative < 1.0 else 2.2)
         assert f"a swing takes {swing:.2f} s" in each.message
         assert words in each.message
-    with_forces = list(swing_doubts(swings(swing), height, forces=True))
+    with_forces = list(swing_warnings(swings(swing), height, forces=True))
     assert len(with_forces) == (relative < 1.0)
 
 
 def test_the_median_swing_of_both_feet_counts():
     usual, short = 0.4, 0.1
-    assert not list(swing_doubts(swings(usual, short, usual), 1.75))
-    assert list(swing_doubts(swings(short, usual, short), 1.75))
+    assert not list(swing_warnings(swings(usual, short, usual), 1.75))
+    assert list(swing_warnings(swings(short, usual, short), 1.75))
     both = sorted(swings(usual) + swings(usual, short, side="left"), key=lambda event: event.time)
-    assert not list(swing_doubts(both, 1.75))
+    assert not list(swing_warnings(both, 1.75))
     stance = [Event(0.0, "right", "heel_strike"), Event(0.1, "right", "toe_off")]
-    assert not list(swing_doubts(stance, 1.75))
+    assert not list(swing_warnings(stance, 1.75))
 
 
 @pytest.mark.parametrize(
@@ -294,7 +294,7 @@ def test_the_median_swing_of_both_feet_counts():
     ],
 )
 def test_a_belt_at_another_speed_than_the_feet(belt: float, feet: float, warned: bool) -> None:
-    doubts = list(belt_doubts(belt, feet))
-    assert len(doubts) == warned
-    for doubt in doubts:
-        assert f"move back at {feet:.3f} m/s" in str(doubt)
+    warnings = list(belt_warnings(belt, feet))
+    assert len(warnings) == warned
+    for warning in warnings:
+        assert f"move back at {feet:.3f} m/s" in str(warning)

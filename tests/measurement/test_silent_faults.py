@@ -5,48 +5,48 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitval.checks.force_checks import channel_doubts
-from gaitval.checks.marker_checks import trajectory_doubts
-from gaitval.checks.motion_checks import belt_doubts
+from gaitval.checks.force_checks import channel_warnings
+from gaitval.checks.marker_checks import trajectory_warnings
+from gaitval.checks.motion_checks import belt_warnings
 from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.scale import _odd_stature, _odd_widths
 
 
-def checks(doubts):
-    return [each.check for each in doubts]
+def checks(warnings):
+    return [each.check for each in warnings]
 
 
 @pytest.mark.parametrize(
-    ("belt", "feet", "said"),
+    ("belt", "feet", "message"),
     [(0.54, 0.49, True), (0.22, 0.18, True), (1.3, 1.22, True), (0.5, 0.48, False),
      (1.3, 1.25, False), (0.2, 0.18, False)],
 )  # fmt: skip
-def test_a_belt_of_another_speed_is_said_from_five_percent_on(belt, feet, said):
-    assert checks(belt_doubts(belt, feet)) == ["belt"] * said
+def test_a_belt_of_another_speed_is_said_from_five_percent_on(belt, feet, message):
+    assert checks(belt_warnings(belt, feet)) == ["belt"] * message
 
 
 @pytest.mark.parametrize(
-    ("knee", "ankle", "said"),
+    ("knee", "ankle", "message"),
     [(0.07, 0.07, True), (0.07, 0.105, True), (0.068, None, True), (0.105, 0.07, False),
      (0.105, None, False), (None, 0.07, False), (None, None, False), ((0.1, 0.102), 0.07, False)],
 )  # fmt: skip
-def test_a_width_of_another_joint_is_said(knee, ankle, said):
+def test_a_width_of_another_joint_is_said(knee, ankle, message):
     request = SimpleNamespace(knee_width=knee, ankle_width=ankle, height=1.75)
-    assert checks(_odd_widths(request)) == ["widths"] * said
+    assert checks(_odd_widths(request)) == ["widths"] * message
 
 
-@pytest.mark.parametrize(("factor", "said"), [(0.88, True), (1.12, True), (0.95, False)])
-def test_a_stature_that_the_legs_do_not_have_is_said(factor, said):
+@pytest.mark.parametrize(("factor", "message"), [(0.88, True), (1.12, True), (0.95, False)])
+def test_a_stature_that_the_legs_do_not_have_is_said(factor, message):
     rows = [SimpleNamespace(segment=name, factor=factor) for name in ("thigh", "shank")]
-    doubts = [
+    warnings = [
         *_odd_stature(
             SimpleNamespace(table=rows),
             SimpleNamespace(height=1.5, knee_width=0.1, ankle_width=0.07),
         )
     ]
-    assert checks(doubts) == ["stature"] * said
-    if said:
-        assert f"they fit {factor * 1.5:.2f} m" in str(doubts[0])
+    assert checks(warnings) == ["stature"] * message
+    if message:
+        assert f"they fit {factor * 1.5:.2f} m" in str(warnings[0])
 
 
 def plate(least: float) -> Plate:
@@ -61,10 +61,10 @@ def plate(least: float) -> Plate:
 
 
 @pytest.mark.parametrize(
-    ("least", "said"), [(60.0, True), (50.0, True), (20.0, False), (0.0, False)]
+    ("least", "message"), [(60.0, True), (50.0, True), (20.0, False), (0.0, False)]
 )
-def test_forces_that_were_cut_off_are_said(least, said):
-    assert ("forces cut off" in checks(channel_doubts(plate(least), 500.0))) == said
+def test_forces_that_were_cut_off_are_said(least, message):
+    assert ("forces cut off" in checks(channel_warnings(plate(least), 500.0))) == message
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.04, 0.3])
@@ -77,5 +77,5 @@ def test_a_gap_that_was_filled_by_a_straight_line_is_said(seconds):
     ends = markers[100, 2], markers[101 + count, 2]
     markers[100 : 102 + count, 2] = ends[0] + line * (ends[1] - ends[0])
     recording = Recording("a", "laboratory", tuple("abcde"), markers, 100.0)
-    doubts = [each for each in trajectory_doubts(recording) if each.check == "straight line"]
-    assert [each.where for each in doubts] == (["c"] if seconds > 0.1 else [])
+    warnings = [each for each in trajectory_warnings(recording) if each.check == "straight line"]
+    assert [each.where for each in warnings] == (["c"] if seconds > 0.1 else [])

@@ -8,7 +8,7 @@ import pytest
 
 from gaitval.constants import STANDARD_GRAVITY
 from gaitval.measurement import standing
-from gaitval.measurement.standing import KINDS, Standing, standing_of, with_plates
+from gaitval.measurement.standing import KINDS, StandingForces, standing_of, with_plates
 from gaitval.mocap.recording import Plate, Recording
 
 MASS = 60.0
@@ -44,10 +44,12 @@ class Session:
 
 def test_a_fault_of_a_plate_is_what_it_adds_to_the_weight():
     share = {"1": np.array([0.0, 0.0, 0.6]), "2": np.array([0.0, 0.0, 0.4])}
-    sound = Standing({name: each * WEIGHT for name, each in share.items()}, True)
+    sound = StandingForces({name: each * WEIGHT for name, each in share.items()}, True)
     wrong = {name: each * WEIGHT for name, each in share.items()}
     wrong["1"] = 1.1 * wrong["1"] + 0.02 * wrong["1"][2] * np.array([1.0, 0.0, 0.0])
-    before, after = (one.rows(WEIGHT, NAMES, ("1", "2")) for one in (sound, Standing(wrong, True)))
+    before, after = (
+        one.rows(WEIGHT, NAMES, ("1", "2")) for one in (sound, StandingForces(wrong, True))
+    )
     assert [kind for kind, *_ in before] == [*KINDS]
     for (_, value, _, effects), (_, changed, *_) in zip(before, after, strict=True):
         assert value == pytest.approx(0.0)
@@ -57,14 +59,16 @@ def test_a_fault_of_a_plate_is_what_it_adds_to_the_weight():
 
 
 def test_the_mass_that_is_given_stands_against_the_weight():
-    vertical = Standing({"1": np.array([0.0, 0.0, WEIGHT])}, False).rows(1.05 * WEIGHT, NAMES, "1")
+    vertical = StandingForces({"1": np.array([0.0, 0.0, WEIGHT])}, False).rows(
+        1.05 * WEIGHT, NAMES, "1"
+    )
     ((kind, value, _, effects),) = vertical  # where the axes of the walk point is not known
     assert kind == KINDS[2]
     assert value == pytest.approx(0.05 * effects[NAMES.index("mass")], rel=0.06)
 
 
 def test_what_a_plate_that_nobody_walks_on_may_be_off_widens_the_errors():
-    both = Standing({name: np.array([0.0, 0.0, 0.5 * WEIGHT]) for name in "12"}, True)
+    both = StandingForces({name: np.array([0.0, 0.0, 0.5 * WEIGHT]) for name in "12"}, True)
     (*_, sure), (*_, less) = (both.rows(WEIGHT, NAMES, walked) for walked in ("12", "1"))
     assert sure[2] < less[2]
 
@@ -101,9 +105,9 @@ def test_plates_are_turned_as_those_of_the_walk(monkeypatch):
 
 def test_the_plates_are_of_the_same_window_as_the_markers(monkeypatch):
     """Somebody holds a bag until 0.1 s; standing is looked at after that."""
-    held = plate("1", 1.0)
-    held.force[:100, 2] *= 1.14
-    whole = recording(held)
+    fixed = plate("1", 1.0)
+    fixed.force[:100, 2] *= 1.14
+    whole = recording(fixed)
     monkeypatch.setattr(standing, "read_recording", lambda _: whole)
 
     class Late(Request):

@@ -150,7 +150,7 @@ def test_the_nearest_trial_is_copied():
     )
     found = nearest_trial(TRIED)
     assert (found.name, found.people) == ("nearest trial copied", 0)
-    assert found.told == f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s"
+    assert found.known == f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s"
     expected = recorded_curves(nearest.record())
     for field in fields(Curves):
         for name, curve in getattr(expected, field.name).items():
@@ -166,7 +166,7 @@ def test_a_line_through_two_trials_is_exact_on_a_line_of_speed(monkeypatch):
     speed = TRIED.walking_speed_m_s
     found = line_of_trials(TRIED)
     near = sorted(trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - speed))[:2]
-    assert found.told == f"the person's {near[0].trial} and {near[1].trial}"
+    assert found.known == f"the person's {near[0].trial} and {near[1].trial}"
     assert (found.name, found.people) == ("line through two trials", 0)
     expected = 1.0 + 3.0 * speed + np.linspace(0.0, speed, 101)
     np.testing.assert_allclose(found.curves.moments["knee_angle_l"], expected, atol=1e-9)
@@ -176,7 +176,7 @@ def test_a_line_through_two_trials_is_exact_on_a_line_of_speed(monkeypatch):
     twice = near.model_copy(update={"name": "again"})
     three = TRIED.model_copy(update={"trials": (near, twice, far)})
     two = TRIED.model_copy(update={"trials": (near, far)})
-    assert line_of_trials(three).told == line_of_trials(two).told, "a speed twice is one"
+    assert line_of_trials(three).known == line_of_trials(two).known, "a speed twice is one"
     one = TRIED.model_copy(update={"trials": TRIED.trials[:1]})
     assert line_of_trials(one) is None
 
@@ -199,7 +199,7 @@ def test_other_peoples_change_is_added_to_the_nearest_trial(monkeypatch):
     found = change_added(TRIED, SUBJECTS)
     others = [each for each in SUBJECTS if not TRIED.is_person_of(each)]
     assert (found.name, found.people) == ("other people's change added", len(others))
-    assert found.told == nearest_trial(TRIED).told
+    assert found.known == nearest_trial(TRIED).known
     here = dimensionless_speed(TRIED)
     nearest = min(
         trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
@@ -231,7 +231,7 @@ def test_trials_without_forces_predict_angles_alone():
         found, full = (predictions(each, SUBJECTS) for each in (of_cameras, TRIED))
         assert [each.name for each in found] == [each.name for each in full]
         for mine, theirs in zip(found, full, strict=True):
-            assert mine.told == theirs.told
+            assert mine.known == theirs.known
             for name, curve in theirs.curves.angles.items():
                 np.testing.assert_array_equal(mine.curves.angles[name], curve)
         assert [bool(each.curves.moments) for each in found] == [True, False, False, False]
@@ -250,8 +250,8 @@ def test_a_trial_with_forces_is_copied_before_a_nearer_one_without():
         TRIED.trials, key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
     )
     mixed = TRIED.model_copy(update={"trials": (without_forces(near), far)})
-    assert nearest_trial(mixed).told.startswith(f"the person's {far.name} ")
-    assert nearest_trial(without_forces(mixed)).told.startswith(f"the person's {near.name} ")
+    assert nearest_trial(mixed).known.startswith(f"the person's {far.name} ")
+    assert nearest_trial(without_forces(mixed)).known.startswith(f"the person's {near.name} ")
     # the angles of both, and no moments of only one of them
     assert line_of_trials(mixed) is None
     assert not line_of_trials(without_forces(mixed)).curves.moments

@@ -146,10 +146,10 @@ def test_shapes_that_do_not_fit_are_named():
 def test_spm1d_finds_the_same_thresholds(width, paired):
     """Both draw 2000 permutations at random, which leaves each threshold an SD of about 1 %."""
     spm1d = pytest.importorskip("spm1d")
-    from claims.agreement.curve_statistics import Case, thresholds
+    from claims.agreement.curve_statistics import CurveCase, thresholds
 
     assert spm1d.__version__ >= "0.4.55"
-    case = Case("", smooth_curves(14, width, 11), smooth_curves(14, width, 12), paired)
+    case = CurveCase("", smooth_curves(14, width, 11), smooth_curves(14, width, 12), paired)
     ours, theirs = thresholds(case, permutations=2000)
     assert ours.permuted == pytest.approx(theirs.permuted, rel=0.05)
     assert ours.field == pytest.approx(theirs.field, rel=0.002)

@@ -57,9 +57,9 @@ def test_the_path_is_that_under_the_foot_whatever_its_heading(side, heading):
         contact.path[..., 0], np.tile(np.linspace(0, 1, 101), (3, 1)), atol=5e-3
     )
     np.testing.assert_allclose(contact.path[..., 1], 0.01 / LENGTH, atol=1e-9)
-    told = contact.contact().as_dict()
-    assert told["progress"] == pytest.approx({"10": 10.0, "50": 50.0, "90": 90.0}, abs=0.5)
-    assert told["path"]["across"]["sd"] == pytest.approx(np.zeros(101), abs=1e-9)
+    message = contact.contact().as_dict()
+    assert message["progress"] == pytest.approx({"10": 10.0, "50": 50.0, "90": 90.0}, abs=0.5)
+    assert message["path"]["across"]["sd"] == pytest.approx(np.zeros(101), abs=1e-9)
 
 
 def test_the_outline_is_the_foot_from_heel_to_toes():
@@ -154,7 +154,7 @@ def test_a_transient_is_seen_unfiltered():
 
 def test_a_walk_without_a_cycle_has_no_path():
     contact = _contacts(perfect_walk(RECORD, cycles=0.4))[0]["right"]
-    told = contact.contact().as_dict()
-    assert told["stances"] == 0
-    assert told["path"]["along"] == {"mean": None, "sd": None}
-    assert told["progress"]["50"] is None
+    message = contact.contact().as_dict()
+    assert message["stances"] == 0
+    assert message["path"]["along"] == {"mean": None, "sd": None}
+    assert message["progress"]["50"] is None

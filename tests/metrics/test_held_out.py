@@ -11,7 +11,7 @@ from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.held_out import beyond, prediction_errors
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.typed import sided
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def expected(person, people):
     """Of each trial, by its definition: RMS of each recorded curve, mean over those of a group."""
     rows = []
     for name in (person.trial, *(trial.name for trial in person.trials)):
-        guess = told(person, RecordSettings(holdout=name), people, forced=True).record
+        guess = known_record(person, RecordSettings(holdout=name), people, forced=True).record
         predicted = by_kind(recorded_curves(guess))
         recorded = by_kind(recorded_curves(person.on_trial(name).record()))
         rows.append(

@@ -201,8 +201,8 @@ def test_junit_has_a_case_a_measure_and_a_failure_a_loss(metrics, tmp_path):
     write_junit(rows, tmp_path / "junit.xml", about={"inputs": "numpy 1, now 2"})
     suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
     assert (suite.get("tests"), suite.get("failures")) == (str(len(rows)), "1")
-    (told,) = suite.iter("property")
-    assert (told.get("name"), told.get("value")) == ("inputs", "numpy 1, now 2")
+    (message,) = suite.iter("property")
+    assert (message.get("name"), message.get("value")) == ("inputs", "numpy 1, now 2")
     cases = suite.findall("testcase")
     assert len(cases) == len(rows)
     (failed,) = [case for case in cases if case.find("failure") is not None]

@@ -10,10 +10,10 @@ from gaitval.metrics.typed import (
     Count,
     Flag,
     Number,
-    Positive,
     Result,
     Share,
     Size,
+    StrictPositive,
     array,
     number,
     numbers,
@@ -27,7 +27,7 @@ class Part(Result):
     number: Number = 0.0
     size: Size = 0.0
     share: Share = 0.0
-    positive: Positive = 1.0
+    positive: StrictPositive = 1.0
     count: Count = 0
     flag: Flag = False
 

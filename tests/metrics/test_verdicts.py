@@ -141,8 +141,8 @@ def test_the_sentence_counts_what_failed_by_role_and_what_passes_narrowly(metric
         )
 
     for role in counts:
-        said = sentence(failing(role))
-        assert f"1 of {counts[role]} {role} limits failed" in said.replace("All", "all")
+        message = sentence(failing(role))
+        assert f"1 of {counts[role]} {role} limits failed" in message.replace("All", "all")
         assert [each.first.id for each in failed_limits(failing(role))] == [first[role]]
     assert sentence(failing("acceptance"))[0].isdigit()
     both = with_rows(good, lambda each: each.model_copy(update={"passed": False}))
@@ -165,11 +165,11 @@ def test_the_sentence_counts_what_failed_by_role_and_what_passes_narrowly(metric
 
 def test_nothing_recorded_is_not_judged(metrics, monkeypatch):
     monkeypatch.setattr(type(metrics), "is_recorded_at_all", False)
-    said = sentence(metrics)
+    message = sentence(metrics)
     every = limit_verdicts(metrics)
     kept = sum(each.passed for each in every)
     speed = metrics.record.spatiotemporal.walking_speed
-    assert said == (
+    assert message == (
         f"Nothing was recorded at {speed:.3g} m/s: accuracy is not judged. The walk itself: "
         f"{kept} of {len(every)} limits kept."
     )

@@ -45,13 +45,13 @@ def test_one_that_is_refused_does_not_stop_the_others(tmp_path, monkeypatch):
         raise RecordError(f"{options.static}: no such file.\nCheck it.")
 
     monkeypatch.setattr(batch_imports, "import_files", refuse)
-    said = []
+    messages = []
     outcomes = import_batch(
-        people, tmp_path / "out", load_configuration(), tell=lambda *words: said.append(words)
+        people, tmp_path / "out", load_configuration(), notify=lambda *words: messages.append(words)
     )
     assert tried == ["P01", "P02", "P03"]
     assert not any(outcome.made for outcome in outcomes)
-    assert [words[0] for words in said] == tried
+    assert [words[0] for words in messages] == tried
     with (tmp_path / "out" / TABLE).open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["name"] for row in rows] == tried
@@ -90,7 +90,9 @@ def test_people_of_a_session_file_are_those_of_their_names_unless_it_says_otherw
         batch_imports, "import_files", lambda options, *_, **__: seen.append(options)
     )
     monkeypatch.setattr(
-        batch_imports, "_made", lambda person, *_: batch_imports.Outcome(person.name, *6 * [""])
+        batch_imports,
+        "_made",
+        lambda person, *_: batch_imports.ImportOutcome(person.name, *6 * [""]),
     )
     import_batch(read_batch(session(tmp_path, text)), tmp_path / "out", load_configuration())
     assert [(each.person, each.laboratory) for each in seen] == [("P01", None), ("P01", "Lyon")]
@@ -141,11 +143,11 @@ def test_missing_files_and_empty_folders_are_refused(tmp_path):
 
 
 def test_a_key_of_an_earlier_session_file_is_read_and_said(tmp_path):
-    said = []
+    messages = []
     text = PERSON + "feet_flat = false\n"
-    (person,) = read_batch(session(tmp_path, text), lambda *words: said.append(words))
+    (person,) = read_batch(session(tmp_path, text), lambda *words: messages.append(words))
     assert person.feet_not_flat
-    ((step, sentence),) = said
+    ((step, sentence),) = messages
     assert step == "session"
     assert "person 1: feet_flat is read as feet_not_flat = true; write that" in sentence
     (person,) = read_batch(session(tmp_path, PERSON + "feet_flat = true\n"))

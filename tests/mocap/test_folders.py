@@ -98,9 +98,9 @@ def test_several_people_in_one_trial_of_pose2sim(pose2sim) -> None:
 
 
 def test_the_files_that_are_read_are_said(pose2sim) -> None:
-    said: list[str] = []
-    (person,) = read_batch(pose2sim, lambda _, text: said.append(text))
-    (sentence,) = said
+    messages: list[str] = []
+    (person,) = read_batch(pose2sim, lambda _, text: messages.append(text))
+    (sentence,) = messages
     assert person.static is not None
     for file in (person.static, *person.trials):
         assert str(file.relative_to(pose2sim)) in sentence

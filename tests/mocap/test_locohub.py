@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from gaitval.coordinates import SIDES
 from gaitval.datasets.locohub import read_locohub_trials, resampled
-from gaitval.datasets.locohub_subject import Given, mean_curves, write_subjects
+from gaitval.datasets.locohub_subject import GivenFacts, mean_curves, write_subjects
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.gait.record import REQUIRED_ANGLES
@@ -122,7 +122,7 @@ def test_what_is_missing_stands_in_only_if_asked_for(tmp_path) -> None:
 
 
 def test_a_foot_that_is_not_said_is_the_right_one_and_said_to_be(tmp_path) -> None:
-    path = data_set(tmp_path / "a_phase.parquet", "right", said=False)
+    path = data_set(tmp_path / "a_phase.parquet", "right", message=False)
     (trial,) = read_locohub_trials(path)
     assert set(trial.cycles) == {"right"}
     (file,), _ = write_subjects(path, tmp_path / "out")
@@ -162,7 +162,7 @@ def test_what_nobody_says_is_asked_for(tmp_path, metadata, info, words) -> None:
     written, refused = write_subjects(path, tmp_path / "out")
     assert not written
     assert words in refused["MD23_AB01"]
-    given = Given(mass=64.95, height=1.53, sex="F", speed=1.12)
+    given = GivenFacts(mass=64.95, height=1.53, sex="F", speed=1.12)
     assert write_subjects(path, tmp_path / "out", given=given)[0]
 
 

@@ -54,10 +54,10 @@ class TestStorage:
         assert read.columns == ("a", "b")
         np.testing.assert_array_equal(read.values, [[1, 2], [3, 4]])
 
-    @pytest.mark.parametrize("said", ["yes", "y", "YES", "no", "n", None])
-    def test_degrees_are_what_opensim_takes_for_degrees(self, tmp_path, said):
+    @pytest.mark.parametrize("message", ["yes", "y", "YES", "no", "n", None])
+    def test_degrees_are_what_opensim_takes_for_degrees(self, tmp_path, message):
         opensim = pytest.importorskip("opensim")
-        line = "" if said is None else f"inDegrees={said}\n"
+        line = "" if message is None else f"inDegrees={message}\n"
         path = tmp_path / "a.mot"
         path.write_text(
             f"walk\nversion=1\n{line}nRows=2\nnColumns=2\nendheader\ntime\ta\n0\t1\n1\t2\n"
@@ -381,5 +381,5 @@ def test_a_word_of_the_header_that_opensim_does_not_know_is_refused(tmp_path):
     for line, wrong in (("inDegrees=no", "inDegrees=maybe"), ("version=1", "version=99")):
         assert line in text
         path.write_text(text.replace(line, wrong))
-        said = refuse(read_ground_reaction, path, wrong.split("=")[0], wrong.split("=")[1])
-        assert str(path) in said
+        message = refuse(read_ground_reaction, path, wrong.split("=")[0], wrong.split("=")[1])
+        assert str(path) in message

@@ -9,7 +9,7 @@ from claims.opensim_motion import read_motion
 from gaitval.apps.export.c3d_file import CAMERA_STEPS, recording_of, write_c3d_file
 from gaitval.apps.export.locohub import locohub_frame, write_locohub
 from gaitval.apps.export.opensim_folder import foot_forces, write_opensim
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.datasets.locohub import POINTS, read_locohub_trials
 from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
@@ -21,15 +21,15 @@ EQUAL = 1e-6
 
 
 @pytest.fixture(scope="module")
-def walked() -> Walked:
-    return Walked.of("5")
+def walked() -> ExportedWalk:
+    return ExportedWalk.of("5")
 
 
 def relative(read: np.ndarray, written: np.ndarray) -> float:
     return float(np.abs(read - written).max() / np.abs(written).max())
 
 
-def test_c3d(walked: Walked, tmp_path: Path) -> None:
+def test_c3d(walked: ExportedWalk, tmp_path: Path) -> None:
     (path,) = write_c3d_file(tmp_path, walked)
     read, written = read_recording(path), recording_of(walked)
     assert relative(read.markers, written.markers) < EQUAL
@@ -43,7 +43,7 @@ def test_c3d(walked: Walked, tmp_path: Path) -> None:
     assert relative(again.markers, read.markers) < EQUAL
 
 
-def test_opensim(walked: Walked, tmp_path: Path) -> None:
+def test_opensim(walked: ExportedWalk, tmp_path: Path) -> None:
     """The forces with markers of the same walk, as an import is given them."""
     _, motion, _, reaction, _ = write_opensim(tmp_path, walked)
     _, positions = read_motion(motion)
@@ -64,11 +64,11 @@ def test_opensim(walked: Walked, tmp_path: Path) -> None:
         assert relative(plate.free_moment[on], forces.free_moment[:count, side][on] @ turn) < 1e-5
 
 
-def test_locohub(walked: Walked, tmp_path: Path) -> None:
+def test_locohub(walked: ExportedWalk, tmp_path: Path) -> None:
     """The mean over each foot's own cycles, in our names and signs."""
     (path,) = write_locohub(tmp_path, walked)
     (trial,) = read_locohub_trials(path)
-    assert trial.sides_said
+    assert trial.sides_given
     assert trial.count == walked.cycles.count("right") + walked.cycles.count("left")
     curves, frame = trial.curves(), locohub_frame(walked)
     for side in ("right", "left"):

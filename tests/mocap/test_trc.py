@@ -51,8 +51,8 @@ class TestTrc:
         assert read.names == tuple(true.names[place] for place in kept)
         np.testing.assert_allclose(read.markers, true.markers[:, kept], rtol=1e-8)
 
-    @pytest.mark.parametrize(("header", "told"), [(100.1, False), (100.4, True)])
-    def test_times_that_go_at_another_rate_than_the_header_says(self, tmp_path, header, told):
+    @pytest.mark.parametrize(("header", "message"), [(100.1, False), (100.4, True)])
+    def test_times_that_go_at_another_rate_than_the_header_says(self, tmp_path, header, message):
         line = f"{header:g}\t{header:g}\t20\t3\tmm\t100\t1\t20"
         path = trc(tmp_path / "a.trc", changes={3: line})
         with warnings.catch_warnings(record=True) as seen:
@@ -60,7 +60,7 @@ class TestTrc:
             assert read_trc(path).marker_rate == 100.0
         assert [
             f"DataRate is {header:g} Hz, but the times go at 100 Hz" in str(w.message) for w in seen
-        ] == [True] * told
+        ] == [True] * message
 
     def test_a_rate_that_no_rounding_explains_is_refused(self, tmp_path):
         path = trc(tmp_path / "a.trc", changes={3: "101\t101\t20\t3\tmm\t100\t1\t20"})
@@ -149,14 +149,14 @@ class TestTrc:
         refused = 0
         for size in range(0, len(whole) - 12, 61):
             (tmp_path / "a.trc").write_text(whole[:size])
-            with warnings.catch_warnings(record=True) as said:
+            with warnings.catch_warnings(record=True) as message:
                 warnings.simplefilter("always")
                 try:
                     found = read_trc(tmp_path / "a.trc")
                 except RecordError:
                     refused += 1
                     continue
-            assert any("NumFrames is 20, but there are" in str(each.message) for each in said)
+            assert any("NumFrames is 20, but there are" in str(each.message) for each in message)
             frames = len(found.markers)
             assert np.array_equal(found.markers, all_of_it.markers[:frames], equal_nan=True)
         assert refused > 5

@@ -209,11 +209,11 @@ def refused(path: Path, *words: str, forces: Path | None = None) -> None:
     """It says what was seen and where, why it is wrong, and what to do."""
     with pytest.raises(RecordError) as caught:
         read_recording(path, forces=forces)
-    said = str(caught.value)
+    message = str(caught.value)
     for word in words:
-        assert word in said, said
+        assert word in message, message
     fixes = "Export Give give set Write Copy Enter Tick Label Correct Leave Download"
-    assert any(fix in said for fix in fixes.split()), said
+    assert any(fix in message for fix in fixes.split()), message
 
 
 class TestVicon:

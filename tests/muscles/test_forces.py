@@ -198,25 +198,27 @@ def test_missing_moments_are_refused(walk, dynamics):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"criterion": "effort"}, "squares"),
         ({"strength": {"calf": 0.5}}, "calf"),
         ({"height": 175.0}, "175"),
     ],
 )
-def test_what_is_not_known_is_refused(walk, dynamics, options, said):
-    with pytest.raises(ModelError, match=said):
+def test_what_is_not_known_is_refused(walk, dynamics, options, message):
+    with pytest.raises(ModelError, match=message):
         share(walk.model, walk.positions, dynamics, **{"height": 1.75, **options})
 
 
 def test_what_a_reader_must_know_is_remarked(walk, dynamics, found):
-    assert not [said for said in found.remarks() if "no muscle" in said and "hip" in said]
+    assert not [
+        message for message in found.remarks() if "no muscle" in message and "hip" in message
+    ]
     weak = share(walk.model, walk.positions, dynamics, height=1.75, strength=0.15)
-    said = " ".join(weak.remarks())
-    assert "right ankle_angle" in said
-    assert "Nm" in said
-    assert "soleus" in said
+    message = " ".join(weak.remarks())
+    assert "right ankle_angle" in message
+    assert "Nm" in message
+    assert "soleus" in message
 
 
 def test_a_pose_that_no_path_reaches_is_refused(walk, dynamics):

@@ -19,7 +19,7 @@ from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.muscles import share
 from gaitval.session.request import ImportOptions, checked, silent
-from gaitval.session.session import Progress, work_out
+from gaitval.session.session import ImportProgress, work_out
 
 TRIALS = ("ss1", "ss3", "ss11")
 MASS, HEIGHT = 75.0, 1.80
@@ -68,7 +68,7 @@ def _marker_set() -> str:
 
 
 @pytest.fixture(scope="module")
-def progress(gait_data, tmp_path_factory) -> Progress:
+def progress(gait_data, tmp_path_factory) -> ImportProgress:
     folder, out = gait_data / "knee_implant", tmp_path_factory.mktemp("knee")
     (out / "markers.toml").write_text(_marker_set())
     # The standing trial has y up and he faces +x; the walks are in the laboratory's axes, z up,
@@ -88,7 +88,7 @@ def progress(gait_data, tmp_path_factory) -> Progress:
             "floor": FLOOR,
         },
     )
-    found = Progress()
+    found = ImportProgress()
     work_out(request_of(options, out, silent), load_configuration().processing, silent, found)
     return found
 

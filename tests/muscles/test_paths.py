@@ -5,7 +5,7 @@ import pytest
 
 from gaitval.errors import ModelError
 from gaitval.muscles.curves import active_length, passive_length, tendon_strain, velocity
-from gaitval.muscles.mapping import Sizes
+from gaitval.muscles.mapping import BoneSizes
 from gaitval.muscles.paths import BONES, COORDINATES, JOINTS, geometry, table
 from gaitval.muscles.person import leg_muscles
 
@@ -86,7 +86,7 @@ def test_beyond_the_table_is_said():
 
 
 def test_a_published_leg_has_the_published_muscles():
-    own = leg_muscles(Sizes(np.ones(4)), mass=75.0, height=1.70)
+    own = leg_muscles(BoneSizes(np.ones(4)), mass=75.0, height=1.70)
     for i, each in enumerate(table().muscles):
         assert own.max_force[i] == pytest.approx(each.max_force)
         assert own.optimal_fibre[i] == pytest.approx(each.optimal_fibre)
@@ -94,8 +94,8 @@ def test_a_published_leg_has_the_published_muscles():
 
 def test_a_scaled_leg_works_in_the_same_range():
     """So that a child's fibres are at the same normalised lengths as an adult's."""
-    one = leg_muscles(Sizes(np.ones(4)), mass=75.0, height=1.70)
-    small = leg_muscles(Sizes(np.full(4, 0.6)), mass=30.0, height=1.30)
+    one = leg_muscles(BoneSizes(np.ones(4)), mass=75.0, height=1.70)
+    small = leg_muscles(BoneSizes(np.full(4, 0.6)), mass=30.0, height=1.30)
     found = geometry(POSES).length
 
     def along(muscles):
@@ -106,15 +106,15 @@ def test_a_scaled_leg_works_in_the_same_range():
 
 
 @pytest.mark.parametrize(
-    ("mass", "height", "sizes", "said"),
+    ("mass", "height", "sizes", "message"),
     [
         (75.0, 180.0, np.ones(4), "180"),
         (75.0, 1.80, np.array([1.0, 1000.0, 1.0, 1.0]), "1000.00"),
     ],
 )
-def test_a_body_that_nobody_has_is_refused(mass, height, sizes, said):
-    with pytest.raises(ModelError, match=said):
-        leg_muscles(Sizes(sizes), mass=mass, height=height)
+def test_a_body_that_nobody_has_is_refused(mass, height, sizes, message):
+    with pytest.raises(ModelError, match=message):
+        leg_muscles(BoneSizes(sizes), mass=mass, height=height)
 
 
 def test_the_curves_are_those_of_opensim():

@@ -41,7 +41,7 @@ def text(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("row", "said"),
+    ("row", "message"),
     [
         ("F,40,1.65,60", "woman, 40 years; row P2 of rows.csv"),
         ("M,9,1.35,30", "boy, 9 years"),
@@ -51,8 +51,8 @@ def text(tmp_path):
         ("M,,1.65,60", "man, age not known: adult norms at 40 years"),
     ],
 )
-def test_the_page_says_who_it_is_and_what_is_not_known(patient, text, row, said):
-    assert said in text(patient(row))
+def test_the_page_says_who_it_is_and_what_is_not_known(patient, text, row, message):
+    assert message in text(patient(row))
 
 
 def test_what_was_assumed_of_somebody_without_sex_and_age_cannot_be_said(patient, text):

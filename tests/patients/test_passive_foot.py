@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.known_record import known_record, most_dorsiflexed
 from gaitval.apps.patients.passive_foot import expected_ankles, passive_ankle
-from gaitval.apps.patients.told import most_dorsiflexed, told_record
 from gaitval.constants import GRAVITY
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.record import periodic_through
@@ -21,7 +21,7 @@ def amputee(strides_table, people_table):
     (found,) = found_patients(strides_table, [people_table], ["P1_off=1.1"], ["well"], ["P2"])
     assert found.person.amputation == "right"
     model = scale_subject(found.subject, symmetric=False).model
-    return found, told_record(found.subject, builtin_subjects(), model, "right"), model
+    return found, known_record(found.subject, builtin_subjects(), model, "right"), model
 
 
 def test_the_springs_pull_as_healthy_people_do_where_the_foot_is_bent_furthest(amputee):

@@ -101,9 +101,9 @@ def test_the_command_says_who_has_no_row_and_who_has_one_by_number(tmp_path):
     assert done.exit_code == 0, done.output
     assert "SUB3: no row in the tables of people; body estimated." in done.output
     assert "By number: P02 is 2 of numbered.csv;" in done.output
-    told = [read_json(tmp_path / "subjects" / f"{name}.json") for name in ("SUB3", "P02")]
-    assert [each["row"] for each in told] == [None, {"table": "numbered.csv", "name": "2"}]
-    assert [each["not_known"] for each in told] == [["sex", "age"], []]
+    messages = [read_json(tmp_path / "subjects" / f"{name}.json") for name in ("SUB3", "P02")]
+    assert [each["row"] for each in messages] == [None, {"table": "numbered.csv", "name": "2"}]
+    assert [each["not_known"] for each in messages] == [["sex", "age"], []]
 
 
 @pytest.mark.parametrize(

@@ -8,21 +8,27 @@ from made_strides import stride_rows, write_strides
 
 from gaitval.apps.patients.asymmetry import angle_rows, symmetry_index, worse_side
 from gaitval.apps.patients.cohort import found_patients, written
-from gaitval.apps.patients.estimates import Estimate, leg_difference, leg_length, pace, stride_time
-from gaitval.apps.patients.one_stride import TOLERANCE, left_strike, smoothed
-from gaitval.apps.patients.page import page_values, write_pages
-from gaitval.apps.patients.people import Person
-from gaitval.apps.patients.records import two_sided
-from gaitval.apps.patients.rolling_foot import feet
-from gaitval.apps.patients.told import (
+from gaitval.apps.patients.estimates import (
+    EstimatedValue,
+    leg_difference,
+    leg_length,
+    pace,
+    stride_time,
+)
+from gaitval.apps.patients.known_record import (
     expected_record,
     heel_rise,
+    known_record,
     most_dorsiflexed,
     over_stance,
     rolled_ankle,
-    told_record,
     warped,
 )
+from gaitval.apps.patients.one_stride import TOLERANCE, left_strike, smoothed
+from gaitval.apps.patients.page import page_values, write_pages
+from gaitval.apps.patients.people import PersonRow
+from gaitval.apps.patients.records import two_sided
+from gaitval.apps.patients.rolling_foot import feet
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects, load_subject, parse_subject
 from gaitval.errors import ConfigurationError, RecordError, SubjectError
@@ -95,7 +101,7 @@ def test_the_rolling_foot_says_how_long_a_stride_is(name):
 
 
 def test_pace_of_a_known_speed_is_length_over_time():
-    length, leg = Estimate(1.2, 0.04, "made"), Estimate(0.9, 0.0, "made")
+    length, leg = EstimatedValue(1.2, 0.04, "made"), EstimatedValue(0.9, 0.0, "made")
     known = pace(length, leg, 1.0, patient=True)
     assert (known.speed.sd, known.stride_time.value) == (0.0, pytest.approx(1.2))
     unknown = pace(length, leg, None, patient=True)
@@ -161,22 +167,22 @@ def test_two_measured_legs_make_a_body_with_two_legs(strides_table, tmp_path):
     assert two.estimates["leg_difference"].value == pytest.approx(0.03)
     table = {row.name: row for row in scale_subject(two.subject, symmetric=False).table}
     assert table["right thigh"].length_m > table["left thigh"].length_m
-    assert Person("x").legs is None
+    assert PersonRow("x").legs is None
 
 
 def test_kinetics_are_expected_over_the_own_stance(patients):
     subject, others = patients[1].subject, builtin_subjects()
-    told = told_record(subject, others, scale_subject(subject).model)
+    message = known_record(subject, others, scale_subject(subject).model)
     stance = subject.stance_fraction.of_both()
-    assert told.stance_fraction == stance
+    assert message.stance_fraction == stance
     phase = np.arange(200) / 200
-    total = sum(told.ground_reaction(side, phase)[:, 2].mean() for side in SIDES)
+    total = sum(message.ground_reaction(side, phase)[:, 2].mean() for side in SIDES)
     assert total == pytest.approx(1.0, abs=0.01)
     for side in SIDES:
         name = f"ankle_angle_{side[0]}"
-        peak = phase[np.argmin(told.moments[name](phase))]
+        peak = phase[np.argmin(message.moments[name](phase))]
         # The calf pulls hardest near where the ankle is turned furthest.
-        assert abs(peak - most_dorsiflexed(told.angles[name], stance[side])) < 0.08
+        assert abs(peak - most_dorsiflexed(message.angles[name], stance[side])) < 0.08
 
 
 def test_an_ankles_moment_is_in_the_time_of_its_foot(patients):
@@ -226,8 +232,12 @@ def test_a_page_names_side_norms_and_what_cannot_be_said(patients, tmp_path):
     assert any("How fast" in each for each in page_values(one, None)["cannot"])
     written(patients, tmp_path)
     text = (write_pages(patients, None, tmp_path) / "P2.html").read_text(encoding="utf-8")
-    for said in ("The right leg is a prosthesis", "Symmetry index of step time", "90 % interval"):
-        assert said in text
+    for message in (
+        "The right leg is a prosthesis",
+        "Symmetry index of step time",
+        "90 % interval",
+    ):
+        assert message in text
     assert "spastic" in text
     assert (tmp_path / "table.csv").read_text().splitlines()[2] == (
         "P2,subjects/P2.toml,kinematics,false"
@@ -257,7 +267,10 @@ def test_two_measured_legs_may_change_places(strides_table, tmp_path):
 
 
 def test_what_is_not_recorded_widens_what_rests_on_it(strides_table, tmp_path):
-    tall, guessed = Estimate(1.70, 0.0, "recorded"), Estimate(1.70, 0.09, "the mean of adults")
+    tall, guessed = (
+        EstimatedValue(1.70, 0.0, "recorded"),
+        EstimatedValue(1.70, 0.09, "the mean of adults"),
+    )
     assert leg_length(tall, None).value == leg_length(guessed, None).value
     known, wide = leg_length(tall, None).sd, leg_length(guessed, None).sd
     assert wide == pytest.approx(np.hypot(known, leg_length(tall, None).value * 0.09 / 1.70))
@@ -269,7 +282,7 @@ def test_what_is_not_recorded_widens_what_rests_on_it(strides_table, tmp_path):
 def test_a_speed_that_was_given_is_not_called_recorded(strides_table, people_table):
     """`--speed` may be that of a whole group."""
     (one,) = found_patients(strides_table, [people_table], ["P2=0.8"], only=["P2"])
-    assert one.estimates["speed"] == Estimate(0.8, 0.0, "given")
+    assert one.estimates["speed"] == EstimatedValue(0.8, 0.0, "given")
 
 
 def test_lengths_by_stature_are_not_taken_for_those_of_markers(strides_table, people_table):
@@ -324,15 +337,17 @@ def test_a_child_is_not_estimated_from_adults(tmp_path, strides_table, cells, la
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("amputee=0.8", "amputee is no group .* Give WHO=M/S, with one of ill, well, P1_off"),
         ("P2=quick", "quick is no speed. Give WHO=M/S, such as P2=1.1"),
         ("P2=80", r"80 m/s is no walking speed \(above 0, below 3\)"),
     ],
 )
-def test_a_speed_that_cannot_be_used_says_which_part_of_it(strides_table, people_table, text, said):
-    with pytest.raises(ConfigurationError, match=said):
+def test_a_speed_that_cannot_be_used_says_which_part_of_it(
+    strides_table, people_table, text, message
+):
+    with pytest.raises(ConfigurationError, match=message):
         found_patients(strides_table, [people_table], [text], [])
 
 

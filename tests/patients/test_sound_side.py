@@ -5,9 +5,9 @@ import pytest
 
 from experiments import sound_sides
 from gaitval.apps.patients.cohort import found_patients
+from gaitval.apps.patients.known_record import known_record
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
 from gaitval.apps.patients.sound_side import expected_of
-from gaitval.apps.patients.told import told_record
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.scaling.scaling import scale_subject
 
@@ -54,7 +54,7 @@ def test_only_the_sound_foot_leaves_the_ground_later(amputee):
 def test_only_the_sound_ankle_beside_a_prosthesis_is_larger(amputee):
     subject, others = amputee.subject, builtin_subjects()
     model = scale_subject(subject, symmetric=False).model
-    whole, right = (told_record(subject, others, model, side) for side in (None, "right"))
+    whole, right = (known_record(subject, others, model, side) for side in (None, "right"))
     for name, moment in whole.moments.items():
         factor = expected_of("P2").larger if name == "ankle_angle_l" else 1.0
         if name != "ankle_angle_r":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitval.apps.patients.cohort import found_patients
-from gaitval.apps.patients.told import told_record
+from gaitval.apps.patients.known_record import known_record
 from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import builtin_subjects
@@ -17,17 +17,17 @@ from gaitval.scaling.scaling import scale_subject
 def person(strides_table, people_table):
     (found,) = found_patients(strides_table, [people_table], ["P2=1.1"], ["well"], ["P1_off"])
     model = scale_subject(found.subject).model
-    return found, told_record(found.subject, builtin_subjects(), model)
+    return found, known_record(found.subject, builtin_subjects(), model)
 
 
 def test_a_foot_that_points_further_out_is_turned_by_as_much(person):
-    patient, told = person
+    patient, message = person
     model = scale_subject(patient.subject).model
-    before = turned_feet(patient.strides, told, model)
+    before = turned_feet(patient.strides, message, model)
     angles = dict(patient.strides.angles)
     angles["foot_progression_l"] = angles["foot_progression_l"] - 6.0
     strides = type(patient.strides)(**vars(patient.strides) | {"angles": angles})
-    after = turned_feet(strides, told, model)
+    after = turned_feet(strides, message, model)
     assert np.isclose(after["left"] - before["left"], np.radians(6.0))
     assert np.isclose(after["right"], before["right"])
 

@@ -22,8 +22,8 @@ def test_a_person_walks_from_angles_alone_and_is_not_walked_twice(
     strides_table, people_table, tmp_path
 ):
     patients = found_patients(strides_table, [people_table], ["P2=1.1"], ["well"], ["P1_off"])
-    told = []
-    (found,) = walked(patients, tmp_path, told.append)
+    messages = []
+    (found,) = walked(patients, tmp_path, messages.append)
     assert (found["falls"], found["starts"]) == (0, 8)
     assert found["cycles"] >= 100
     assert found["angle"] < 2.5
@@ -32,7 +32,7 @@ def test_a_person_walks_from_angles_alone_and_is_not_walked_twice(
     assert last < first
     assert found["correction"]["refused"] is None
     stored = read_json(tmp_path / "walks" / "P1_off.json")
-    assert walked(patients, tmp_path, told.append) == [stored]
+    assert walked(patients, tmp_path, messages.append) == [stored]
 
 
 def test_a_sound_foot_carries_until_it_leaves_the_ground(gait_data):

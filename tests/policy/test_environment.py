@@ -473,13 +473,13 @@ def test_random_pushes_come_again_whatever_rounding_leaves_of_the_last(
     assert np.all((gaps > 0.6 - action) & (gaps < 0.9 + action))
 
 
-@pytest.mark.parametrize("asked", [False, True])
-def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked):
+@pytest.mark.parametrize("wanted", [False, True])
+def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, wanted):
     interval = (0.6, 0.9)
     pushed = WalkingEnvironment(
         changed(task, environment={"push_probability": 1.0, "push_interval": interval})
     )
-    options = {"push": (0.5, 300.0, 0.0)} if asked else {}
+    options = {"push": (0.5, 300.0, 0.0)} if wanted else {}
     pushed.reset(seed=3, options={"phase": 0.2, **options})
 
     def walks_on(*_, **__):
@@ -492,7 +492,7 @@ def test_random_pushes_come_again_and_asked_ones_do_not(task, monkeypatch, asked
         pushed.step(NO_ACTION)
         acts.append(pushed.episode.root_force.any())
     began = np.array(phases)[np.flatnonzero(np.diff([False, *acts]) & np.array(acts))]
-    if asked:
+    if wanted:
         assert began == pytest.approx([0.5], abs=0.03)
         return
     assert 0.7 <= began[0] <= 0.7 + interval[1] + 0.03
@@ -526,11 +526,11 @@ def test_a_policy_is_told_the_whole_friction_and_damping(task):
     mu[:2] = 0.15, 0.95
     options = {"phase": 0.25, "push": None, "noise": 0.0, "mu": mu}
     for reference_mu in (None, mu):
-        told = WalkingEnvironment(replace(task, reference_mu=reference_mu))
-        told.reset(seed=0, options=options)
+        message = WalkingEnvironment(replace(task, reference_mu=reference_mu))
+        message.reset(seed=0, options=options)
         lower, upper = parameter_bounds(task.configuration.randomisation)
         expected = (2.0 * mu[:2] - lower[:2] - upper[:2]) / (upper[:2] - lower[:2])
-        np.testing.assert_allclose(told.episode.parameters[:2], expected, rtol=1e-9)
+        np.testing.assert_allclose(message.episode.parameters[:2], expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("phase", [0.15, 0.35, 0.65])

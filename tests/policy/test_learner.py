@@ -162,13 +162,13 @@ def test_the_buffer_is_that_of_stable_baselines3(monkeypatch):
 
 
 def test_the_hyperbolic_tangent_of_single_precision():
-    asked = np.linspace(-12.0, 12.0, 200_001).astype(np.float32)
-    wanted = np.tanh(asked.astype(float))
-    found = asked.copy()
+    requested = np.linspace(-12.0, 12.0, 200_001).astype(np.float32)
+    wanted = np.tanh(requested.astype(float))
+    found = requested.copy()
     _tanh(found)
     unit = np.spacing(np.abs(wanted).astype(np.float32))
     assert (np.abs(found - wanted) / unit).max() < 6.0
-    double = asked.astype(float)
+    double = requested.astype(float)
     _tanh(double)
     np.testing.assert_allclose(double, wanted, rtol=0, atol=1e-15)
 

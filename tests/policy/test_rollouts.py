@@ -76,20 +76,20 @@ def test_on_the_reference_a_share_of_the_habit_is_left(task, share, phase):
     policy = random_policy(task, scale=0.1)
     environment = WalkingEnvironment(changed(task, environment={"centring": share, "arm_share": 1}))
     options = {"phase": phase, "mu": MU, "push": None, "noise": 0.0}
-    asked = {}
+    wanted = {}
     for centred in (False, True):
         if centred:
             environment.centre(policy.act, MU)
         observation, _ = environment.reset(seed=0, options=options)
         environment.step(policy.act(observation))
-        asked[centred] = environment.walker.offset.copy()
-    assert np.abs(asked[False]).max() > 1e-4
+        wanted[centred] = environment.walker.offset.copy()
+    assert np.abs(wanted[False]).max() > 1e-4
     # rad; a hundred actions at a time are rounded otherwise than a single one
-    np.testing.assert_allclose(asked[True], (1.0 - share) * asked[False], atol=1e-8)
+    np.testing.assert_allclose(wanted[True], (1.0 - share) * wanted[False], atol=1e-8)
     observation, _ = environment.reset(seed=0, options=options)
     away = policy.act(observation) + np.float32(0.1)
     environment.step(away)
-    gained = environment.walker.offset - asked[True]
+    gained = environment.walker.offset - wanted[True]
     np.testing.assert_allclose(np.abs(gained), 0.1 * environment.constants.action_scale, atol=1e-6)
 
 
@@ -308,13 +308,13 @@ def test_what_a_group_sees_is_bit_for_bit_what_single_walkers_see(task, observat
     together = np.zeros_like(group._seen)
     falls = 0
     for number in range(ACTIONS):
-        asked = random.normal(0.0, 0.4, (8, 26)).astype(np.float32)
+        wanted = random.normal(0.0, 0.4, (8, 26)).astype(np.float32)
         if number == ACTIONS - 1:
             for environment in (group.environments[5], alone[5]):
                 environment.walker.state[1, 7] = np.nan
-        rewards, fell = group.step(asked, together)
+        rewards, fell = group.step(wanted, together)
         for e, environment in enumerate(alone):
-            seen, reward, down, _, info = environment.step(asked[e].copy())
+            seen, reward, down, _, info = environment.step(wanted[e].copy())
             np.testing.assert_array_equal(together[e], seen)
             assert (rewards[e], fell[e]) == (reward, down)
             np.testing.assert_array_equal(group.terms[e], info["reward_terms"])
@@ -354,8 +354,8 @@ def test_a_walk_does_not_depend_on_those_beside_it(task):
 def test_a_group_that_is_no_longer_needed_gives_its_arrays_back(task):
     group = WalkingGroup([task] * 8)
     lanes = weakref.ref(group.beside.arrays.phase), weakref.ref(group.beside.account.moments)
-    asked, seen = (np.zeros(each.shape, np.float32) for each in (group._asked, group._seen))
-    group.step(asked, seen)
+    wanted, seen = (np.zeros(each.shape, np.float32) for each in (group._asked, group._seen))
+    group.step(wanted, seen)
     assert np.isfinite(seen).all()
     assert seen.any()
     del group
@@ -465,8 +465,8 @@ def test_a_pool_may_have_a_second_task_between_those_of_its_own(task, workers):
     other = replace(task, record=replace(task.record, stride_time=2.0))
     with RolloutPool(task, workers=workers) as pool:
         second = pool.with_task(other)
-        begun = [each.each(getattr, ["task"] * 3) for each in (pool, second, pool, second)]
-        for found, each in zip(begun, (task, other, task, other), strict=True):
+        started = [each.each(getattr, ["task"] * 3) for each in (pool, second, pool, second)]
+        for found, each in zip(started, (task, other, task, other), strict=True):
             assert {one.record.stride_time for one in found} == {each.record.stride_time}
 
 

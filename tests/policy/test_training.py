@@ -126,21 +126,21 @@ def local(monkeypatch):
 
 def test_episodes_may_go_worse_as_the_pushes_grow(task, monkeypatch, tmp_path):
     """They end at the first share of what is a fall, and with all difficulty at the last one."""
-    told = []
+    messages = []
 
     class Watched(LocalWorkers):
         def set_curriculum(self, difficulty, tolerance_share):
-            told.append(tolerance_share)
+            messages.append(tolerance_share)
             super().set_curriculum(difficulty, tolerance_share)
 
     monkeypatch.setattr("gaitval.policy.training.WalkingWorkers", Watched)
     training = {**TINY["training"], "tolerance_shares": (0.4, 0.8), "difficulty_ramp": (0.25, 0.75)}
     tiny = changed(task, **{**TINY, "training": training})
     policy = train(tiny, tmp_path / "new", samples=4 * UPDATE)
-    assert told == pytest.approx([0.4, 0.4, 0.6, 0.8])
-    told.clear()
+    assert messages == pytest.approx([0.4, 0.4, 0.6, 0.8])
+    messages.clear()
     train(tiny, tmp_path / "warm", samples=4 * UPDATE, start=policy)
-    assert told == [0.8] * 4
+    assert messages == [0.8] * 4
 
 
 # ---- A real training, short. ----
@@ -294,18 +294,18 @@ def test_one_seed_gives_one_policy(task, tmp_path):
 
 def test_each_seed_and_each_checkpoint_has_episodes_of_its_own(task, monkeypatch, tmp_path):
     """Not only weights: what a training meets on its way follows from the seed as well."""
-    told = []
+    messages = []
 
     class Watched(LocalWorkers):
         def begin(self, seed):
-            told.append(seed)
+            messages.append(seed)
             super().begin(seed)
 
     monkeypatch.setattr("gaitval.policy.training.WalkingWorkers", Watched)
     tiny = changed(task, **INTERRUPTED)
     for seed, name in ((3, "a"), (4, "b"), (3, "c")):
         train(with_seed(tiny, seed), tmp_path / name, samples=4 * UPDATE)
-    first, second, again = told[:2], told[2:4], told[4:]
+    first, second, again = messages[:2], messages[2:4], messages[4:]
     assert first == again
     assert len({*first, *second}) == 4
 
@@ -482,10 +482,10 @@ def test_an_unusable_checkpoint_is_not_gone_on_from(uninterrupted, tmp_path, dam
 @pytest.mark.usefixtures("local")
 def test_a_training_keeps_the_device_that_it_chose(task, tmp_path, monkeypatch):
     """As long as it goes on; a fake CUDA device, which is slower."""
-    asked = []
+    wanted = []
 
     def choose(configuration):
-        asked.append(configuration.training.device)
+        wanted.append(configuration.training.device)
         return "cpu"
 
     monkeypatch.setattr("gaitval.policy.training._device", choose)
@@ -498,7 +498,7 @@ def test_a_training_keeps_the_device_that_it_chose(task, tmp_path, monkeypatch):
     with pytest.raises(Stopped):
         train(tiny, tmp_path, samples=4 * UPDATE, on_progress=stop)
     policy = train(tiny, tmp_path, samples=4 * UPDATE)
-    assert asked == ["cpu"]
+    assert wanted == ["cpu"]
     assert policy.about["device"] == "cpu"
 
 

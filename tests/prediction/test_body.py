@@ -8,7 +8,13 @@ import pytest
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import PeriodicCurve
 from gaitval.prediction.body import _DOUBLE_SUPPORT, _lengths, pelvic_width, step_width
-from gaitval.prediction.deviations import KINETICS, Trial, kinetics_of, learned_from, stored_fits
+from gaitval.prediction.deviations import (
+    KINETICS,
+    DeviationTrial,
+    kinetics_of,
+    learned_from,
+    stored_fits,
+)
 from gaitval.prediction.deviations import trial_of as trial_from
 from gaitval.prediction.estimate import LEVERS, estimate
 
@@ -173,7 +179,9 @@ def test_a_planted_lever_is_found():
         forces = usual.forces.copy()
         forces[:, :, 1] *= 1.0 + 0.8 * wider
         gait = replace(usual, forces=forces)
-        planted.append([Trial(gait, 0.01 * rng.normal(size=fit.shape), 0.2 * (1.0 + wider))])
+        planted.append(
+            [DeviationTrial(gait, 0.01 * rng.normal(size=fit.shape), 0.2 * (1.0 + wider))]
+        )
     found = estimate(planted[0][0], planted[1:], angles=False)
     truth, guess = kinetics_of(planted[0][0].gait), found.expected
 

@@ -9,7 +9,7 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.prediction.deviations import (
     KINETICS,
     Deviation,
-    Trial,
+    DeviationTrial,
     kinetics_of,
     learned_from,
     stored_fits,
@@ -26,10 +26,10 @@ def hidden(gait: NormalForm) -> NormalForm:
     )
 
 
-def trial_of(name: str) -> Trial:
+def trial_of(name: str) -> DeviationTrial:
     subject = load_subject(name)
     gait = normal_form(subject.record(), subject.leg_length_m)
-    return Trial(gait, stored_fits()[f"{subject.identifier} {subject.trial}"])
+    return DeviationTrial(gait, stored_fits()[f"{subject.identifier} {subject.trial}"])
 
 
 def planted(seed: int, of_angles: float, of_fit: float):
@@ -42,9 +42,9 @@ def planted(seed: int, of_angles: float, of_fit: float):
     for _ in range(12):
         amount = rng.normal(size=(2, 9, 3))
         fit = np.einsum("skw,wn->skn", rng.normal(size=(2, 7, 3)), waves)
-        said = np.einsum("sjw,jwk,wn->skn", amount, to_kinetics, waves) / 5.0
+        message = np.einsum("sjw,jwk,wn->skn", amount, to_kinetics, waves) / 5.0
         noise = 0.1 * np.einsum("skw,wn->skn", rng.normal(size=(2, 7, 3)), waves)
-        kinetics = 10.0 + of_angles * said + of_fit * fit + noise
+        kinetics = 10.0 + of_angles * message + of_fit * fit + noise
         gait = NormalForm(
             rng.uniform(0.2, 0.5),
             3.5,
@@ -54,7 +54,7 @@ def planted(seed: int, of_angles: float, of_fit: float):
             kinetics[:, :4].reshape(8, SAMPLES),
             kinetics[:, 4:].transpose(0, 2, 1),
         )
-        people.append([Trial(gait, fit)])
+        people.append([DeviationTrial(gait, fit)])
     return people
 
 
@@ -67,7 +67,7 @@ def test_kinetics_of_the_person_are_not_read(angles):
     people = learned_from(load_subject("5"), builtin_subjects())
     trial = trial_of("5")
     plain = estimate(trial, people, angles=angles)
-    poisoned = estimate(Trial(hidden(trial.gait), trial.fit), people, angles=angles)
+    poisoned = estimate(DeviationTrial(hidden(trial.gait), trial.fit), people, angles=angles)
     for name in ("kinetics", "expected", "half_width", "weights"):
         assert np.array_equal(getattr(plain, name), getattr(poisoned, name))
 
@@ -146,11 +146,11 @@ def test_what_a_lever_says_is_taken_from_what_is_left():
     """n people whose noise is supposed to be as large as one's signal: n / (n + 1) of the share."""
     rng = np.random.default_rng(3)
     people, other = [made_up(rng, 0.5) for _ in range(9)], made_up(rng, 0.0)
-    said, rest = _levered(people, other, LEVERS)
+    message, rest = _levered(people, other, LEVERS)
     medial = KINETICS.index(("forces", "medial"))
     expected = 0.5 * 0.9 * other.step_width * other.usual[:, medial]
-    np.testing.assert_allclose(said[:, medial], expected, atol=1e-12)
-    assert not np.delete(said, medial, axis=1).any()
+    np.testing.assert_allclose(message[:, medial], expected, atol=1e-12)
+    assert not np.delete(message, medial, axis=1).any()
     for each, left in zip(people, rest, strict=True):
         np.testing.assert_allclose(left, 0.1 * each.kinetics, atol=1e-12)
 

@@ -7,7 +7,7 @@ from gaitval.configuration import RecordSettings, load_configuration
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.metrics.known_measures import status, uses
-from gaitval.prediction.known import quantities_told, told
+from gaitval.prediction.known import known_record, quantities_known
 
 SUBJECTS = builtin_subjects()
 PERSON = load_subject("S05")
@@ -16,14 +16,14 @@ ALL, KINEMATICS = RecordSettings(), RecordSettings(use="kinematics")
 
 
 def test_all_is_the_record():
-    found = told(PERSON, ALL, SUBJECTS).record
+    found = known_record(PERSON, ALL, SUBJECTS).record
     np.testing.assert_array_equal(
         found.ground_reaction("left", PHASE), PERSON.record().ground_reaction("left", PHASE)
     )
 
 
 def test_kinematics_are_the_person_and_kinetics_are_not():
-    found, record = told(PERSON, KINEMATICS, SUBJECTS).record, PERSON.record()
+    found, record = known_record(PERSON, KINEMATICS, SUBJECTS).record, PERSON.record()
     for name, curve in record.angles.items():
         np.testing.assert_array_equal(found.angles[name](PHASE), curve(PHASE))
     assert (found.speed, found.stride_time, found.left_phase) == (
@@ -36,8 +36,10 @@ def test_kinematics_are_the_person_and_kinetics_are_not():
 
 def test_expected_kinetics_do_not_depend_on_the_persons_own_file():
     """Also not when the same person is among the others."""
-    before = told(PERSON, KINEMATICS, SUBJECTS).record
-    after = told(PERSON, KINEMATICS, [each for each in SUBJECTS if each.identifier != "S05"]).record
+    before = known_record(PERSON, KINEMATICS, SUBJECTS).record
+    after = known_record(
+        PERSON, KINEMATICS, [each for each in SUBJECTS if each.identifier != "S05"]
+    ).record
     np.testing.assert_array_equal(
         before.ground_reaction("right", PHASE), after.ground_reaction("right", PHASE)
     )
@@ -45,17 +47,17 @@ def test_expected_kinetics_do_not_depend_on_the_persons_own_file():
 
 def test_too_few_others_are_refused():
     with pytest.raises(SubjectError, match="only 2 others are known, and 3 are needed"):
-        told(PERSON, KINEMATICS, SUBJECTS[:2])
+        known_record(PERSON, KINEMATICS, SUBJECTS[:2])
 
 
 def test_a_person_without_plates_is_told_kinematics_only():
     gait = PERSON.gait.model_copy(update={"moments": {}, "forces": None})
     person = PERSON.model_copy(update={"gait": gait, "plates": None, "trials": ()})
     np.testing.assert_array_equal(
-        told(person, ALL, SUBJECTS).record.ground_reaction("right", PHASE),
-        told(PERSON, KINEMATICS, SUBJECTS).record.ground_reaction("right", PHASE),
+        known_record(person, ALL, SUBJECTS).record.ground_reaction("right", PHASE),
+        known_record(PERSON, KINEMATICS, SUBJECTS).record.ground_reaction("right", PHASE),
     )
-    assert quantities_told(person, ALL) == ("angles", "timing")
+    assert quantities_known(person, ALL) == ("angles", "timing")
     with pytest.raises(SubjectError, match="no moments and forces were recorded"):
         person.record()
 

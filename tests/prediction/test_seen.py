@@ -9,7 +9,7 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.stored_gait import StanceFraction
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
-from gaitval.gait.record import Curve, Force, GaitRecord
+from gaitval.gait.record import FittedCurve, Force, GaitRecord
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.prediction.seen import (
     DIRECTIONS,
@@ -25,8 +25,8 @@ from gaitval.prediction.seen import (
 PHASE = np.arange(400) / 400
 
 
-def curve(mean: float, cosine: tuple[float, ...], sine: tuple[float, ...]) -> Curve:
-    return Curve(mean=mean, cosine=cosine, sine=sine, residual=0.0)
+def curve(mean: float, cosine: tuple[float, ...], sine: tuple[float, ...]) -> FittedCurve:
+    return FittedCurve(mean=mean, cosine=cosine, sine=sine, residual=0.0)
 
 
 TOTAL = Force(

@@ -12,10 +12,10 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import rms
-from gaitval.prediction.known import told
+from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form, symmetric
 from gaitval.prediction.population import expected, other_people
-from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, _moved, at_speed, trials_told
+from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, _moved, at_speed, trials_known
 
 SUBJECTS = builtin_subjects()
 HELD_OUT = [("S05", "T03"), ("S05", "T06"), ("S01", "T03"), ("S04", "T02")]
@@ -26,12 +26,12 @@ SAGITTAL = [
 
 
 def predicted(name, trial):
-    return told(load_subject(name), RecordSettings(holdout=trial), SUBJECTS).record
+    return known_record(load_subject(name), RecordSettings(holdout=trial), SUBJECTS).record
 
 
 def test_at_a_speed_that_was_recorded_it_is_that_record():
     person = load_subject("S05")
-    records = [trial.record() for trial in trials_told(person)]
+    records = [trial.record() for trial in trials_known(person)]
     for record in records:
         found = at_speed(person, records, record.speed, SUBJECTS)
         np.testing.assert_allclose(
@@ -55,7 +55,7 @@ def test_a_held_out_trial_is_predicted_better_than_by_copying(name, trial):
     person = load_subject(name)
     found = recorded_curves(predicted(name, trial))
     truth = recorded_curves(person.on_trial(trial).record())
-    copy = recorded_curves(trials_told(person, trial)[0].record())
+    copy = recorded_curves(trials_known(person, trial)[0].record())
 
     def error(curves, kind, names):
         return np.mean([rms(getattr(curves, kind)[n] - getattr(truth, kind)[n]) for n in names])
@@ -78,7 +78,7 @@ def test_the_held_out_trial_has_no_part_in_its_prediction():
     )
     swapped = person.model_copy(update={"trials": (other, person.trials[1])})
     one, two = (
-        told(each, RecordSettings(holdout=trial.name), SUBJECTS).record
+        known_record(each, RecordSettings(holdout=trial.name), SUBJECTS).record
         for each in (person, swapped)
     )
     assert one.stride_time == two.stride_time
@@ -102,15 +102,15 @@ def test_a_speed_far_from_every_trial_is_refused_unless_forced(speed):
     person = load_subject("S05")
     settings = RecordSettings(speed=speed)
     with pytest.raises(SubjectError, match=r"from the nearest speed that was walked .*--force"):
-        told(person, settings, SUBJECTS)
-    assert told(person, settings, SUBJECTS, forced=True).record.speed == speed
+        known_record(person, settings, SUBJECTS)
+    assert known_record(person, settings, SUBJECTS, forced=True).record.speed == speed
 
 
 def test_the_only_trial_and_an_unknown_one_cannot_be_held_out():
     with pytest.raises(SubjectError, match="T06 is the only trial"):
-        trials_told(load_subject("S02"), "T06")
+        trials_known(load_subject("S02"), "T06")
     with pytest.raises(SubjectError, match=r"no trial 'T09'\. It has T05, T03, T06"):
-        trials_told(load_subject("S05"), "T09")
+        trials_known(load_subject("S05"), "T09")
 
 
 def test_the_exponent_of_stride_time_is_that_of_the_published_people(gait_data):
@@ -131,7 +131,7 @@ def test_the_exponent_of_stride_time_is_that_of_the_published_people(gait_data):
 def test_far_slower_the_steps_do_not_become_ever_longer(name):
     """A power of speed would have given S01 a stride of 2.7 s at 0.3 m/s; others take 1.5."""
     person = load_subject(name)
-    records = [trial.record() for trial in trials_told(person)]
+    records = [trial.record() for trial in trials_known(person)]
     slowest = min(record.speed for record in records)
     speeds = np.linspace(0.95 * slowest, 0.3, 12)
     times = [
@@ -143,7 +143,7 @@ def test_far_slower_the_steps_do_not_become_ever_longer(name):
 
 def test_far_slower_a_person_differs_from_others_as_before():
     person = load_subject("S04")
-    records = [trial.record() for trial in trials_told(person)]
+    records = [trial.record() for trial in trials_known(person)]
     slowest = min(records, key=lambda record: record.speed)
     people = other_people(person, SUBJECTS)
     legs = person.leg_length_m

@@ -21,9 +21,9 @@ from gaitval.study.estimate_stage import (
     TABLE,
     _draw,
     _title,
-    asked,
     of_run,
     stage,
+    target_record,
 )
 from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Observer, open_run, run_stage, why_run
@@ -58,7 +58,11 @@ def test_a_walk_is_asked_the_known_angles_with_the_kinetics_of_the_estimate(tmp_
     configuration = load_configuration(settings=["record.use=kinematics"])
     with open_run(load_subject("7"), configuration, tmp_path, Observer()) as run:
         run_stage(scale_stage(run), tmp_path, observer=run.observer)
-        (record, accuracy), known, found = asked(run), run.told().record, of_run(run)
+        (record, accuracy), known, found = (
+            target_record(run),
+            run.known_record().record,
+            of_run(run),
+        )
         assert accuracy is ESTIMATE_ACCURACY
         assert record.angles == known.angles
         assert (record.speed, record.stride_time) == (known.speed, known.stride_time)
@@ -68,7 +72,7 @@ def test_a_walk_is_asked_the_known_angles_with_the_kinetics_of_the_estimate(tmp_
         assert np.std(found.kinetics - found.expected) > 0.02
     settings = ["record.use=kinematics", "record.speed=1.0"]
     elsewhere = type(run)(tmp_path, load_subject("7"), load_configuration(settings=settings))
-    assert asked(elsewhere).accuracy == elsewhere.told().accuracy
+    assert target_record(elsewhere).accuracy == elsewhere.known_record().accuracy
 
 
 def test_a_run_that_knew_the_forces_is_refused(tmp_path):

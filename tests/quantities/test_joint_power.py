@@ -198,10 +198,10 @@ def test_a_burst_is_looked_for_up_to_the_ends_of_its_part(name):
 
 def test_a_difference_is_told_in_deviations_between_people():
     silent = joint_power(curves_of(np.zeros(101), np.zeros(101)), {"r": 1.0, "l": 1.0})
-    told = {f"{name}_{side}": 0.0 for name in WINDOWS for side in "rl"}
-    recorded = with_bursts(silent, told)
+    messages = {f"{name}_{side}": 0.0 for name in WINDOWS for side in "rl"}
+    recorded = with_bursts(silent, messages)
     for name, spread in SPREADS.items():
-        walked = with_bursts(silent, told | {f"{name}_l": 2.0 * spread})
+        walked = with_bursts(silent, messages | {f"{name}_l": 2.0 * spread})
         found = {each.target: each.value for each in power_measures(walked, recorded)}
         assert found[f"{name}_l"] == pytest.approx(2.0)
         assert found[f"{name}_r"] == 0.0

@@ -306,8 +306,8 @@ def test_a_hip_centre_that_the_laboratory_has_elsewhere_is_found(fitted):
     assert found[0, 0] == pytest.approx(moved[0], rel=0.25)
     assert 0.3 * moved[1] < found[0, 1] < moved[1]
     assert np.abs(found[1]).max() < 0.001
-    held = RecordAccuracy(hip_centre=0.0)
-    without = consistent_reference(replace(record, moments=moments), model, accuracy=held)
+    fixed = RecordAccuracy(hip_centre=0.0)
+    without = consistent_reference(replace(record, moments=moments), model, accuracy=fixed)
     assert np.abs(without.hip_centre).max() < 1e-6
 
     def change(other):

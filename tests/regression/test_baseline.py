@@ -108,7 +108,7 @@ def test_a_run_of_another_person_is_refused(run: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "change", "told"),
+    ("name", "change", "message"),
     [
         ("stages.json", lambda v: v.update(scale=None), "scale: does not match the schema"),
         ("provenance.json", lambda v: v["stages"].update(scale=3), "at stages/scale"),
@@ -117,11 +117,11 @@ def test_a_run_of_another_person_is_refused(run: Path, tmp_path: Path) -> None:
     ],
 )
 def test_records_that_were_edited_are_refused_before_anything_is_written(
-    run: Path, target: Path, name: str, change: Callable[[Any], object], told: str
+    run: Path, target: Path, name: str, change: Callable[[Any], object], message: str
 ) -> None:
     before = contents(target)
     edited(run / name, change)
-    with pytest.raises(ArtefactError, match=told) as refused:
+    with pytest.raises(ArtefactError, match=message) as refused:
         store_baseline(run, target)
     assert str(run / name) in str(refused.value)
     assert contents(target) == before
@@ -182,11 +182,11 @@ def test_a_full_temporary_folder_is_named_and_not_the_baseline(
     stored = REPORTS / "S05" / "baseline"
     with pytest.raises(ArtefactError, match="no space left") as refused:
         walk_again(stored, Observer(), quick=True)
-    told = str(refused.value)
-    assert told.startswith(f"{tmp_path / 'tmp'}: a check walks in a temporary folder")
-    assert "set TMPDIR to a folder on another disk" in told
-    assert "--out" not in told
-    assert str(stored) not in told
+    message = str(refused.value)
+    assert message.startswith(f"{tmp_path / 'tmp'}: a check walks in a temporary folder")
+    assert "set TMPDIR to a folder on another disk" in message
+    assert "--out" not in message
+    assert str(stored) not in message
 
 
 def test_what_is_wrong_with_a_baseline_is_still_said_of_the_baseline(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
 
 
 @pytest.fixture
-def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+def message(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
     monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=400))
     return text
@@ -63,14 +63,14 @@ def test_a_measure_that_is_newer_than_the_baseline_is_named_and_fails_nothing(
     junit = tmp_path / "accuracy.xml"
     result = check("--junit", str(junit), folder=folder)
     assert result.exit_code == 0, result.output
-    told = " ".join(result.output.split())
-    assert "New: 2 measures" in told
-    assert "(pressure_arm_rmse)" in told
-    assert "gaitval baseline" in told
+    text = " ".join(result.output.split())
+    assert "New: 2 measures" in text
+    assert "(pressure_arm_rmse)" in text
+    assert "gaitval baseline" in text
     rows = len(read_metrics(STORED).measures) - sum(
         row.measure in LONG_MEASURES for row in read_metrics(STORED).measures
     )
-    assert f"{rows - 2} of {rows - 2} measures within their margins" in told
+    assert f"{rows - 2} of {rows - 2} measures within their margins" in text
     assert junit.read_text(encoding="utf-8").count("new: not measured") == 2
     # one that the gaitval that stored it knew is not new: it was taken out
     sealed["margins"] = read_json(STORED / "seal.json")["margins"]
@@ -82,7 +82,7 @@ def test_a_measure_that_is_newer_than_the_baseline_is_named_and_fails_nothing(
 @pytest.mark.parametrize("place", ["below a file", "a folder"])
 @pytest.mark.parametrize("of", ["a walk", "a device"])
 def test_a_junit_file_that_cannot_be_written_ends_a_check_before_it_walks(
-    walks: list[str], said: io.StringIO, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    walks: list[str], message: io.StringIO, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     place: str, of: str,
 ) -> None:  # fmt: skip
     (tmp_path / "file").write_text("")
@@ -94,9 +94,9 @@ def test_a_junit_file_that_cannot_be_written_ends_a_check_before_it_walks(
         (tmp_path / "S05-hip_exo" / "device.json").write_text("{}")
         options += ["--baseline", str(tmp_path / "S05-hip_exo")]
     assert check(*options).exit_code == 2
-    told = said.getvalue()
-    assert f"--junit {junit}: " in told
-    assert "--out" not in told
+    text = message.getvalue()
+    assert f"--junit {junit}: " in text
+    assert "--out" not in text
     assert walks == []
 
 
@@ -118,10 +118,10 @@ def test_a_junit_file_goes_into_a_new_folder_and_stays_whole_where_the_walk_fail
 
 @pytest.mark.parametrize("ending", ["csv", "html", "pdf"])
 def test_a_history_that_its_page_would_overwrite_ends_a_check_before_it_walks(
-    walks: list[str], said: io.StringIO, tmp_path: Path, ending: str
+    walks: list[str], message: io.StringIO, tmp_path: Path, ending: str
 ) -> None:
     assert check("--history", str(tmp_path / f"hist.{ending}")).exit_code == 2
-    assert "Name it accuracy.db" in said.getvalue()
+    assert "Name it accuracy.db" in message.getvalue()
     assert walks == []
     assert list(tmp_path.iterdir()) == []
 

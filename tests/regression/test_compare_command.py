@@ -21,7 +21,7 @@ Device = Callable[..., Path]
 
 
 @pytest.fixture
-def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+def message(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
     monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=600))
     only_html(monkeypatch)
@@ -51,45 +51,45 @@ def compare(tmp_path: Path, now: list[Path], before: list[Path], *options: str) 
 
 @pytest.mark.parametrize("strict", [(), ("--strict",)])
 def test_what_is_in_one_version_only_is_said_and_nothing_is_written(
-    device: Device, said: io.StringIO, tmp_path: Path, strict: tuple[str, ...]
+    device: Device, message: io.StringIO, tmp_path: Path, strict: tuple[str, ...]
 ) -> None:
     """Else it would pass without having been compared."""
     now, then = device("now", 1.2), device("before", 1.2)
-    for runs, before, told in (
+    for runs, before, text in (
         ([now, WALK], [then], f"{WALK}: walks given with RUN, but none with --before"),
         ([now], [then, WALK], f"{WALK}: walks given with --before, but none with RUN"),
         ([now, WALK], [WALK], f"{now}: results of `gaitval device` given with RUN, but none"),
         ([WALK], [then, WALK], f"{then}: results of `gaitval device` given with --before"),
     ):
         assert compare(tmp_path, runs, before, *strict).exit_code == 2
-        assert told in said.getvalue()
-        assert "nothing to be compared with" in said.getvalue()
-        said.truncate(0)
+        assert text in message.getvalue()
+        assert "nothing to be compared with" in message.getvalue()
+        message.truncate(0)
     assert not (tmp_path / "out").exists()
     assert compare(tmp_path, [now, WALK], [then, WALK], *strict).exit_code == 0
 
 
 def test_both_reports_are_there_where_a_device_fails(
-    device: Device, said: io.StringIO, tmp_path: Path
+    device: Device, message: io.StringIO, tmp_path: Path
 ) -> None:
     now, then = device("now", 1.2), device("before", 2.2)
     done = compare(tmp_path, [now, WALK], [then, WALK], "--strict")
     assert done.exit_code == 1
-    assert "1 of 1 figures of devices moved by more than their margin" in said.getvalue()
+    assert "1 of 1 figures of devices moved by more than their margin" in message.getvalue()
     assert (tmp_path / "out" / "devices.html").is_file()
     assert (tmp_path / "out" / "comparison.html").is_file()
     assert "0 of 129 measures got worse" in done.output
 
 
-def test_all_that_got_worse_is_said(device: Device, said: io.StringIO, tmp_path: Path) -> None:
+def test_all_that_got_worse_is_said(device: Device, message: io.StringIO, tmp_path: Path) -> None:
     now, then = device("now", 1.2), device("before", 2.2)
     walks = [WALK, REPORTS / "S02" / "baseline"]
     assert compare(tmp_path, [now, WALK], [then, *walks], "--strict").exit_code == 1
-    assert "1 of 1 figures of devices moved" in said.getvalue()
-    assert "no walk now of S02" in said.getvalue()
+    assert "1 of 1 figures of devices moved" in message.getvalue()
+    assert "no walk now of S02" in message.getvalue()
 
 
-def test_another_record_is_said(said: io.StringIO, tmp_path: Path) -> None:
+def test_another_record_is_said(message: io.StringIO, tmp_path: Path) -> None:
     """Its figures move for that alone."""
     values = read_json(WALK / "metrics.json")
     values["provenance"]["record"] = 64 * "f"

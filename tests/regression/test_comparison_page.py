@@ -82,11 +82,11 @@ def test_what_got_worse_stands_before_what_improved(page: Page) -> None:
 
 def test_each_row_says_worse_or_better_of_its_own_change(folder: Path) -> None:
     rows = rows_of((folder / "comparison.html").read_text(encoding="utf-8"))
-    said = {
+    messages = {
         each.cells[0]: (each.failed, each.marked) for each in rows
         if each.cells[-1:] in (["worse"], ["better"])
     }  # fmt: skip
-    assert said == {
+    assert messages == {
         "S05": (True, [("fail", "worse")]), "S02": (False, [("pass", "better")]),
     }  # fmt: skip
     pairs = {each.cells[0]: each for each in rows if len(each.cells) == 6}
@@ -237,8 +237,8 @@ def test_a_limit_with_another_verdict_is_listed(
             if each.cells and each.cells[-1] in ("kept", "not kept")
         ]  # fmt: skip
         assert row.cells[3:5] == (["71.4", "100"] if kept else ["100", "71.4"])
-        said = ("pass", "kept") if kept else ("fail", "not kept")
-        assert (row.failed, row.marked, row.cells[-1]) == (not kept, [said], said[1])
+        message = ("pass", "kept") if kept else ("fail", "not kept")
+        assert (row.failed, row.marked, row.cells[-1]) == (not kept, [message], message[1])
     assert "phase 0.5: 100 → 71.4 % (at least 80)" in _flip_line("S05", flip)
 
 

@@ -5,15 +5,15 @@ from html_page import only_html
 from typer.testing import CliRunner
 
 from gaitval.apps.devices import results
-from gaitval.apps.devices.results import Figure
+from gaitval.apps.devices.results import DeviceFigure
 from gaitval.apps.regression import device_results
 from gaitval.artefacts import write_json
 from gaitval.cli import app
 from gaitval.errors import ArtefactError
 
-HIP = Figure("hip: lowest moment of the muscles", "right, learned", "Nm/kg", -0.8)
-SPEED = Figure("speed", "left, without", "m/s", 1.2)
-FELL = Figure("stance", "left, learned", "% of the cycle", None)
+HIP = DeviceFigure("hip: lowest moment of the muscles", "right, learned", "Nm/kg", -0.8)
+SPEED = DeviceFigure("speed", "left, without", "m/s", 1.2)
+FELL = DeviceFigure("stance", "left, learned", "% of the cycle", None)
 
 
 @pytest.fixture

@@ -72,7 +72,7 @@ def test_what_comes_after_the_figures_or_was_left_by_a_run_of_more_rounds_does_n
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("metrics.json", "metrics.json is not as validate wrote it"),
         ("rollouts/identified.npz", "rollouts/identified.npz is not as validate read it"),
@@ -81,12 +81,12 @@ def test_what_comes_after_the_figures_or_was_left_by_a_run_of_more_rounds_does_n
     ],
 )
 def test_a_file_that_changed_since_is_named_however_far_before(
-    run: Path, name: str, told: str
+    run: Path, name: str, message: str
 ) -> None:
     write_text(run / name, '{"another": 1}')
-    assert why_unfinished(run) == told
+    assert why_unfinished(run) == message
     (run / name).unlink()
-    assert why_unfinished(run) == told
+    assert why_unfinished(run) == message
 
 
 def test_an_early_stage_that_ran_again_makes_the_figures_old(run: Path) -> None:
@@ -112,7 +112,7 @@ def test_a_run_without_figures_is_not_finished(run: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         ("[]", "not the records of a run folder"),
         ('{"scale": null}', "scale: does not match the schema of stages.json"),
@@ -122,9 +122,9 @@ def test_a_run_without_figures_is_not_finished(run: Path) -> None:
         ('{"scale": ', "cannot be read as JSON"),
     ],
 )
-def test_records_that_were_edited_are_refused(tmp_path: Path, content: str, told: str) -> None:
+def test_records_that_were_edited_are_refused(tmp_path: Path, content: str, message: str) -> None:
     write_text(tmp_path / "stages.json", content)
-    with pytest.raises(ArtefactError, match=told) as refused:
+    with pytest.raises(ArtefactError, match=message) as refused:
         read_records(tmp_path)
     assert str(tmp_path / "stages.json") in str(refused.value)
     assert "elete it" in str(refused.value)

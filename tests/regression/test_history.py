@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from gaitval.apps.regression import history
-from gaitval.apps.regression.history import Check, Figure
+from gaitval.apps.regression.history import Check, CheckedFigure
 from gaitval.apps.regression.regression import Row
 from gaitval.errors import ArtefactError
 
-FIGURE = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
+FIGURE = CheckedFigure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
 CHECK = Check(
     *("check", "a" * 40, "2026-11-01T10:00:00+00:00", "2026-11-02T10:00:00+00:00"),
     *("a machine", "S05", (FIGURE, replace(FIGURE, target="knee_angle_l", value=None))),
@@ -28,9 +28,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from gaitval.apps.regression import history
-from gaitval.apps.regression.history import Check, Figure
+from gaitval.apps.regression.history import Check, CheckedFigure
 figures = tuple(
-    Figure("angle_rmse", f"curve {n}", "deg", 1.0, 1.0, 0.3, "lower") for n in range(50)
+    CheckedFigure("angle_rmse", f"curve {n}", "deg", 1.0, 1.0, 0.3, "lower") for n in range(50)
 )
 for number in range(10):
     check = Check("check", f"{sys.argv[2]}-{number}", None, "2026-11-02T10:00:00+00:00", "m", "S05",
@@ -74,8 +74,8 @@ def test_processes_write_side_by_side(tmp_path: Path) -> None:
         for n in range(6)
     ]
     for process in running:
-        _, said = process.communicate(timeout=300)
-        assert process.returncode == 0, said.decode()
+        _, text = process.communicate(timeout=300)
+        assert process.returncode == 0, text.decode()
     checks = history.read(path)
     assert len({check.revision for check in checks}) == 60
     assert {len(check.figures) for check in checks} == {50}
@@ -112,13 +112,13 @@ def _untyped(path: Path) -> None:
     """The types of a table are taken away, a text stands for a number, the types come back."""
     with sqlite3.connect(path) as database:
         database.execute("PRAGMA writable_schema = ON")
-        said = "UPDATE sqlite_master SET sql = replace(sql, ?, ?) WHERE name = 'figures'"
-        database.execute(said, (") STRICT", ")"))
+        text = "UPDATE sqlite_master SET sql = replace(sql, ?, ?) WHERE name = 'figures'"
+        database.execute(text, (") STRICT", ")"))
     database.close()
     with sqlite3.connect(path) as database:
         database.execute("UPDATE figures SET value = '<b>'")
         database.execute("PRAGMA writable_schema = ON")
-        database.execute(said, (")\n)", ")\n) STRICT"))
+        database.execute(text, (")\n)", ")\n) STRICT"))
         tables = dict(database.execute("SELECT name, sql FROM sqlite_master WHERE sql NOT NULL"))
     assert tables == history._TABLES
     database.close()
@@ -146,10 +146,10 @@ DAMAGES: dict[str, tuple[Callable[[Path], object], str]] = {
 
 @pytest.mark.parametrize("kind", DAMAGES)
 def test_what_is_no_history_is_refused_with_a_way_on(kept: Path, kind: str) -> None:
-    damage, told = DAMAGES[kind]
+    damage, text = DAMAGES[kind]
     damage(kept)
     before = kept.read_bytes()
-    with pytest.raises(ArtefactError, match=told) as refused:
+    with pytest.raises(ArtefactError, match=text) as refused:
         history.read(kept)
     assert str(kept) in str(refused.value)
     assert "Restore it" in str(refused.value) or "begin another file" in str(refused.value)
@@ -196,11 +196,13 @@ def test_a_check_is_of_the_commit_that_is_checked_out(
     row = Row("angle_skill", "knee_angle_r", "1", 0.5, 0.4, 0.15, "kept")
     check = history.of_rows([row], "S05")
     assert check.revision == f"{head}+"
-    assert check.figures == (Figure("angle_skill", "knee_angle_r", "1", 0.4, 0.5, 0.15, "higher"),)
+    assert check.figures == (
+        CheckedFigure("angle_skill", "knee_angle_r", "1", 0.4, 0.5, 0.15, "higher"),
+    )
 
 
 @pytest.fixture
-def said(monkeypatch: pytest.MonkeyPatch) -> list[str | None]:
+def message(monkeypatch: pytest.MonkeyPatch) -> list[str | None]:
     """What `git show` prints is its first item; how git was asked, the others."""
     lines: list[str | None] = []
 
@@ -227,17 +229,17 @@ def said(monkeypatch: pytest.MonkeyPatch) -> list[str | None]:
     ],
 )
 def test_a_commit_that_git_says_otherwise_is_no_error(
-    said: list[str | None], shown: str, commit: history.Commit
+    message: list[str | None], shown: str, commit: history.Commit
 ) -> None:
     """After minutes of walking the figures would be lost: signatures are checked where a user's
     settings say so, and a date may be anything."""
-    said.append(shown)
+    message.append(shown)
     assert history.current_commit() == commit
-    assert "--no-show-signature" in said
+    assert "--no-show-signature" in message
 
 
-def test_a_check_is_of_the_commit_that_it_began_with(said: list[str | None], kept: Path) -> None:
-    said.append("of afterwards")
+def test_a_check_is_of_the_commit_that_it_began_with(message: list[str | None], kept: Path) -> None:
+    message.append("of afterwards")
     history.keep(kept, [], "S05", commit=("b" * 40, EPOCH))
     assert {(each.revision, each.revised) for each in history.read(kept)} == {
         (CHECK.revision, CHECK.revised), ("b" * 40, EPOCH),
@@ -288,7 +290,9 @@ def test_times_of_pytest_benchmark_stand_beside(kept: Path, tmp_path: Path) -> N
     assert found.revision == "f" * 40 + "+"
     assert found.revised == "2026-11-20T11:00:00+00:00"
     assert found.machine == "Linux x86_64, A processor x 2"
-    assert found.figures[1] == Figure("benchmark", "b.py::test_b", "s", 0.25, None, None, "lower")
+    assert found.figures[1] == CheckedFigure(
+        "benchmark", "b.py::test_b", "s", 0.25, None, None, "lower"
+    )
     assert history.add(kept, found)
     assert not history.add(kept, found)
     assert history.read(kept) == [CHECK, found]
@@ -298,7 +302,7 @@ def test_times_of_pytest_benchmark_stand_beside(kept: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "text"),
     [
         (lambda v: v.pop("benchmarks"), "does not match the schema of pytest-benchmark"),
         (lambda v: v["benchmarks"][0]["stats"].update(median="fast"), "stats/median"),
@@ -309,10 +313,10 @@ def test_times_of_pytest_benchmark_stand_beside(kept: Path, tmp_path: Path) -> N
         (lambda v: v["commit_info"].update(id=7), "commit_info/id"),
     ],
 )
-def test_other_json_is_refused(tmp_path: Path, change: Callable[[dict], object], told: str) -> None:
+def test_other_json_is_refused(tmp_path: Path, change: Callable[[dict], object], text: str) -> None:
     values = _benchmarks()
     change(values)
     file = tmp_path / "times.json"
     file.write_text(json.dumps(values))
-    with pytest.raises(ArtefactError, match=told):
+    with pytest.raises(ArtefactError, match=text):
         history.read_benchmarks(file)

@@ -11,15 +11,15 @@ from html_page import Page, only_html, pdf_in_ci
 from seen_figures import figures_of
 from verdict_words import rows_of
 
-from gaitval.apps.regression.history import Check, Figure
+from gaitval.apps.regression.history import Check, CheckedFigure
 from gaitval.apps.regression.history_page import find_steps, write_history
 
 HOSTILE = "<script>alert(1)</script>$x^2$ \\n --> {{ 7 * 7 }}"
 WORSE_AT, SMALL_AT, COUNT = 8, 5, 12
 
 
-def figure(target: str, value: float | None, *, better: str = "lower") -> Figure:
-    return Figure("angle_rmse", target, "deg", value, 1.0, 0.3, better)
+def figure(target: str, value: float | None, *, better: str = "lower") -> CheckedFigure:
+    return CheckedFigure("angle_rmse", target, "deg", value, 1.0, 0.3, better)
 
 
 def checks() -> list[Check]:
@@ -39,7 +39,7 @@ def checks() -> list[Check]:
         found.append(Check("check", revision, day, day, "m1", "S05", figures))
         for machine in ("m1", "m2"):
             seconds = 1.0 + 0.001 * random.normal() - 0.5 * (machine == "m2" and number >= 6)
-            times = (Figure("benchmark", "b.py::test_a", "s", seconds, None, None, "lower"),)
+            times = (CheckedFigure("benchmark", "b.py::test_a", "s", seconds, None, None, "lower"),)
             found.append(Check("benchmark", revision, day, day, machine, "", times))
     return found
 
@@ -111,8 +111,8 @@ def test_a_figure_that_is_no_longer_measured_is_a_loss_at_its_commit(tmp_path: P
 def test_each_step_says_which_way_it_went(folder: Path) -> None:
     page = (folder / "accuracy.html").read_text(encoding="utf-8")
     rows = {each.cells[0]: each for each in rows_of(page) if len(each.cells) == 10}
-    said = {name: (each.cells[-1], each.failed, each.marked) for name, each in rows.items()}
-    assert said == {
+    messages = {name: (each.cells[-1], each.failed, each.marked) for name, each in rows.items()}
+    assert messages == {
         "08080808": ("worse", True, [("fail", "worse")]),
         "05050505": ("within the margin", False, []),
         "06060606": ("better", False, []),

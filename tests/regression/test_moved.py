@@ -8,48 +8,48 @@ from pathlib import Path
 import pytest
 
 from gaitval.apps.regression.moved import judge_moved
-from gaitval.apps.regression.regression import Outcome, Row
+from gaitval.apps.regression.regression import MeasureOutcome, Row
 from gaitval.errors import ToleranceError
 from gaitval.terminal import display
 
 
-def row(change: Outcome) -> Row:
+def row(change: MeasureOutcome) -> Row:
     return Row("angle_rmse", "knee_angle_r", "deg", 4.0, 3.0, 0.5, change)
 
 
 @pytest.fixture
-def said(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+def message(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     text = io.StringIO()
     monkeypatch.setattr(display, "output", display.Terminal(file=text, width=200))
     return text
 
 
-def test_what_improved_is_not_counted_as_within_its_margin(said: io.StringIO) -> None:
+def test_what_improved_is_not_counted_as_within_its_margin(message: io.StringIO) -> None:
     judge_moved([row("kept"), row("improved"), row("kept")], Path("S05"))
-    assert "moved by more than their margin" in said.getvalue()
+    assert "moved by more than their margin" in message.getvalue()
     assert "Figures: 2 of 3 measures within their margins of S05, 1 improved (table above)" in (
-        said.getvalue()
+        message.getvalue()
     )
 
 
-def test_each_row_says_which_way_it_moved(said: io.StringIO) -> None:
+def test_each_row_says_which_way_it_moved(message: io.StringIO) -> None:
     with pytest.raises(ToleranceError):
         judge_moved(
             [row("kept"), replace(row("lost"), measure="a"), replace(row("improved"), measure="b")],
             Path("S05"),
         )
-    cells = [re.findall(r"[^│┃]+", line) for line in said.getvalue().splitlines()]
+    cells = [re.findall(r"[^│┃]+", line) for line in message.getvalue().splitlines()]
     rows = {each[0].strip(): [cell.strip() for cell in each[1:]] for each in cells if len(each) > 6}
     assert {name: rows[name][-1] for name in "ab"} == {"a": "lost", "b": "improved"}
     head = rows["measure"]
     assert (rows["a"][head.index("baseline")], rows["a"][head.index("now")]) == ("4", "3")
 
 
-def test_where_nothing_moved_there_is_no_table(said: io.StringIO) -> None:
+def test_where_nothing_moved_there_is_no_table(message: io.StringIO) -> None:
     judge_moved([row("kept"), row("kept")], Path("S05"))
-    assert said.getvalue() == "Figures: 2 of 2 measures within their margins of S05\n"
+    assert message.getvalue() == "Figures: 2 of 2 measures within their margins of S05\n"
 
 
-def test_a_loss_is_counted_of_all(said: io.StringIO) -> None:
+def test_a_loss_is_counted_of_all(message: io.StringIO) -> None:
     with pytest.raises(ToleranceError, match="1 of 3 measures are worse than in S05"):
         judge_moved([row("kept"), row("improved"), row("lost")], Path("S05"))

@@ -22,6 +22,6 @@ def test_a_baseline_without_figures_is_not_judged():
 
 def test_what_the_baseline_lacks_is_not_counted_as_kept(capsys):
     judge_moved([row(1.0, 1.1), row(None, 2.0, "improved")], Path("S05"))
-    said = " ".join(capsys.readouterr().out.split())
-    assert "1 of 1 measures within their margins" in said
-    assert "1 not judged" in said
+    message = " ".join(capsys.readouterr().out.split())
+    assert "1 of 1 measures within their margins" in message
+    assert "1 not judged" in message

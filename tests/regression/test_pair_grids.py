@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitval.apps.regression import pair_grids
-from gaitval.apps.regression.versions import Pair, StoredWalk, matched
+from gaitval.apps.regression.versions import StoredWalk, WalkPair, matched
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.grids import WITH_QUANTITIES
 
@@ -16,7 +16,7 @@ PERCENT = np.arange(101)
 
 
 @pytest.fixture(scope="module")
-def pair() -> Pair:
+def pair() -> WalkPair:
     metrics = read_metrics(BASELINE)
     walks = [StoredWalk(folder=BASELINE, metrics=metrics, margins=None)]
     (found,) = matched(walks, [replace(walks[0])]).pairs
@@ -63,7 +63,7 @@ def test_a_single_stride_is_not_tested() -> None:
     assert pair_grids.differing(strides(0, 1), strides(1, bump=9.0), "angles/knee_angle_r") == []
 
 
-def test_every_panel_has_both_walks_and_the_norm(pair: Pair) -> None:
+def test_every_panel_has_both_walks_and_the_norm(pair: WalkPair) -> None:
     rows = pair_grids.panels(pair, {}, {})
     assert {name: (len(each), len(each[0])) for name, each in rows.items()} == {
         "kinematics": (5, 3), "kinetics": (len(WITH_QUANTITIES), 3), "forces": (1, 3),
@@ -84,7 +84,7 @@ def test_every_panel_has_both_walks_and_the_norm(pair: Pair) -> None:
     assert len(tendon.curves) == 4
 
 
-def test_stored_baselines_are_drawn_and_not_tested(pair: Pair) -> None:
+def test_stored_baselines_are_drawn_and_not_tested(pair: WalkPair) -> None:
     (found,) = pair_grids.pair_grids([pair])
     assert found["subject"] == "S05"
     assert found["strides"] == []
@@ -92,14 +92,14 @@ def test_stored_baselines_are_drawn_and_not_tested(pair: Pair) -> None:
     assert all("<svg" in drawing for drawing in found["figures"].values())
 
 
-def test_strides_are_drawn_and_counted(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_strides_are_drawn_and_counted(pair: WalkPair, monkeypatch: pytest.MonkeyPatch) -> None:
     made = iter([strides(0, 7), strides(1, 8, bump=6.0)])
     monkeypatch.setattr(pair_grids, "strides_of", lambda folder, metrics: next(made))
     (found,) = pair_grids.pair_grids([pair])
     assert found["strides"] == [7, 8]
 
 
-def test_before_is_not_now_and_each_has_its_own_side(pair: Pair) -> None:
+def test_before_is_not_now_and_each_has_its_own_side(pair: WalkPair) -> None:
     """The walk before stands where a record does; the walk now has its strides and their SD."""
     old = pair.before.metrics.as_dict()
     walked = old["walks"][old["final"]]

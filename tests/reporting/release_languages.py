@@ -66,8 +66,8 @@ def test_no_text_is_missing_and_none_is_stale(language: str) -> None:
 def test_translations_repeat_values_and_elements(language: str) -> None:
     for message in messages.catalogue(messages.LANGUAGES / f"{language}.po"):
         if message.id:
-            for given, said in zip(forms(message.id), forms(message.string), strict=True):
-                assert sorted(PARTS.findall(given)) == sorted(PARTS.findall(said)), given
+            for given, text in zip(forms(message.id), forms(message.string), strict=True):
+                assert sorted(PARTS.findall(given)) == sorted(PARTS.findall(text)), given
 
 
 class Unmarked(HTMLParser):
@@ -119,8 +119,8 @@ def test_an_error_within_the_record_s_own_is_translated(language: str) -> None:
         SimpleNamespace(measure="angle_rmse", target=f"knee_angle_{side}", value=3.4, passed=False)
         for side in "rl"
     ]
-    said = failed_text(rows, {"angle_knee_angle_r": 0.07, "angle_knee_angle_l": 0.08})
-    translated = words(language).of(said)
+    message = failed_text(rows, {"angle_knee_angle_r": 0.07, "angle_knee_angle_l": 0.08})
+    translated = words(language).of(message)
     assert translated is not None
     assert "uncertainty" not in translated
     assert "3,4 (" in translated
@@ -132,8 +132,8 @@ def test_an_error_within_the_record_s_own_is_translated(language: str) -> None:
 @pytest.mark.parametrize("differ", [False, True])
 def test_what_is_said_of_a_body_is_translated(language: str, mean: float, differ: bool) -> None:
     legs = SimpleNamespace(estimate=(mean, 0.004), differ=differ)
-    said = f"Legs: 69.0 ± 1.3 cm, thigh and shank (scaled: 69.5 ± 1.7). {_difference(legs)}."
-    known = words(language).of(said)
+    message = f"Legs: 69.0 ± 1.3 cm, thigh and shank (scaled: 69.5 ± 1.7). {_difference(legs)}."
+    known = words(language).of(message)
     assert known is not None
     assert "69,5 ± 1,7" in known
     for label in (
@@ -164,11 +164,11 @@ def unknown_texts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     def of(self: TranslatedWords, text: str) -> str | None:
         inner[0] += 1
-        said = known(self, text)
+        message = known(self, text)
         inner[0] -= 1
-        if said is None and not inner[0]:  # not a part of a text that is looked up whole
+        if message is None and not inner[0]:  # not a part of a text that is looked up whole
             found.append(text)
-        return said
+        return message
 
     monkeypatch.setattr(TranslatedWords, "of", of)
     return found

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.verdicts import limit_verdicts
-from gaitval.reporting.checklist import NOT_DONE, Check, checklist, tables
+from gaitval.reporting.checklist import NOT_DONE, ChecklistRow, checklist, tables
 
 ROOT = Path(__file__).parents[2]
 STORED = ROOT / "reports" / "S05" / "baseline" / "metrics.json"
@@ -18,8 +18,8 @@ BESIDE = {"momentum": "0.050 % of body weight", "seed": "0"}
 
 def test_every_row_has_a_value_or_says_why_it_has_none() -> None:
     rows = checklist(read_metrics(STORED), BESIDE)
-    asked = tomllib.loads((ROOT / "gaitval/reporting/checklist.toml").read_text("utf-8"))["row"]
-    assert [row.item for row in rows] == [row["item"] for row in asked]
+    wanted = tomllib.loads((ROOT / "gaitval/reporting/checklist.toml").read_text("utf-8"))["row"]
+    assert [row.item for row in rows] == [row["item"] for row in wanted]
     assert {row.source for row in rows} == {"Hicks 2015", "V&V 40"}
     assert all(row.value for row in rows)
     assert all(row.evidence for row in rows if row.value == NOT_DONE)
@@ -70,7 +70,7 @@ def test_the_three_tables_have_the_same_rows() -> None:
 
 
 def test_latex_and_markdown_keep_a_licence_of_any_characters() -> None:
-    free = Check("document", "item", "-1.19", "≥ 0 %", r"CC_BY {4} ~ ^ | \ `a` > b/c")
+    free = ChecklistRow("document", "item", "-1.19", "≥ 0 %", r"CC_BY {4} ~ ^ | \ `a` > b/c")
     found = tables([free])
     assert found["checklist.md"].splitlines()[-1].replace("\\|", "").count("|") == 6
     *_, row, _, _ = found["checklist.tex"].splitlines()

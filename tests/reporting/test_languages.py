@@ -40,8 +40,8 @@ def forms(text) -> tuple[str, ...]:
 def test_the_words_of_verdicts_mean_what_they_say(language: str) -> None:
     """Each by its meaning; sentences keep or fail a limit, and name sides, as the English do."""
     stored = messages.catalogue(messages.LANGUAGES / f"{language}.po")
-    said = {text: translations(language).gettext(text) for text in PINNED[language]}
-    assert said == PINNED[language]
+    texts = {text: translations(language).gettext(text) for text in PINNED[language]}
+    assert texts == PINNED[language]
     judged = 0
     for message in stored:
         if message.id:
@@ -88,7 +88,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("language", "said"),
+    ("language", "message"),
     [
         ("en", "31 years, prosthesis on the left, with crutches"),
         ("de", "31 Jahre, Prothese links, mit Gehstützen"),
@@ -98,7 +98,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_a_prosthesis_and_an_aid_stand_beside_the_persons_data(
-    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, said: str
+    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, message: str
 ) -> None:
     only_html(monkeypatch)
     without_figures(monkeypatch)
@@ -108,7 +108,7 @@ def test_a_prosthesis_and_an_aid_stand_beside_the_persons_data(
     person.save(folder / "subject.toml")
     write_report(folder, [f"report.language={language}"])
     html = (folder / "report.html").read_text(encoding="utf-8")
-    assert said in re.sub(r"<[^>]*>", "", html)
+    assert message in re.sub(r"<[^>]*>", "", html)
 
 
 def test_figures_have_words_and_decimal_marks_of_the_language() -> None:

@@ -154,8 +154,8 @@ def test_each_limit_is_said_to_be_what_it_is(
     marks = [["fail" if failing else "pass"], ["pass"], []]
     assert [[mark for mark, _ in each.marked] for each in rows] == marks
     (sentence,) = [
-        said for said in (headline(page, which)[1] for which in range(page.count('"headline')))
-        if says(said, language)
+        text for text in (headline(page, which)[1] for which in range(page.count('"headline')))
+        if says(text, language)
     ]  # fmt: skip
     assert says(sentence, language) == ("failed" if failing else "kept")
     assert re.findall(r"\d+", sentence) == (["1", "2"] if failing else ["2"])

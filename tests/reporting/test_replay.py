@@ -63,7 +63,7 @@ def metrics(folder) -> dict:
 
 
 @pytest.fixture(scope="module")
-def walk(folder, rollout, metrics) -> replay.Walk:
+def walk(folder, rollout, metrics) -> replay.ShownWalk:
     found = shown(folder, rollout)
     assert found is not None
     return found
@@ -219,8 +219,8 @@ def test_a_push_is_replayed_behind_the_walk_with_the_stride_before(folder, rollo
     method = read_metrics(folder).method
     whole = shown(folder, rollout)
     force = np.zeros_like(rollout.root_force)
-    begun = whole.strides.rows[0, 40]
-    force[begun : begun + 50, 4] = 120.0
+    started = whole.strides.rows[0, 40]
+    force[started : started + 50, 4] = 120.0
     pushed = shown(folder, replace(rollout, root_force=force))
     earlier = len(pushed.strides.seconds) - len(whole.strides.seconds)
     assert earlier >= 0

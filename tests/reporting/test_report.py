@@ -64,9 +64,9 @@ def test_an_error_within_the_record_s_own_uncertainty_is_said():
         return SimpleNamespace(measure=measure, target=target, value=value)
 
     own = {"angle_knee_angle_r": np.radians(4.0), "force_up_l": 0.05}
-    said = " (within the record's own uncertainty, ± {})"
-    assert within_text(angle("angle_rmse", "knee_angle_r", 3.9), own) == said.format(4)
-    assert within_text(angle("force_rmse", "vertical_l", 3.0), own) == said.format(5)
+    message = " (within the record's own uncertainty, ± {})"
+    assert within_text(angle("angle_rmse", "knee_angle_r", 3.9), own) == message.format(4)
+    assert within_text(angle("force_rmse", "vertical_l", 3.0), own) == message.format(5)
     assert within_text(angle("angle_rmse", "knee_angle_r", 4.1), own) == ""
     assert within_text(angle("angle_rmse", "knee_angle_l", 0.1), own) == ""
     assert within_text(angle("falls", "walk", 0.0), own) == ""
@@ -173,9 +173,9 @@ def test_every_limit_is_said_to_be_what_it_is(run_folder, tmp_path, monkeypatch,
             each for each in shown
             if len(each.cells) == 4 and re.match(re.escape(title) + "[≤≥=]", each.cells[0])
         ]  # fmt: skip
-        said = sources.marked[0][1]
-        assert says(said, language) == "failed" or said == word(expected, language), title
-        assert (says(said, language) == "failed") is (expected == "FAILED"), title
+        message = sources.marked[0][1]
+        assert says(message, language) == "failed" or message == word(expected, language), title
+        assert (says(message, language) == "failed") is (expected == "FAILED"), title
         for each in (*table, sources):
             assert (each.failed, each.marked[0][0]) == (mark == "fail", mark)
     assert {"FAILED", "goal reached" if not turned else "passed"} <= found
@@ -269,7 +269,7 @@ FIT = "fitted to the recorded one", "The walk is a fit"
 
 def test_the_page_of_a_fit_says_so(page):
     text = " ".join(page.text.split())
-    assert all(said in text for said in FIT)
+    assert all(message in text for message in FIT)
 
 
 def test_a_page_that_is_sent_alone_links_to_no_arrays(page):
@@ -300,8 +300,8 @@ def test_the_numbers_are_those_of_the_metrics(page, metrics):
     as_measured = walk["errors_as_measured"]["moments"]["hip_flexion_r"]
     assert number(as_measured, 3) in text
     assert number(metrics["record"]["joint_power"]["bursts"]["A2_r"], 2) in text
-    told = metrics["witness"]
-    assert f"{told['goals_reached']} of {told['goals']} goals are reached there" in text
+    message = metrics["witness"]
+    assert f"{message['goals_reached']} of {message['goals']} goals are reached there" in text
     contact = walk["foot_contact"]["left"]
     assert number(contact["transient_peak"], 0) in text
     assert "the subject's weight" in text
@@ -531,10 +531,10 @@ def test_what_the_whole_correction_reached_is_not_told_of_a_part(run_folder, tmp
 
 
 def test_what_was_not_recorded_was_not_held_out(run_folder, tmp_path, monkeypatch):
-    told = read_json(run_folder / "metrics.json")["told"]
-    nothing = {name: [] for name in told if name in ("moments", "forces", "stance")}
-    held = changed_page(*(run_folder, tmp_path / "a", monkeypatch), told=nothing)
-    assert "Held out: moments, forces, stance" in held
+    message = read_json(run_folder / "metrics.json")["told"]
+    nothing = {name: [] for name in message if name in ("moments", "forces", "stance")}
+    fixed = changed_page(*(run_folder, tmp_path / "a", monkeypatch), told=nothing)
+    assert "Held out: moments, forces, stance" in fixed
     folder = tmp_path / "b"
     shutil.copytree(tmp_path / "a", folder)
     metrics = read_json(folder / "metrics.json")
@@ -627,7 +627,7 @@ def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text)
 
 
 @pytest.mark.parametrize(
-    ("told", "subtitle", "sentence"),
+    ("message", "subtitle", "sentence"),
     [
         pytest.param({}, *FIT, marks=pytest.mark.slow),  # that of the whole page is read always
         (
@@ -638,7 +638,7 @@ def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text)
         ({"holdout": "T03"}, "predicted from other trials", "Nothing of what it is compared with"),
     ],
 )
-def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, told, subtitle, sentence):
+def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, message, subtitle, sentence):
     """And shows the other half of the cycles, which it was not; a prediction knows that trial."""
     only_html(monkeypatch)
     without_figures(monkeypatch)
@@ -646,13 +646,13 @@ def test_the_page_says_what_the_walker_was_told(tmp_path, monkeypatch, told, sub
     half = person.trials[0].model_copy(
         update={"name": "even", "walking_speed_m_s": person.walking_speed_m_s}
     )
-    build_run(tmp_path, subject=person.model_copy(update={"trials": (half,)}), told=told)
+    build_run(tmp_path, subject=person.model_copy(update={"trials": (half,)}), messages=message)
     write_report(tmp_path)
     found = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     text = " ".join(found.text.split())
     assert subtitle in text
     assert sentence in text
-    assert ("Held-out trial even" in text) == ("holdout" not in told)
+    assert ("Held-out trial even" in text) == ("holdout" not in message)
     assert "Nearest trial copied" in text
 
 

@@ -18,7 +18,7 @@ from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.norms import norms
 from gaitval.metrics.results import metrics_from, read_metrics
 from gaitval.reporting.report import write_report
-from gaitval.reporting.sheet import DOUBTS, sheet
+from gaitval.reporting.sheet import WARNINGS, sheet
 
 WORDS = 150
 """Before the first curve."""
@@ -204,7 +204,7 @@ def test_the_sheet_says_what_failed_and_that_nothing_did(
     sheet_only = page[: page.index("</section>")]
     assert 'class="verdict"' in sheet_only if kept else 'class="verdict bad"' in sheet_only
     decide = [each.failed for each in rows_of(sheet_only) if word("decides", language) in
-              [said for _, said in each.marked]]  # fmt: skip
+              [message for _, message in each.marked]]  # fmt: skip
     failed = {row["id"] for row in stored["tolerances"]
               if row["role"] == "acceptance" and not row["passed"]}  # fmt: skip
     assert decide == [True] * len(failed)
@@ -277,7 +277,7 @@ def test_the_gravest_doubts_come_first_and_three_at_most(folder: Path) -> None:
     found = read_metrics(folder / "metrics.json")
     subject = load_subject(str(folder / "subject.toml"))
     kinds = [each.kind for each in sheet(found, subject)["doubts"]]
-    assert len(kinds) == DOUBTS
+    assert len(kinds) == WARNINGS
     assert kinds[0] == "failed"
 
 
@@ -310,9 +310,9 @@ def test_a_score_of_fewer_angles_is_not_beside_the_healthy_score_of_nine(
 
 def test_an_import_knows_how_much_its_strides_differ(folder: Path) -> None:
     metrics = read_metrics(folder / "metrics.json")
-    told = {key: [] for key in metrics.told}
-    metrics = metrics.model_copy(update={"told": told, "measures": [], "tolerances": []})
+    messages = {key: [] for key in metrics.told}
+    metrics = metrics.model_copy(update={"told": messages, "measures": [], "tolerances": []})
     subject = load_subject("S05")
     imported = subject.model_copy(update={"uncertainty": {"knee_angle_r": 0.02}})
-    said = [[each.kind for each in sheet(metrics, s)["doubts"]] for s in (subject, imported)]
-    assert ["one cycle" in kinds for kinds in said] == [True, False]
+    texts = [[each.kind for each in sheet(metrics, s)["doubts"]] for s in (subject, imported)]
+    assert ["one cycle" in kinds for kinds in texts] == [True, False]

@@ -68,8 +68,8 @@ class Disk:
         """Of a program whose operation of this `number` fails; none does if it is 0."""
         self._counter.write_bytes(bytes(4))
         code, kinds, lasts = FAULTS[fault]
-        told = {"KINDS": kinds, "AT": number, "ERROR": code, "LASTS": int(lasts)}
-        return self._always | {f"BAD_DISK_{key}": str(value) for key, value in told.items()}
+        messages = {"KINDS": kinds, "AT": number, "ERROR": code, "LASTS": int(lasts)}
+        return self._always | {f"BAD_DISK_{key}": str(value) for key, value in messages.items()}
 
     def operations(self) -> int:
         """Of the program that was started last."""
@@ -89,7 +89,7 @@ def failed(job: kills.Job, disk: Disk, fault: str, number: int, temporary: Path)
     """What becomes of a job whose operation of this number fails, and of the next start."""
     job.prepared()
     process = job.start(temporary, disk.environment(fault, number))
-    told, _ = process.communicate(timeout=kills.SECONDS)
+    message, _ = process.communicate(timeout=kills.SECONDS)
     left = kills.still_there(process.pid)
     time.sleep(PAUSE)
     again = job.start(temporary)
@@ -97,8 +97,8 @@ def failed(job: kills.Job, disk: Disk, fault: str, number: int, temporary: Path)
     fine = (0, job.verdict)
     return {
         "returned": process.returncode,
-        "traceback": "Traceback (most recent call last)" in told,
-        "told": kills.masked(told, temporary)[-600:] if process.returncode not in fine else "",
+        "traceback": "Traceback (most recent call last)" in message,
+        "told": kills.masked(message, temporary)[-600:] if process.returncode not in fine else "",
         "again": again.returncode,
         "told_again": kills.masked(second, temporary)[-500:] if again.returncode else "",
         "processes": [*left, *kills.still_there(again.pid)],
@@ -107,8 +107,8 @@ def failed(job: kills.Job, disk: Disk, fault: str, number: int, temporary: Path)
 
 def survived(case: Json) -> bool:
     """Whether a command said what was wrong, and its next start ended with the same files."""
-    said = case["returned"] in (0, 2) and not case["traceback"]
-    return said and case["again"] == 0 and not (case["differ"] or case["processes"])
+    message = case["returned"] in (0, 2) and not case["traceback"]
+    return message and case["again"] == 0 and not (case["differ"] or case["processes"])
 
 
 class Trial:
@@ -160,7 +160,7 @@ class Trial:
                 os.kill(each, sent)
             if sent == signal.SIGSTOP:
                 time.sleep(seconds)
-        told, _ = process.communicate(timeout=kills.SECONDS)
+        message, _ = process.communicate(timeout=kills.SECONDS)
         fine = process.returncode in (0, job.verdict)
         return {
             "job": name,
@@ -169,8 +169,8 @@ class Trial:
             "share": round(share, 3),
             "seed": seed,
             "returned": 0 if fine else process.returncode,
-            "traceback": "Traceback (most recent call last)" in told,
-            "told": "" if fine else kills.masked(told, self._temporary)[-600:],
+            "traceback": "Traceback (most recent call last)" in message,
+            "told": "" if fine else kills.masked(message, self._temporary)[-600:],
             "again": 0,
             "processes": kills.still_there(process.pid),
         } | self._killing.spoilt(name)
@@ -204,10 +204,10 @@ def all_cases(
 
 
 def _add(log: Path, found: Json) -> None:
-    told = json.dumps(found | {"survived": survived(found)})
+    message = json.dumps(found | {"survived": survived(found)})
     with log.open("a", encoding="utf-8") as file:
-        file.write(told + "\n")
-    print(told, flush=True)
+        file.write(message + "\n")
+    print(message, flush=True)
 
 
 def main() -> None:

@@ -195,9 +195,9 @@ def _try(release: str, user: str, arguments: argparse.Namespace) -> None:
         if walked or line is None:
             print("  set-up did not stop with a line to run")
             return
-        said, _ = _run(system, "root", line[1].replace("sudo ", ""), log)
+        message, _ = _run(system, "root", line[1].replace("sudo ", ""), log)
         walked, printed = _run(system, user, "make subject S=5", log)
-        walked = walked and said
+        walked = walked and message
     tested, printed = _run(system, user, "make test", log)
     _run(system, user, "du -sh .venv; .venv/bin/python --version; df -h /dev/shm", log)
     print("\n".join(re.findall(r".*\d+ passed.*|.*randomly-seed.*", printed)))

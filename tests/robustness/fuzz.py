@@ -111,8 +111,8 @@ def _outcome(
         return "fault", traceback.format_exc()[-1500:], {}
     off = fuzz_cases.differences(before, now)
     if max(off.values(), default=0.0) > 1.0:
-        told = sorted(now.told - before.told)
-        return "told" if told else "silent", " | ".join(told)[:600], off
+        messages = sorted(now.told - before.told)
+        return "told" if messages else "silent", " | ".join(messages)[:600], off
     return "equal" if same or before.curves or before.exact else "another input", "", off
 
 
@@ -303,12 +303,12 @@ def replaced(stored: dict[str, list[dict[str, Any]]], found: list[Case]) -> None
         counts[old[0]["outcome"]] -= 1
         counts[case.outcome] += 1
         run["outcomes"] = dict(sorted((+counts).items()))
-        told = {name: value for name, value in asdict(case).items() if name in _TOLD}
+        messages = {name: value for name, value in asdict(case).items() if name in _TOLD}
         if case.outcome in BAD:
-            run["bad"].append(told)
+            run["bad"].append(messages)
         else:
             was = {"was": old[0]["outcome"], "date": datetime.now(UTC).date().isoformat()}
-            run.setdefault("mended", []).append(told | was)
+            run.setdefault("mended", []).append(messages | was)
 
 
 def _store(found: list[Case], put: Callable[[dict[str, Any], list[Case]], None]) -> None:
@@ -366,8 +366,10 @@ def main() -> int:
                 with given.log.open("a") as log:
                     log.write(json.dumps(asdict(case)) + "\n")
             if case.outcome in BAD:
-                told = f"{case.outcome}: {case.kind}:{case.seed} {case.mutator}: {case.why[-300:]}"
-                print(told, flush=True)
+                message = (
+                    f"{case.outcome}: {case.kind}:{case.seed} {case.mutator}: {case.why[-300:]}"
+                )
+                print(message, flush=True)
         for name, counts in counted(found).items():
             print(f"{name}: {counts}")
     worker.close()

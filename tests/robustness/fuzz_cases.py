@@ -133,9 +133,9 @@ def import_result(request: Request, folder: Path) -> Result:
     curves |= {("force", side): 100.0 * curve.mean for side, curve in found.forces.items()}
     for name in ("stride_time_s", "walking_speed_m_s"):
         curves["time", name] = 100.0 * np.log([getattr(subject, name)])
-    told = {f"{step}: {_plain(sentence, folder)}" for step, sentence in found.decisions}
-    told |= {f"doubt: {doubt.check}: {doubt.where}" for _, doubt in found.doubts}
-    return Result(curves, frozenset(told))
+    messages = {f"{step}: {_plain(sentence, folder)}" for step, sentence in found.decisions}
+    messages |= {f"doubt: {warning.check}: {warning.where}" for _, warning in found.warnings}
+    return Result(curves, frozenset(messages))
 
 
 def _session(folder: Path, *, walking: str, forces: str | None) -> Result:
@@ -155,10 +155,14 @@ def as_subject(path: Path) -> Result:
     model, record = scale_subject(subject).model, subject.record()
     masses = np.array([segment.mass for segment in model.segments])
     phase = np.linspace(0.0, 1.0, 21)
-    told = [curve(phase) for curve in (*record.angles.values(), *record.moments.values())]
+    messages = [curve(phase) for curve in (*record.angles.values(), *record.moments.values())]
     _plausible(np.isfinite(masses).all() and (masses > 0.0).all(), "masses", masses)
     _plausible(abs(masses.sum() / subject.mass_kg - 1.0) < 1e-6, "sum of masses", masses.sum())
-    _plausible(np.isfinite(told).all() and np.abs(told).max() < 6.0, "curves", np.abs(told).max())
+    _plausible(
+        np.isfinite(messages).all() and np.abs(messages).max() < 6.0,
+        "curves",
+        np.abs(messages).max(),
+    )
     return Result()
 
 

@@ -37,7 +37,7 @@ from made_up_session import made_up_session
 from gaitval.apps.cohort.results import tables_of
 from gaitval.apps.cohort.store import FINISHED, SUMMARY, Store
 from gaitval.apps.regression import history
-from gaitval.apps.regression.history import Check, Figure
+from gaitval.apps.regression.history import Check, CheckedFigure
 from gaitval.cli import app
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
@@ -81,7 +81,7 @@ class Refused(GaitvalError):
 def command(*arguments: str | Path) -> None:
     """Run `gaitval` with these arguments. Raises Refused for exit code 2, and what it raises."""
     with (
-        display.messages.capture() as said,
+        display.messages.capture() as message,
         contextlib.redirect_stdout(io.StringIO()),
         contextlib.redirect_stderr(io.StringIO()),
     ):
@@ -89,11 +89,11 @@ def command(*arguments: str | Path) -> None:
             code = app([str(each) for each in arguments], standalone_mode=False)
         except SystemExit as ended:
             code = ended.code
-    told = " ".join(said.get().split())[-300:]
+    text = " ".join(message.get().split())[-300:]
     if code == 2:
-        raise Refused(told)
+        raise Refused(text)
     if code not in (0, 1, None):
-        raise SilentNonsense(f"exit code {code}: {told}")
+        raise SilentNonsense(f"exit code {code}: {text}")
 
 
 def through(folder: Path, *arguments: str | Path) -> Result:
@@ -472,7 +472,7 @@ def _write_curves(folder: Path) -> None:
 
 def write_history(path: Path) -> None:
     """A dozen checks, of which nothing changes."""
-    figure = Figure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
+    figure = CheckedFigure("angle_rmse", "knee_angle_r", "deg", 0.97, 0.95, 0.3, "lower")
     for number in range(12):
         history.add(
             path,

@@ -108,11 +108,11 @@ def walk(baseline: Path, prepared: Path, out: Path) -> None:
         found["improved"] = sum(row.change == "improved" for row in rows)
         found["values"] = {f"{row.measure} of {row.target}": row.current for row in rows}
     where = str(baseline)  # a folder that is gone afterwards
-    told = {
+    messages = {
         name: text.replace(where, "BASELINE") if isinstance(text, str) else text
         for name, text in found.items()
     }
-    write_json(out, told)
+    write_json(out, messages)
 
 
 def _refusal(action: Callable[[], object]) -> str | None:
@@ -309,14 +309,17 @@ def alarms() -> Json:
     import margins
 
     stored = read_metrics(BASELINE)
-    told = {}
+    messages = {}
     for number, now in margins.new_walks(BASELINE, range(margins.WALKS, margins.WALKS + ALARMS)):
         rows = lost(compare(stored, now, leave_out=LONG_MEASURES))
-        told[str(number)] = [f"{row.measure} of {row.target}" for row in rows]
-    return {"n": len(told), "false": {number: rows for number, rows in told.items() if rows}}
+        messages[str(number)] = [f"{row.measure} of {row.target}" for row in rows]
+    return {
+        "n": len(messages),
+        "false": {number: rows for number, rows in messages.items() if rows},
+    }
 
 
-def said(stored: Json) -> list[str]:
+def message(stored: Json) -> list[str]:
     """What the store has shown of faults that count, damages and false alarms, in sentences."""
     faults = stored["faults"]
     counts = [each for name, each in faults.items() if name != NOTHING and each["ratio"] > 1.0]
@@ -384,8 +387,8 @@ def run(only: list[str], workers: int, keep: Path | None) -> None:
         if not (prepared.parent / "nothing.json").exists():
             without = checked(NOTHING, prepared)
             if without.get("lost") or "error" in without:
-                told = without.get("lost") or without["error"]
-                sys.exit(f"The check without a fault fails: {told}")
+                text = without.get("lost") or without["error"]
+                sys.exit(f"The check without a fault fails: {text}")
             write_json(prepared.parent / "nothing.json", without)
         with ThreadPoolExecutor(workers) as pool:  # each waits for a process
             started = {pool.submit(checked, name, prepared): name for name in names}
@@ -393,8 +396,8 @@ def run(only: list[str], workers: int, keep: Path | None) -> None:
                 name, found = started[each], each.result()
                 save(faults={name: found})
                 by = found["by_check"] or found.get("by_test") or "NOT CAUGHT"
-                told = f"{found['ratio']:10.4g}  {found['seconds']:6.1f} s"
-                print(f"{name:48s} {told}  {by}", flush=True)
+                text = f"{found['ratio']:10.4g}  {found['seconds']:6.1f} s"
+                print(f"{name:48s} {text}  {by}", flush=True)
 
 
 def _spread(names: list[str]) -> list[str]:
@@ -423,7 +426,7 @@ def main() -> None:
         print(json.dumps(save(damages=damages())["damages"], indent=1))
     elif arguments.what == "alarms":
         print(json.dumps(save(alarms=alarms())["alarms"], indent=1))
-    print("\n".join(said(read_json(STORE))))
+    print("\n".join(message(read_json(STORE))))
 
 
 if __name__ == "__main__":

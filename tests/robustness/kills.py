@@ -157,8 +157,8 @@ class Job:
             used = max(used, processor_time(process.pid))
             time.sleep(0.2)
         if process.returncode:
-            told = process.stdout.read() if process.stdout else ""
-            raise RuntimeError(f"{self.commands}: exit code {process.returncode}\n{told[-3000:]}")
+            text = process.stdout.read() if process.stdout else ""
+            raise RuntimeError(f"{self.commands}: exit code {process.returncode}\n{text[-3000:]}")
         return used
 
 
@@ -361,11 +361,11 @@ def killed(job: Job, after: float, temporary: Path, *, clock_back: bool) -> Json
         for path in temporary.iterdir():
             os.utime(path, (time.time() - DAY,) * 2, follow_symlinks=False)
     again = job.start(temporary)
-    told, _ = again.communicate(timeout=SECONDS)
+    text, _ = again.communicate(timeout=SECONDS)
     alive += still_there(again.pid)
     return {
         "returned": again.returncode,
-        "told": masked(told, temporary)[-500:] if again.returncode else "",
+        "told": masked(text, temporary)[-500:] if again.returncode else "",
         "processes": alive,
         "blocks": sorted(name for name in blocks if Path(name).exists()),
         "files": sorted(path.name for path in temporary.iterdir()),
@@ -497,10 +497,14 @@ def at_once(job: Job, wanted: Mapping[str, bytes], temporary: Path) -> Json:
     are wanted.
     """
     both = [job.start(temporary) for _ in range(2)]
-    told = [process.communicate(timeout=SECONDS)[0] for process in both]
+    messages = [process.communicate(timeout=SECONDS)[0] for process in both]
     codes = sorted(process.returncode for process in both)
     same = contents(job.folder) == wanted
-    return {"codes": codes, "same": same, "told": [masked(text, temporary)[-300:] for text in told]}
+    return {
+        "codes": codes,
+        "same": same,
+        "told": [masked(text, temporary)[-300:] for text in messages],
+    }
 
 
 def masked(text: str, temporary: Path) -> str:
@@ -523,7 +527,7 @@ def unspoilt(both: Json) -> bool:
     return both["same"] and both["codes"] in ([0, 0], [0, 2])
 
 
-def said(stored: Json) -> list[str]:
+def message(stored: Json) -> list[str]:
     """What the store has shown, in sentences."""
     found = []
     if done := stored.get("kills", []):
@@ -569,7 +573,7 @@ def main() -> None:
         kills(arguments.kills, arguments.seed, arguments.jobs, arguments.study)
     elif arguments.what == "twice":
         twice([name for name in arguments.jobs if name in ("import", "study")])
-    print("\n".join(said(_stored())))
+    print("\n".join(message(_stored())))
 
 
 if __name__ == "__main__":

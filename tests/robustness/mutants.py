@@ -431,9 +431,9 @@ def _run_tests(
     """In the fork: never returns."""
     code, plugins = 3, list[object]()
     try:
-        with tempfile.TemporaryFile() as said:
-            os.dup2(said.fileno(), 1)
-            os.dup2(said.fileno(), 2)
+        with tempfile.TemporaryFile() as message:
+            os.dup2(message.fileno(), 1)
+            os.dup2(message.fileno(), 2)
         if mutant is not None and _in_compiled(mutant):
             os.environ["XDG_CACHE_HOME"] = str(scratch)  # else numba takes what it compiled before
             seconds = LONGEST

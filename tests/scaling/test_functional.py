@@ -137,16 +137,16 @@ def test_the_rigid_motion_is_the_one_that_moved_the_markers():
 def test_errors_grow_with_noise_and_are_of_the_size_that_is_told():
     sizes = {}
     for noise in (0.0002, 0.0005):
-        errors, told = [], []
+        errors, message = [], []
         for seed in range(10):
             made = hip(seed, noise=noise)
             found = ball_centre(*made.motions(), near=made.centre)
             errors.append(np.linalg.norm(found.centre - made.centre))
-            told.append(found.standard_error)
+            message.append(found.standard_error)
         sizes[noise] = np.sqrt(np.mean(np.square(errors)))
-        assert (np.array(errors) < 4 * np.array(told)).all()
+        assert (np.array(errors) < 4 * np.array(message)).all()
         # The mean square error is the one reported, within the scatter of 10 joints.
-        assert 0.6 < sizes[noise] / np.sqrt(np.mean(np.square(told))) < 1.6
+        assert 0.6 < sizes[noise] / np.sqrt(np.mean(np.square(message))) < 1.6
     assert sizes[0.0005] / sizes[0.0002] == pytest.approx(2.5, rel=0.3)
 
 
@@ -168,26 +168,26 @@ def down(made: Joint) -> float:
 )
 def test_the_error_of_a_wandering_skin_is_the_one_documented(ranges, millimetres):
     """As the docstring of `HIP_RANGES` says; the standard error shows half of it or more."""
-    errors, told = [], []
+    errors, message = [], []
     for seed in range(20):
         made = hip(seed, ranges, noise=0.0005, wander=0.005)
         found = ball_centre(*made.motions(), near=made.centre)
         errors.append(np.linalg.norm(found.centre - made.centre))
-        told.append(found.standard_error)
+        message.append(found.standard_error)
     assert 1000 * np.mean(errors) == pytest.approx(millimetres, rel=0.3)
-    assert 0.4 < np.mean(told) / np.mean(errors) < 1.5
+    assert 0.4 < np.mean(message) / np.mean(errors) < 1.5
 
 
 @pytest.mark.parametrize(("flexion", "degrees"), [(40.0, 3.6), (60.0, 2.0)])
 def test_the_error_of_a_knee_axis_is_the_one_documented(flexion, degrees):
-    errors, told = [], []
+    errors, message = [], []
     for seed in range(20):
         made = knee(seed, flexion, noise=0.0005, wander=0.005)
         found = hinge_axis(*made.motions(), near=made.centre, towards=LEFT)
         errors.append(degrees_between(found.direction, made.axis))
-        told.append(np.degrees(found.standard_error))
+        message.append(np.degrees(found.standard_error))
     assert np.mean(errors) == pytest.approx(degrees, rel=0.3)
-    assert 0.7 < np.mean(told) / np.mean(errors) < 2.0
+    assert 0.7 < np.mean(message) / np.mean(errors) < 2.0
 
 
 def test_a_marker_that_moved_since_standing_sets_the_images_apart():

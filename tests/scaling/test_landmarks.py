@@ -239,8 +239,8 @@ def test_foot_shape_is_the_mean_of_the_built_in_feet():
         np.testing.assert_allclose(FOOT_SHAPE[pair], np.mean(found, axis=0), atol=6e-5)
         lengths = np.hypot(*np.array(found).T[:2])
         # What the docstring says of the scatter.
-        said = {("MT1", "MT5"): 3.5, ("MT1", "MT2"): 1.4, ("MT5", "MT2"): 2.8}[pair]
-        assert 100 * lengths.std(ddof=1) / lengths.mean() == pytest.approx(said, abs=0.06)
+        message = {("MT1", "MT5"): 3.5, ("MT1", "MT2"): 1.4, ("MT5", "MT2"): 2.8}[pair]
+        assert 100 * lengths.std(ddof=1) / lengths.mean() == pytest.approx(message, abs=0.06)
 
 
 def test_foot_of_a_real_person_without_the_first_metatarsal():

@@ -152,11 +152,11 @@ def test_implausible_stature_names_the_segments(changes, named):
 def test_a_stature_that_does_not_fit_is_one_problem():
     with pytest.raises(ScalingError) as error:
         scale_subject(person(height_m=2.10))
-    said = str(error.value).split("\n")
-    assert len(said) == 3  # what, where, and what to check
-    assert "thigh, shank and foot are" in said[1]
+    message = str(error.value).split("\n")
+    assert len(message) == 3  # what, where, and what to check
+    assert "thigh, shank and foot are" in message[1]
     # 2.10 m times 0.68; subject 5 has short legs for 1.53 m.
-    assert "of a person of about 1.42 m" in said[1]
+    assert "of a person of about 1.42 m" in message[1]
 
 
 def test_unequal_legs_are_refused():

@@ -59,24 +59,24 @@ def session_of(folder, *, sides="rl", asis=0.0, noise=0.0):
     places, local = person.markers(SET)
     legs = ("pelvis", "thigh", "shank", "foot")
     places = {n: at for n, at in places.items() if SET.segments[n].startswith(legs)}
-    worn = [ModelMarker(name, SET.markers[name].segment, local[name]) for name in places]
+    fitted = [ModelMarker(name, SET.markers[name].segment, local[name]) for name in places]
     if asis:
         pelvis = person.frames[SEGMENTS.index("pelvis")]
         for name in ("r.ASIS", "L.ASIS"):
             places[name] = places[name] + asis * pelvis[:3, 0]
-        worn = [
+        fitted = [
             replace(marker, position=marker.position + np.array([asis, 0.0, 0.0]))
             if marker.name.endswith("ASIS")
             else marker
-            for marker in worn
+            for marker in fitted
         ]
     standing = Recording(
         "stand", "project", tuple(places), np.tile(list(places.values()), (100, 1, 1)), RATE
     )
-    markers = marker_positions(person.model, worn, swings(person, sides))
+    markers = marker_positions(person.model, fitted, swings(person, sides))
     markers += np.random.default_rng(0).normal(0.0, noise, markers.shape)
     file = folder / "swing.trc"
-    trial = Recording("swing", "project", tuple(m.name for m in worn), markers, RATE)
+    trial = Recording("swing", "project", tuple(m.name for m in fitted), markers, RATE)
     write_trc(file, trial.turned(TO_OPENSIM))
     session = SessionRecordings(SET, parse_axes("forward=+x up=+y"), standing, ())
     request = Request(
@@ -121,8 +121,10 @@ def test_a_swinging_leg_shows_the_hip_and_the_knee_of_the_body(tmp_path, side):
 
 def test_a_misplaced_asis_moves_the_regression_and_not_the_functional_centre(tmp_path):
     person, session, request = session_of(tmp_path, asis=0.012, noise=0.001)
-    said = []
-    joints = functional_joints(request, PROCESSING, session, lambda *told: said.append(told))
+    messages = []
+    joints = functional_joints(
+        request, PROCESSING, session, lambda *message: messages.append(message)
+    )
     for side in ("right", "left"):
         hip = by_name(joints)[side, "hip"].found
         assert np.linalg.norm(hip.found.centre - true_hip(person, side)) < 0.002
@@ -130,9 +132,9 @@ def test_a_misplaced_asis_moves_the_regression_and_not_the_functional_centre(tmp
         np.testing.assert_allclose(1000 * hip.difference, [-9.1, 0.0, 0.0], atol=2.0)
         error = abs(hip.to_ankle - np.linalg.norm(true_hip(person, side) - ankle(session, side)))
         assert error < 3 * hip.to_ankle_error + 0.0005
-    assert any("9 mm back" in text and "hip centre to ankle" in text for _, text in said)
+    assert any("9 mm back" in text and "hip centre to ankle" in text for _, text in messages)
     # Chosen, they give the body back its hips; by default they do not.
-    chosen = chosen_hips(request, joints, lambda *told: said.append(told))
+    chosen = chosen_hips(request, joints, lambda *message: messages.append(message))
     assert set(chosen) == {"R", "L"}
     assert chosen_hips(request.model_copy(update={"hip_centre": "regression"}), joints) == {}
     points = SET.on_landmarks({n: session.standing.marker(n)[0] for n in session.standing.names})
@@ -157,9 +159,9 @@ def test_a_leg_that_rests_is_not_found_and_keeps_the_regression(tmp_path):
     assert rested.found is None
     assert "turned by 0.0° and 0.0°" in rested.refused
     assert by_name(joints)["left", "hip"].found is not None
-    said = []
-    assert set(chosen_hips(request, joints, lambda *told: said.append(told))) == {"L"}
-    assert any(text.startswith("right hip centre: by regression") for _, text in said)
+    messages = []
+    assert set(chosen_hips(request, joints, lambda *message: messages.append(message))) == {"L"}
+    assert any(text.startswith("right hip centre: by regression") for _, text in messages)
 
 
 def test_the_sign_of_the_knee_axis_is_internal_rotation_on_both_sides(tmp_path):

@@ -80,8 +80,8 @@ def test_what_an_aid_carries_is_no_fault_of_motion_or_mass(found, tmp_path):
         "model-weight"
     }
     assert without == {each for each in judged if each.startswith(("ik-", "scaling-"))}
-    for asked in ({"consistent": True}, {"correct": ("plates",)}):
-        request = aided.model_copy(update=asked)
+    for wanted in ({"consistent": True}, {"correct": ("plates",)}):
+        request = aided.model_copy(update=wanted)
         with pytest.raises(ConfigurationError, match="is not measured, and would be taken for"):
             import_files(request, tmp_path / "out", configuration=Configuration())
     assert not (tmp_path / "out").exists()

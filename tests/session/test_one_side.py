@@ -23,9 +23,9 @@ from gaitval.importing.summary import trial_residuals
 from gaitval.importing.write import write_subject
 from gaitval.inverse.inverse_kinematics import InverseKinematics
 from gaitval.session import session
-from gaitval.session.average import drift_doubts, largest_drift
+from gaitval.session.average import drift_warnings, largest_drift
 from gaitval.session.one_side import completed_sides
-from gaitval.session.one_side_warnings import one_side_doubts, refuse_without_forces
+from gaitval.session.one_side_warnings import one_side_warnings, refuse_without_forces
 from gaitval.session.subject import subject_of
 from gaitval.session.trial import smoothed
 
@@ -57,8 +57,8 @@ def asking_for_mirrors(found):
 
 def said_of_sides(found):
     return [
-        str(doubt)
-        for doubt in one_side_doubts(found.request, found.trials, found.angles, found.forces)
+        str(warning)
+        for warning in one_side_warnings(found.request, found.trials, found.angles, found.forces)
     ]
 
 
@@ -67,10 +67,10 @@ def test_an_import_with_a_prosthesis_keeps_both_lengths(prosthesis, mean, tmp_pa
     """As the subject that it makes is scaled, in every command after it."""
     request = made_up_session(tmp_path, noise=0.0, **SHORT).request
     given = request.model_copy(update={"prosthesis": prosthesis})
-    asked, told = [], []
+    wanted, message = [], []
 
     def worked_out(*_, symmetric):
-        asked.append(symmetric)
+        wanted.append(symmetric)
         raise RecordError("enough")
 
     monkeypatch.setattr(importing, "work_out", worked_out)
@@ -79,11 +79,11 @@ def test_an_import_with_a_prosthesis_keeps_both_lengths(prosthesis, mean, tmp_pa
             given,
             tmp_path / "out",
             configuration=Configuration(),
-            tell=lambda *said: told.append(said),
+            notify=lambda *output: message.append(output),
         )
-    assert asked == [mean]
+    assert wanted == [mean]
     about = "" if prosthesis is None else f", prosthesis {prosthesis}"  # on the page's decisions
-    assert any(step == "person" and about in text for step, text in told)
+    assert any(step == "person" and about in text for step, text in message)
 
 
 def test_the_subject_has_what_was_said_of_a_prosthesis(found):
@@ -138,18 +138,18 @@ def test_a_side_that_is_not_seen_is_absent(found, side, tmp_path):
     phase = np.linspace(0.0, 1.0, 101)
     for name in (*REQUIRED_ANGLES, *REQUIRED_MOMENTS):
         kind = "angles" if name in REQUIRED_ANGLES else "moments"
-        asked = getattr(record, kind)[name](phase)
-        np.testing.assert_allclose(asked, getattr(mirrored, kind)[name](phase), atol=1e-5)
+        wanted = getattr(record, kind)[name](phase)
+        np.testing.assert_allclose(wanted, getattr(mirrored, kind)[name](phase), atol=1e-5)
     for one in SIDES:
         np.testing.assert_allclose(
             record.ground_reaction(one, phase), mirrored.ground_reaction(one, phase), atol=1e-5
         )
     table = load_subject(tmp_path / "subject.toml").to_frame()
     assert set(table.side) == {side}
-    (said,) = said_of_sides(part)
-    assert said.startswith(f"{hidden} leg: its angles, moments and forces were not recorded: no")
-    assert f"The subject has no {hidden} angles" in said
-    assert "With --mirror" in said
+    (message,) = said_of_sides(part)
+    assert message.startswith(f"{hidden} leg: its angles, moments and forces were not recorded: no")
+    assert f"The subject has no {hidden} angles" in message
+    assert "With --mirror" in message
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -179,8 +179,8 @@ def test_mirror_fills_in_a_side_and_marks_it(found, side, tmp_path):
         assert again.origin(hidden, kind) == "mirrored"
         assert again.origin(side, kind) == "recorded"
     assert set(load_subject(tmp_path / "subject.toml").to_frame().side) == {side}
-    (said,) = said_of_sides(part)
-    assert f"As --mirror asks, the subject has those of the {side} side" in said
+    (message,) = said_of_sides(part)
+    assert f"As --mirror asks, the subject has those of the {side} side" in message
 
 
 def test_files_written_before_keep_their_meaning(found, tmp_path):
@@ -213,8 +213,10 @@ def test_a_foot_beside_the_plates_keeps_its_angles_and_its_own_stance(found, tmp
     assert subject.origin("right", "stance") == "recorded"
     measured = np.concatenate([walk.gait["right"].stance_fraction for walk in part.trials])
     assert subject.stance_fraction.right == pytest.approx(np.nanmean(measured))
-    (said,) = said_of_sides(part)
-    assert said.startswith("right foot: its moments and forces were not recorded: the plates show")
+    (message,) = said_of_sides(part)
+    assert message.startswith(
+        "right foot: its moments and forces were not recorded: the plates show"
+    )
     both = completed_sides(part.angles, part.moments, part.forces, mirror=True)
     assert both.mirrored == {"kinetics": "right"}
     np.testing.assert_array_equal(both.forces["right"], both.forces["left"] * [1, -1, 1])
@@ -238,8 +240,8 @@ def test_an_expected_force_lasts_as_long_as_the_foot_stood(found):
     assert not record.ground_reaction("right", ends["right"] + 0.01).any()
 
 
-@pytest.mark.parametrize(("most", "said"), [(99, "cycles that do"), (1, "1 cycle that does")])
-def test_a_message_says_why_the_cycles_of_a_side_do_not_count(found, most, said):
+@pytest.mark.parametrize(("most", "text"), [(99, "cycles that do"), (1, "1 cycle that does")])
+def test_a_message_says_why_the_cycles_of_a_side_do_not_count(found, most, text):
     (walk,) = found.trials
     bad = tuple(
         replace(
@@ -254,7 +256,7 @@ def test_a_message_says_why_the_cycles_of_a_side_do_not_count(found, most, said)
         only(found, "right"), trials=(replace(walk, cycles=dict(walk.cycles) | {"left": bad}),)
     )
     (message,) = said_of_sides(part)
-    assert f"{said} not count: {len(bad)} × no toe-off of it in it" in message
+    assert f"{text} not count: {len(bad)} × no toe-off of it in it" in message
     assert f"({len(bad)} cycle" in message
 
 
@@ -289,11 +291,11 @@ def drifting(found, name, degrees):
 
 
 def test_a_curve_that_does_not_close_is_closed_and_told(found):
-    assert not list(drift_doubts(found.angles, found.moments))
+    assert not list(drift_warnings(found.angles, found.moments))
     part = drifting(found, "knee_angle_l", 7.0)
-    (doubt,) = drift_doubts(part.angles, {})
-    assert doubt.where == "knee_angle_l"
-    assert doubt.value == pytest.approx(7.0, abs=0.5)
+    (warning,) = drift_warnings(part.angles, {})
+    assert warning.where == "knee_angle_l"
+    assert warning.value == pytest.approx(7.0, abs=0.5)
     phase = np.linspace(0.0, 1.0, 101)
     before, after = (
         subject_of(one).gait.angles["knee_angle_l"].periodic()(phase) for one in (found, part)
@@ -309,15 +311,15 @@ def test_an_angle_that_does_not_close_at_all_is_refused_or_left_out(found):
     subject = subject_of(part)
     assert "foot_progression_l" not in subject.gait.angles
     assert "foot_progression_r" in subject.gait.angles
-    (doubt,) = drift_doubts(part.angles, {})
-    assert "left out of the subject" in doubt.message
+    (warning,) = drift_warnings(part.angles, {})
+    assert "left out of the subject" in warning.message
 
 
 def test_an_angle_about_a_limb_may_drift_more_than_one_that_shows_a_steady_walk(found):
     part = drifting(found, "hip_rotation_l", 15.0)
     assert "hip_rotation_l" in subject_of(part).gait.angles
-    (doubt,) = drift_doubts(part.angles, {})
-    assert "drifts by 1" in doubt.message
+    (warning,) = drift_warnings(part.angles, {})
+    assert "drifts by 1" in warning.message
     with pytest.raises(RecordError, match=r"hip_rotation_l ends 2\d\.\d° .*more than 20°"):
         subject_of(drifting(found, "hip_rotation_l", 22.0))
 
@@ -327,9 +329,9 @@ def test_a_moment_that_does_not_close_is_told(found):
     curve = found.moments[name]
     drift = 0.7 * np.linspace(-0.5, 0.5, 101)
     moments = found.moments | {name: replace(curve, mean=curve.mean + drift)}
-    (doubt,) = drift_doubts({}, moments)
-    assert doubt.where == name
-    assert "Nm/kg" in doubt.message
+    (warning,) = drift_warnings({}, moments)
+    assert warning.where == name
+    assert "Nm/kg" in warning.message
 
 
 def test_the_force_of_a_landing_beside_the_plates_is_that_of_the_landing_on_them():
@@ -395,13 +397,15 @@ def test_what_cannot_be_right_is_no_chance_in_another_trial_or_plate(monkeypatch
     def left(*flags):
         walks = {
             name: SimpleNamespace(
-                name=name, doubts=doubts, recording=SimpleNamespace(source=name, plates=(1, 2))
+                name=name, warnings=warnings, recording=SimpleNamespace(source=name, plates=(1, 2))
             )
-            for name, doubts in zip("AB", flags, strict=True)
+            for name, warnings in zip("AB", flags, strict=True)
         }
         monkeypatch.setattr(session, "work_out_trial", lambda *given: walks[given[4]])
         request = SimpleNamespace(trials="AB", called="AB".__getitem__)
-        known = session.Progress(session=SimpleNamespace(walking=(1, 2)), body=SimpleNamespace())
+        known = session.ImportProgress(
+            session=SimpleNamespace(walking=(1, 2)), body=SimpleNamespace()
+        )
         try:
             found = session._usable_walks(request, None, known, lambda *_: None)
         except RecordError:
@@ -427,8 +431,8 @@ def test_trials_of_different_speeds_are_named():
     assert not list(session._unlike([walk("a", np.nan)]))
 
 
-@pytest.mark.parametrize(("apart", "said"), [(0.0, True), (0.5, False)])
-def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, said):
+@pytest.mark.parametrize(("apart", "message"), [(0.0, True), (0.5, False)])
+def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, message):
     corners = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.0], [0.5, 0.0, 0.0]])
     plates = [
         SimpleNamespace(name=name, corners=corners + np.array([0.0, at, 0.0]))
@@ -440,7 +444,7 @@ def test_plates_upon_each_other_are_to_be_said_of_a_foot_each(apart, said):
     )  # fmt: skip
     with pytest.raises(RecordError) as refused:
         refuse_without_forces([walk])
-    assert ("--plate 1=right --plate 2=left" in str(refused.value)) == said
+    assert ("--plate 1=right --plate 2=left" in str(refused.value)) == message
 
 
 def test_residual_moments_are_compared_with_the_height_above_the_plates(found):

@@ -32,17 +32,17 @@ def c3d(path: Path, values: dict[str, float]) -> Path:
     return path
 
 
-def found(files, *, mass=None, height=None, sex="F", said=None, **widths):
-    def tell(step, text):
+def found(files, *, mass=None, height=None, sex="F", message=None, **widths):
+    def notify(step, text):
         assert step == "person"
-        if said is not None:
-            said.append(text)
+        if message is not None:
+            message.append(text)
 
     given = {f"{joint}_width": width for joint, width in widths.items()}
     options = ImportOptions(
         trials=files or [Path("none.trc")], mass=mass, height=height, sex=sex, **given
     )
-    return person_of_session(options, tell)
+    return person_of_session(options, notify)
 
 
 def test_a_file_of_plug_in_gait_knows_the_person(tmp_path):
@@ -93,12 +93,12 @@ def test_an_age_that_cannot_be_is_refused_before_any_work():
 
 
 def test_what_scaling_takes_from_the_markers_is_told(tmp_path):
-    said = []
-    found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], said=said)
-    text = next(line for line in said if "also says" in line)
+    messages = []
+    found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], message=messages)
+    text = next(line for line in messages if "also says" in line)
     for part in ("0.74, 0.742 m", "ASIS 0.159 m", "diameter 10 mm"):
         assert part in text
-    assert any("Vicon Nexus" in line for line in said)
+    assert any("Vicon Nexus" in line for line in messages)
 
 
 def test_cortex_writes_its_name_in_small_letters(tmp_path):
@@ -125,34 +125,34 @@ def test_other_formats_know_nothing(tmp_path):
 
 
 def test_the_file_stands_in_for_what_is_not_said(tmp_path):
-    said: list[str] = []
-    person = found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], said=said)
+    messages: list[str] = []
+    person = found([c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)], message=messages)
     assert person.mass == pytest.approx(32.1)
     assert person.height == pytest.approx(1.45)
     assert person.knee_width == pytest.approx((0.084, 0.083))
     assert person.elbow_width is None  # one side only
-    assert any("--mass 32.1 kg: from" in text for text in said)
-    assert said[0].endswith("a.c3d: HC002D, made by Vicon Nexus")
+    assert any("--mass 32.1 kg: from" in text for text in messages)
+    assert messages[0].endswith("a.c3d: HC002D, made by Vicon Nexus")
 
 
 def test_the_user_wins_and_is_told_of_a_contradiction(tmp_path):
-    said: list[str] = []
+    messages: list[str] = []
     path = c3d(tmp_path / "a.c3d", PLUG_IN_GAIT)
-    person = found([path], mass=33.5, height=1.451, knee=0.1, said=said)
+    person = found([path], mass=33.5, height=1.451, knee=0.1, message=messages)
     assert (person.mass, person.height, person.knee_width) == (33.5, 1.451, 0.1)
-    assert any("says 32.1 kg; --mass 33.5 is used" in text for text in said)
-    assert any("knee widths of 0.084 and 0.083 m" in text for text in said)
-    assert not any("--height" in text for text in said)  # they agree to a millimetre
+    assert any("says 32.1 kg; --mass 33.5 is used" in text for text in messages)
+    assert any("knee widths of 0.084 and 0.083 m" in text for text in messages)
+    assert not any("--height" in text for text in messages)  # they agree to a millimetre
 
 
 def test_two_files_that_contradict_each_other_are_told(tmp_path):
-    said: list[str] = []
+    messages: list[str] = []
     files = [
         c3d(tmp_path / "a.c3d", PLUG_IN_GAIT),
         c3d(tmp_path / "b.c3d", PLUG_IN_GAIT | {"Bodymass": 60.0}),
     ]
-    assert found(files, said=said).mass == pytest.approx(32.1)
-    assert any("b.c3d says 60 kg; --mass 32.1 is used" in text for text in said)
+    assert found(files, message=messages).mass == pytest.approx(32.1)
+    assert any("b.c3d says 60 kg; --mass 32.1 is used" in text for text in messages)
 
 
 def test_what_nobody_says_is_asked_for(tmp_path):

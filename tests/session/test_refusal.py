@@ -11,7 +11,7 @@ from gaitval.configuration import ReportSettings
 from gaitval.errors import RecordError
 from gaitval.importing import refusal
 from gaitval.session.request import Request
-from gaitval.session.session import Progress
+from gaitval.session.session import ImportProgress
 
 ASKED = Request(
     identifier="S", sex="F", mass=60.0, height=1.6,
@@ -28,7 +28,7 @@ def test_what_was_done_is_told_from_where_it_ended(
     only_html(monkeypatch)
     monkeypatch.setattr(refusal, "_finished", lambda *_: [])
     parts = {"session": object(), "body": object()}
-    progress = replace(Progress(), **dict(list(parts.items())[:reached]))
+    progress = replace(ImportProgress(), **dict(list(parts.items())[:reached]))
     settings = ReportSettings(language=language)
     page = refusal.write_refusal(tmp_path, ASKED, progress, RecordError("no"), settings=settings)
     rows = [each for each in rows_of(page.read_text(encoding="utf-8")) if len(each.cells) == 2][:4]

@@ -64,7 +64,7 @@ def test_a_walk_without_a_standing_trial_gives_the_same_body_and_angles(stood, w
     for name in SAGITTAL:
         assert abs(np.median(apart[:, COORDINATES.index(name)])) < 5.0
     assert any("no standing trial" in message for _, message in without.decisions)
-    assert any("no standing trial" in doubt.message for _, doubt in without.doubts)
+    assert any("no standing trial" in warning.message for _, warning in without.warnings)
 
 
 def test_a_pose_put_together_stands_on_both_feet(without):
@@ -102,8 +102,8 @@ def test_standing_on_a_step_is_standing_on_the_floor(made_up, stood, processing)
     np.testing.assert_allclose(
         on_floor(step, 0.03).markers, stood.session.standing.markers, atol=1e-15
     )
-    told = work_out(made_up.request.model_copy(update={"floor": 0.01}), processing)
-    lower = stood.body.chosen.right.ankle_height - told.body.chosen.right.ankle_height
+    message = work_out(made_up.request.model_copy(update={"floor": 0.01}), processing)
+    lower = stood.body.chosen.right.ankle_height - message.body.chosen.right.ankle_height
     assert lower == pytest.approx(0.01, abs=0.003)
 
 
@@ -130,8 +130,8 @@ def test_a_pose_on_the_toes_is_put_flat_where_no_standing_trial_shows_it(made_up
     front = [landmarks.get(f"{side}.{part}") for side in "RL" for part in ("MT1", "MT2", "MT5")]
     markers = raised.markers.copy()
     markers[:, [name in front for name in raised.names], 2] -= 0.06
-    flat, (doubt,) = off_toes(replace(raised, markers=markers), landmarks, height_m, 0.0)
-    assert "the heels are up" in doubt.message
+    flat, (warning,) = off_toes(replace(raised, markers=markers), landmarks, height_m, 0.0)
+    assert "the heels are up" in warning.message
     ankles = [np.median(flat.marker(landmarks[f"{side}.Ankle"])[:, 2]) for side in "RL"]
     assert np.mean(ankles) == pytest.approx(0.039 * 1.18 * height_m)
 
@@ -140,17 +140,17 @@ def test_rare_lengths_are_told(stood):
     scaled = stood.body.scaled
     assert [*_odd_lengths(scaled)] == []
 
-    def told(segment, **changed):
+    def message(segment, **changed):
         rows = [replace(r, **changed) if r.segment == segment else r for r in scaled.table]
         return [*_odd_lengths(replace(scaled, table=tuple(rows)))]
 
-    (shoes,) = told("ankle height", factor=1.7)
+    (shoes,) = message("ankle height", factor=1.7)
     assert "thick soles" in shoes.message
-    (legs,) = told("shank", right_m=0.40, left_m=0.37)
+    (legs,) = message("shank", right_m=0.40, left_m=0.37)
     assert legs.value == pytest.approx(0.03)
     assert "right 0.400 m and left 0.370 m" in legs.message
     assert "scaling.symmetric=false" in legs.message
-    assert told("forearm", right_m=0.30, left_m=0.26) == []
+    assert message("forearm", right_m=0.30, left_m=0.26) == []
 
 
 @pytest.mark.parametrize("lift", [-15.0, 25.0])

@@ -16,7 +16,7 @@ def test_frames_whose_pose_was_not_found_are_named_with_their_times():
     kinematics.determined[:10] = kinematics.converged[:10] = False  # not seen: said elsewhere
     assert not list(unsolved(kinematics, recording))
     kinematics.converged[[54, 55, 80]] = False
-    (doubt,) = unsolved(kinematics, recording)
-    assert doubt.value == 3
-    assert "in 3 of 100 frames" in str(doubt)
-    assert "frames 54-55 (2.540-2.550 s), 80-80 (2.800-2.800 s). Look" in str(doubt)
+    (warning,) = unsolved(kinematics, recording)
+    assert warning.value == 3
+    assert "in 3 of 100 frames" in str(warning)
+    assert "frames 54-55 (2.540-2.550 s), 80-80 (2.800-2.800 s). Look" in str(warning)

@@ -67,7 +67,7 @@ def test_both_sides_are_those_of_the_longer_trial(session, whole, first, frames)
     right cycle is in it and the left is not."""
     made, recordings, body = session
     stride = cut(recordings.walking[0], first, frames)
-    said = []
+    messages = []
     walk = work_out_trial(
         made.request,
         PROCESSING,
@@ -75,9 +75,9 @@ def test_both_sides_are_those_of_the_longer_trial(session, whole, first, frames)
         body,
         "stride",
         stride,
-        lambda *what: said.append(what),
+        lambda *what: messages.append(what),
     )
-    assert any(step == "events" and "joined to itself" in text for step, text in said)
+    assert any(step == "events" and "joined to itself" in text for step, text in messages)
     for i, side in enumerate(SIDES):
         (cycle,) = valid_cycles(walk, side, kinetics=True)
         known = min(

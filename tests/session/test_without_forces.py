@@ -7,7 +7,7 @@ from recorded_sessions import wbds01_t01
 from gaitval.configuration import Configuration, RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, parse_subject
 from gaitval.importing.importing import work_out
-from gaitval.prediction.known import quantities_told, told
+from gaitval.prediction.known import known_record, quantities_known
 from gaitval.session.subject import subject_of
 
 
@@ -27,8 +27,8 @@ def test_it_has_angles_and_timing_and_no_kinetics(subject):
 
 def test_its_run_is_told_what_was_recorded_and_expects_the_rest(subject):
     settings = RecordSettings()
-    assert quantities_told(subject, settings) == ("angles", "timing")
-    record = told(subject, settings, builtin_subjects()).record
+    assert quantities_known(subject, settings) == ("angles", "timing")
+    record = known_record(subject, settings, builtin_subjects()).record
     knee = subject.gait.angles["knee_angle_r"].periodic()
     phase = np.arange(50) / 50
     np.testing.assert_array_equal(record.angles["knee_angle_r"](phase), knee(phase))

@@ -20,8 +20,8 @@ class Heard(Observer):
 def opened(folder: Path, *settings: str, config: Path | None = None) -> tuple[dict, list[str]]:
     """What `configuration.toml` says of the pages after a command, and what was said."""
     heard = Heard()
-    asked = load_configuration(config, settings=settings)
-    with open_run(load_subject("S05"), asked, folder, heard) as run:
+    wanted = load_configuration(config, settings=settings)
+    with open_run(load_subject("S05"), wanted, folder, heard) as run:
         used = run.configuration.report.model_dump()
     assert load_configuration(folder / "configuration.toml").report.model_dump() == used
     return used, heard.lines

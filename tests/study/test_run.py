@@ -445,7 +445,7 @@ def test_both_stages_of_a_first_round_that_is_interrupted_run_again(
     again = opened("training.workers=2")
     run_subject(again)
     assert isinstance(again.observer, Listener)
-    assert "identify-1: runs beside need-1 (was interrupted)" in said(again)
+    assert "identify-1: runs beside need-1 (was interrupted)" in messages(again)
     assert again.observer.ran[:2] == ["train-1", "identify-1"]
     assert all(each["outputs"] for each in read_json(run.folder / "stages.json").values())
 
@@ -987,7 +987,7 @@ def scaled(
     return opened()
 
 
-def said(run: Run) -> str:
+def messages(run: Run) -> str:
     assert isinstance(run.observer, Listener)
     return "\n".join(run.observer.lines)
 
@@ -995,7 +995,7 @@ def said(run: Run) -> str:
 def test_without_a_stored_policy_a_training_starts_from_nothing(scaled: Run) -> None:
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert not (scaled.folder / "start").exists()
-    assert "training from nothing" in said(scaled)
+    assert "training from nothing" in messages(scaled)
     files = ("model.urdf", "reference.npz", "rounds/1/need.json")
     assert study.train_stage(scaled, 1).inputs == files
 
@@ -1007,7 +1007,7 @@ def test_a_body_without_a_policy_of_its_own_starts_from_the_general_one(
     monkeypatch.setattr(study, "general_policy", lambda *_: general)
     study.choose_start(scaled, study.train_stage(scaled, 1))
     assert read_json(scaled.folder / "start" / "policy.json")["general"]
-    assert "general policy" in said(scaled)
+    assert "general policy" in messages(scaled)
     study.choose_start(scaled, study.train_stage(scaled, 1), scratch=True)
     assert not (scaled.folder / "start").exists()
 
@@ -1036,7 +1036,7 @@ def test_a_training_starts_from_the_policy_that_is_named(
     copied = scaled.folder / "start" / "policy.json"
     assert copied.read_bytes() == (named / "policy.json").read_bytes()
     assert "start/policy.json" in study.train_stage(scaled, 1).inputs
-    assert str(named) in said(scaled)
+    assert str(named) in messages(scaled)
     before = copied.stat().st_mtime_ns
     start_from(scaled, named)
     assert copied.stat().st_mtime_ns == before
@@ -1070,7 +1070,7 @@ def test_a_policy_of_another_size_is_not_started_from(
     run = opened("training.hidden_units=64")
     study.choose_start(run, study.train_stage(run, 1))
     assert not (run.folder / "start").exists()
-    assert "128 hidden units, but training.hidden_units is 64" in said(run)
+    assert "128 hidden units, but training.hidden_units is 64" in messages(run)
 
 
 @pytest.mark.usefixtures("believed")

@@ -22,7 +22,7 @@ from gaitval.apps.regression.seal import (
     seal,
 )
 from gaitval.errors import ArtefactError
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import load_registry
 
@@ -120,14 +120,14 @@ DAMAGES: dict[str, tuple[Callable[[Json], object], str]] = {
 
 @pytest.mark.parametrize("name", DAMAGES)
 def test_damage_is_refused_with_the_place(folder: Path, name: str) -> None:
-    change, told = DAMAGES[name]
+    change, text = DAMAGES[name]
     message = _refusal(folder, change)
-    assert told in message
+    assert text in message
     assert str(folder / "metrics.json") in message
 
 
 @pytest.mark.parametrize(
-    ("file", "old", "new", "told"),
+    ("file", "old", "new", "message"),
     [
         ("configuration.toml", "filter_frequency = ", "filter_frequency = 1", "other settings"),
         ("configuration.toml", "\ncycles = 24", "\ncycles = 25", "other settings"),
@@ -135,13 +135,13 @@ def test_damage_is_refused_with_the_place(folder: Path, name: str) -> None:
     ],
 )
 def test_what_lies_beside_it_is_that_of_the_walk(
-    folder: Path, file: str, old: str, new: str, told: str
+    folder: Path, file: str, old: str, new: str, message: str
 ) -> None:
     path = folder / file
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(Exception, match=told):
+    with pytest.raises(Exception, match=message):
         stored_metrics(folder / "metrics.json")
 
 
@@ -197,11 +197,11 @@ EDITS: dict[str, tuple[Change, str]] = {
 def test_an_edit_that_contradicts_nothing_is_refused_until_it_is_sealed(
     folder: Path, name: str
 ) -> None:
-    change, told = EDITS[name]
+    change, message = EDITS[name]
     change(folder)
     with pytest.raises(ArtefactError) as refused:
         stored_metrics(folder / "metrics.json")
-    assert told in str(refused.value)
+    assert message in str(refused.value)
     assert f"gaitval baseline SUBJECT --to {folder} --seal" in str(refused.value)
     seal_again(folder)
     assert stored_metrics(folder / "metrics.json")
@@ -217,14 +217,14 @@ def test_the_layout_of_a_file_does_not_matter(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"value": 3.0}, "angle_rmse 0.3 deg (lower is better), now 3 deg (lower is better)"),
         ({"better": "higher"}, "now 0.3 deg (higher is better)"),
     ],
 )
 def test_other_margins_than_it_was_stored_with_are_refused(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, change: Json, told: str
+    folder: Path, monkeypatch: pytest.MonkeyPatch, change: Json, message: str
 ) -> None:
     """With margins ten times as wide every walk passes."""
     whole = load_registry()
@@ -236,7 +236,7 @@ def test_other_margins_than_it_was_stored_with_are_refused(
     monkeypatch.setattr("gaitval.apps.regression.seal.load_registry", lambda: other)
     with pytest.raises(ArtefactError, match="the margins of this gaitval are not those") as refused:
         stored_metrics(folder / "metrics.json")
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_what_contradicts_itself_is_not_sealed(folder: Path) -> None:
@@ -298,7 +298,7 @@ def test_a_check_that_runs_keeps_its_folder(tmp_path: Path) -> None:
     assert young.exists()
     shutil.rmtree(young)
     old = _abandoned(tmp_path, seconds=3600.0)
-    with held(old):
+    with locked(old):
         os.utime(old, (0.0, 0.0))
         remove_abandoned(tmp_path)
         assert (old / "policy" / "policy.json").exists()

@@ -16,7 +16,7 @@ def run_with(tmp_path: Path, *settings: str) -> Run:
     return Run(tmp_path, load_subject("5"), load_configuration(settings=settings), Observer())
 
 
-def said(tmp_path: Path, *settings: str, start: str = "general") -> list[str]:
+def message(tmp_path: Path, *settings: str, start: str = "general") -> list[str]:
     run = run_with(tmp_path, *settings)
     return list(unread(run.configuration, plan(run, 1), start))
 
@@ -39,7 +39,7 @@ def said(tmp_path: Path, *settings: str, start: str = "general") -> list[str]:
     ],
 )
 def test_what_the_main_job_reads_is_not_named(tmp_path: Path, setting: str) -> None:
-    assert said(tmp_path, setting) == []
+    assert message(tmp_path, setting) == []
 
 
 @pytest.mark.parametrize(
@@ -54,13 +54,13 @@ def test_what_the_main_job_reads_is_not_named(tmp_path: Path, setting: str) -> N
 def test_what_it_does_not_read_is_named_with_the_reason(
     tmp_path: Path, setting: str, start: str, reason: str
 ) -> None:
-    [line] = said(tmp_path, setting, start=start)
+    [line] = message(tmp_path, setting, start=start)
     assert line.startswith(setting.partition("=")[0])
     assert reason in line
 
 
 def test_what_only_a_training_from_nothing_reads_is_read_by_one(tmp_path: Path) -> None:
-    assert said(tmp_path, "training.difficulty_ramp=[0.1, 0.5]", start="scratch") == []
+    assert message(tmp_path, "training.difficulty_ramp=[0.1, 0.5]", start="scratch") == []
 
 
 def test_a_stage_alone_reads_less(tmp_path: Path) -> None:

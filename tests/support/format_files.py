@@ -194,25 +194,25 @@ def kistler_text(
     path: Path, trial: Recording, *, sensors: bool = True, units: bool = True, places: bool = True
 ) -> Path:
     """As BioWare exports it: forces on the plate, in its own axes."""
-    names, said, columns = ["abs time (s)"], ["s"], []
+    names, message, columns = ["abs time (s)"], ["s"], []
     for plate in trial.plates:
         axes = plate_axes(plate.corners)
         force, moment = -plate.force @ axes, -about_middle(plate) @ axes
         if sensors:
             names += ["Fx12", "Fx34", "Fy14", "Fy23", "Fz1", "Fz2", "Fz3", "Fz4"]
-            said += ["N"] * 8
+            message += ["N"] * 8
             columns.append(_eight(force, moment, -DEPTH * np.sign(axes[2, 2])))
         else:
             point = np.nan_to_num((plate.centre_of_pressure - plate.corners.mean(axis=0)) @ axes)
             torque = -(plate.free_moment @ axes)[:, 2]
             names += ["Fx", "Fy", "Fz", "|Ft|", "Ax", "Ay", "Tz"]
-            said += ["N"] * 4 + ["m", "m", "Nm"]
+            message += ["N"] * 4 + ["m", "m", "Nm"]
             size = np.linalg.norm(force, axis=1)
             columns.append(np.column_stack([force, size, point[:, :2], torque]))
     table = np.column_stack([np.arange(len(columns[0])) / trial.force_rate, *columns])
     head = [
         "File:\tC:\\BioWare\\walk.dat", "Subject:\tAnna", "Sampling rate (Hz):\t1000.000000",
-        "Plate Length (m):\t0.6", "", "\t".join(names), *(["\t".join(said)] if units else []),
+        "Plate Length (m):\t0.6", "", "\t".join(names), *(["\t".join(message)] if units else []),
     ]  # fmt: skip
     path.write_text("\n".join([*head, *(_row(row, "\t") for row in table), ""]))
     if places:

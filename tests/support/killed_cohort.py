@@ -128,6 +128,6 @@ def killed(
             done += 1
     if process.poll() is None:
         process.kill()
-    told = process.communicate()[0]
+    message = process.communicate()[0]
     return {"kills": done, "busy": busy, "halfway": halfway, "left": left,
-            "returned": process.returncode, "told": told}  # fmt: skip
+            "returned": process.returncode, "told": message}  # fmt: skip

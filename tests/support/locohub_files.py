@@ -58,13 +58,15 @@ def cycle_of(side: str, *, raw: bool = False) -> pd.DataFrame:
     return pd.DataFrame(found)
 
 
-def data_set(path: Path, *sides: str, raw: bool = False, said: bool = True, **about: str) -> Path:
+def data_set(
+    path: Path, *sides: str, raw: bool = False, message: bool = True, **about: str
+) -> Path:
     parts = []
     for step, side in enumerate(sides):
         cycle = cycle_of(side, raw=raw)
         cycle["subject"], cycle["task"], cycle["task_id"] = "MD23_AB01", "level_walking", "level"
         cycle["subject_metadata"] = about.get("metadata", "sex:F,height_m:1.53,weight_kg:64.95")
-        foot = f",ipsi_side:{side}" if said else ""
+        foot = f",ipsi_side:{side}" if message else ""
         cycle["task_info"] = about.get("info", "speed_m_s:1.12") + foot
         cycle["step"] = step
         parts.append(cycle)

@@ -102,8 +102,8 @@ def made_up_session(
     )
     stand += random.normal(0.0, noise, stand.shape)
     seen = _every(walk, per_frame)
-    worn = _worn(marker_set, local)
-    walking = marker_positions(person.model, worn, seen.positions)
+    fitted = _worn(marker_set, local)
+    walking = marker_positions(person.model, fitted, seen.positions)
     walking += random.normal(0.0, noise, walking.shape)
 
     session = MadeUpSession(
@@ -111,7 +111,7 @@ def made_up_session(
     )
     standing = Recording("stand", "project", tuple(places), stand, rate)
     write_c3d(session.standing, standing.turned(TO_OPENSIM))
-    names = tuple(marker.name for marker in worn)
+    names = tuple(marker.name for marker in fitted)
     trial = Recording("walk", "project", names, walking, rate)
     write_trc(session.walking, trial.turned(TO_OPENSIM))
     write_ground_reaction(session.forces, _forces(walk, rate * per_frame))

@@ -74,22 +74,22 @@ def compared(
         shown |= dict.fromkeys(output for output, rows in outputs.items() if rows)
         every = dict.fromkeys(row for rows in outputs.values() for row in rows)
         numbers += len(every)
-        failed += sum(said.verdict == "FAILED" for said in outputs["terminal"].values())
+        failed += sum(message.verdict == "FAILED" for message in outputs["terminal"].values())
         differences += [f"{name}: {text}" for row in every for text in _differences(row, outputs)]
     return Compared(numbers, tuple(shown), failed, tuple(differences))
 
 
 def _differences(row: str, outputs: Outputs) -> Iterator[str]:
-    said = {name: rows[row] for name, rows in outputs.items() if row in rows}
-    verdicts = {one.verdict for one in said.values()}
-    limits = {one.limit for one in said.values() if one.limit is not None}
+    messages = {name: rows[row] for name, rows in outputs.items() if row in rows}
+    verdicts = {one.verdict for one in messages.values()}
+    limits = {one.limit for one in messages.values() if one.limit is not None}
     if len(verdicts) > 1 or len(limits) > 1:
-        yield f"{row}: " + ", ".join(f"{name} {one.verdict}" for name, one in said.items())
+        yield f"{row}: " + ", ".join(f"{name} {one.verdict}" for name, one in messages.items())
     reference = outputs["Python"].get(row)
     if reference is None or reference.value is None:
         yield f"{row}: not in Python"
         return
-    for name, one in said.items():
+    for name, one in messages.items():
         if one.value is None:
             continue
         slack = 0.006 * abs(reference.value) + 0.006  # three digits, or two decimals
@@ -176,10 +176,10 @@ def _terminal(imported: Any, out: Path) -> dict[str, Said]:
             name, value, limit, _, verdict = cells
             found[name] = Said(verdict, float(limit), float(value))
     last = {line for line in text.getvalue().splitlines() if line.startswith("FAILED: ")}
-    for name, said in found.items():
-        told = sum(line.startswith(f"FAILED: {name}: ") for line in last)
-        if told != (said.verdict == "FAILED"):
-            found[name] = said._replace(verdict=f"{said.verdict}, {told} times at the end")
+    for name, message in found.items():
+        output = sum(line.startswith(f"FAILED: {name}: ") for line in last)
+        if output != (message.verdict == "FAILED"):
+            found[name] = message._replace(verdict=f"{message.verdict}, {output} times at the end")
     return found
 
 
@@ -214,13 +214,13 @@ def _python(out: Path) -> dict[str, Said]:
 
 def _judged(folder: Path, trial: str, *, reduced: bool) -> dict[str, Said]:
     """Of the files of the first trial, which with `--consistent` have a model of their own."""
-    from gaitval.apps.judge.judge import Request, judge
+    from gaitval.apps.judge.judge import JudgeRequest, judge
     from gaitval.apps.judge.write import result_of
     from gaitval.metrics.recording_limits import CONSISTENT
     from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry
 
     found = judge(
-        Request(
+        JudgeRequest(
             model=folder / ("trial1_model.osim" if reduced else "model.osim"),
             ik=folder / "trial1_ik.mot",
             id=folder / "trial1_id.sto",
@@ -259,11 +259,13 @@ def _table(person: Any, imported: Any, target: Path, known: Mapping[str, Said]) 
         for text in filter(None, row["failed"].split("; "))
     }
     found = {}
-    for name, said in known.items():
-        verdict = "FAILED" if name in named else said.verdict
-        wrong = said.verdict == "FAILED" and name not in named
+    for name, message in known.items():
+        verdict = "FAILED" if name in named else message.verdict
+        wrong = message.verdict == "FAILED" and name not in named
         found[name] = Said("not named" if wrong else verdict, None, None)
-    if counts != {word: sum(said.verdict == word for said in found.values()) for word in counts}:
+    if counts != {
+        word: sum(message.verdict == word for message in found.values()) for word in counts
+    }:
         found["counts"] = Said(row["limits"], None, None)
     return found
 

@@ -34,7 +34,7 @@ class RecordedWalk:
     Attributes
     ----------
     markers : on the model, those that the trial has.
-    held : coordinates that the markers do not show, rad.
+    fixed : coordinates that the markers do not show, rad.
     trial : cleaned, its markers in the order of `markers`.
     positions : (T, 31) low-passed poses.
     forces : on both feet at the times of the markers.
@@ -42,7 +42,7 @@ class RecordedWalk:
 
     model: BodyModel
     markers: tuple[ModelMarker, ...]
-    held: dict[str, float]
+    fixed: dict[str, float]
     trial: Recording
     positions: np.ndarray
     forces: FootForces
@@ -53,7 +53,7 @@ def recorded_walk(
     walking: Path,
     forces: Path | None,
     *,
-    held: dict[str, float],
+    fixed: dict[str, float],
     mass: float,
     height: float,
     start: float,
@@ -102,9 +102,9 @@ def recorded_walk(
     trial = Recording(
         trial.source, "project", tuple(chosen), measured, trial.marker_rate, float(time[0])
     )
-    poses = inverse_kinematics(model, markers, measured, held=held).positions
+    poses = inverse_kinematics(model, markers, measured, fixed=fixed).positions
     positions = low_pass(poses, rate=trial.marker_rate, cutoff_hz=processing.marker_cutoff_hz)
-    return RecordedWalk(model, markers, held, trial, positions, found)
+    return RecordedWalk(model, markers, fixed, trial, positions, found)
 
 
 def wbds_walk(gait_data: Path, frames: int = 300) -> RecordedWalk:
@@ -114,7 +114,7 @@ def wbds_walk(gait_data: Path, frames: int = 300) -> RecordedWalk:
         raw / "WBDS01static1.c3d",
         raw / "WBDS01walkT01.c3d",
         None,
-        held=TOES | UPPER_BODY,
+        fixed=TOES | UPPER_BODY,
         mass=74.3,
         height=1.725,
         start=10.0,
@@ -129,7 +129,7 @@ def rajagopal_walk(gait_data: Path) -> RecordedWalk:
         data / "static_walk_1.trc",
         data / "motion_capture_walk.trc",
         data / "grf_walk.mot",
-        held=TOES,
+        fixed=TOES,
         mass=85.0668,  # of the published scale set-up, as the height
         height=1.829,
         start=0.45,  # to 1.8 s, of the published inverse dynamics set-up

@@ -216,7 +216,7 @@ def build_run(
     source: str | None = None,
     identified: bool = True,
     subject: Subject | None = None,
-    told: dict | None = None,
+    messages: dict | None = None,
     not_recorded: str | None = None,
 ) -> None:
     """A run folder as the earlier stages leave it, but for walks made from the record; compared
@@ -232,7 +232,7 @@ def build_run(
     configuration = sharp_filter(
         cycles=6, settling_cycles=1, filter_frequency=10.0, start_phases=PHASES
     )
-    settings = configuration.record.model_copy(update=told or {})
+    settings = configuration.record.model_copy(update=messages or {})
     configuration = configuration.model_copy(update={"record": settings})
     sizes = {"nominal": 2.0, "identified": 1.0} if identified else {"nominal": 2.0}
     final = list(sizes)[-1]
@@ -266,7 +266,7 @@ def build_run(
         pushes=StoredPushes.model_validate(_pushes()).recovery,
         others=builtin_subjects(),
         torque_shares=_torque_shares(),
-        witness=replace(last, starts=last.starts[:1]),
+        second_engine=replace(last, starts=last.starts[:1]),
     )
     write_json(folder / "metrics.json", metrics.as_dict())
     (folder / "policy").mkdir()

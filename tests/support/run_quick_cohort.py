@@ -22,7 +22,7 @@ def main() -> None:
         retries=20,
         without_tls=True,
         function=os.environ.get("QUICK_FUNCTION", "quick_study:work"),
-        tell=lambda state: print(state.done, state.workers, flush=True),
+        notify=lambda state: print(state.done, state.workers, flush=True),
     )
     print(*(each["status"] for each in outcomes))
 

@@ -225,8 +225,8 @@ SLED_HEIGHT = 0.02 + SLED_RADIUS
 
 def task_of(model: BodyModel, task: WalkingTask, q: np.ndarray, **sections: Any) -> WalkingTask:
     """A task to hold the pose `q` with another body; `sections` as in `changed`."""
-    held = replace(task, model=model, reference=constant_reference(model, q))
-    return changed(held, **sections)
+    fixed = replace(task, model=model, reference=constant_reference(model, q))
+    return changed(fixed, **sections)
 
 
 def mirror_image(values: np.ndarray) -> np.ndarray:

@@ -164,10 +164,11 @@ def _in_metrics(metrics: Json) -> Iterator[str]:
     yield from _in_statistics(metrics)
     if not typed(metrics).is_recorded_at_all and metrics["unseen"]:
         yield "unseen trials beside a prediction"
-    witness = metrics.get("witness")
-    if witness is not None:
+    second_engine = metrics.get("witness")
+    if second_engine is not None:
         rows = [
-            measured(row["measure"], row["target"], row["value"]) for row in witness["measures"]
+            measured(row["measure"], row["target"], row["value"])
+            for row in second_engine["measures"]
         ]
         goals = [
             verdict
@@ -176,7 +177,7 @@ def _in_metrics(metrics: Json) -> Iterator[str]:
             and verdict.reached is not None
             and is_judged(measure_origin(verdict.measure, verdict.target, origins))
         ]
-        if witness["goals"] > len(goals):
+        if second_engine["goals"] > len(goals):
             yield "goals in the second engine"
 
 
@@ -186,8 +187,8 @@ def _in_statistics(metrics: Json) -> Iterator[str]:
         return
     for kind, curves in found["curves"].items():
         for name, curve in curves.items():
-            said = [curve[key] for key in ("p", "threshold", "multiple_correlation")]
-            tested = bool(curve["regions"]) or any(each is not None for each in said)
+            messages = [curve[key] for key in ("p", "threshold", "multiple_correlation")]
+            tested = bool(curve["regions"]) or any(each is not None for each in messages)
             if tested and curve_origin(kind, name, origins) != "recorded":
                 yield f"test of {name} ({kind})"
     if found["profiles"]["record"] and set(origins["angles"].values()) != {"recorded"}:

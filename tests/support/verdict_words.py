@@ -91,8 +91,8 @@ def rows_of(page: str) -> list[Row]:
             "failed" in (re.search(r'class="([^"]*)"', given) or [""])[0],
             [plain(each) for each in re.findall(r"<td.*?>(.*?)</td>", inner, re.S)],
             [
-                (kind, plain(said))
-                for kind, said in re.findall(
+                (kind, plain(message))
+                for kind, message in re.findall(
                     r'<(?:span|strong) class="(pass|fail)">(.*?)</(?:span|strong)>', inner, re.S
                 )
             ],

@@ -71,7 +71,7 @@ def test_an_import_of_it_ends_in_a_subject_with_forces(sample: Path, imported: I
     assert imported.subject.walking_speed_m_s == pytest.approx(belt, abs=0.005)
     (walk,) = imported.found.trials
     assert walk.belt == belt
-    assert not walk.doubts
+    assert not walk.warnings
     for side in SIDES:
         assert sum(not cycle.reasons for cycle in walk.cycles[side]) >= 2
 

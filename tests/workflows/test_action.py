@@ -201,15 +201,15 @@ def test_the_steps_run_in_order_and_the_report_is_kept_after_a_failure(tmp_path,
     )
     (commands / "python").chmod(0o755)
     action_try.run_steps(runner, definition["runs"]["steps"])
-    told = dict(runner.done)
-    assert told["Python"] == told["System libraries"] == "skipped"
-    assert told["Install"].startswith("exit code 0")
+    messages = dict(runner.done)
+    assert messages["Python"] == messages["System libraries"] == "skipped"
+    assert messages["Install"].startswith("exit code 0")
     assert (folder / "pip").read_text().split()[-4:] == [
         "-c", f"{ROOT}/constraints.txt", str(ROOT), "mujoco",
     ]  # fmt: skip
-    assert told["Check"].startswith("exit code 2")
+    assert messages["Check"].startswith("exit code 2")
     assert runner.failed == 2
-    assert told["Keep the report"].startswith("exit code 0")
+    assert messages["Keep the report"].startswith("exit code 0")
     assert set(runner.uploaded) == {
         "summary.md", "reports-S05-baseline.log", "reports-S05-baseline.xml", "reports-nowhere.log"
     }  # fmt: skip

@@ -39,7 +39,7 @@ def disk(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("fault", "number", "told"),
+    ("fault", "number", "message"),
     [
         ("full", 0, "x"),
         *((fault, 2, str(bad_disk.FAULTS[fault][0])) for fault in bad_disk.FAULTS),
@@ -47,12 +47,12 @@ def disk(tmp_path_factory):
         ("full", 5, "x"),  # none is left
     ],
 )
-def test_the_disk_fails_at_the_operation_that_is_asked_for(disk, fault, number, told):
+def test_the_disk_fails_at_the_operation_that_is_asked_for(disk, fault, number, message):
     library, folder = disk
     environment = {**os.environ, **library.environment(fault, number)}
     program = [sys.executable, "-c", PROGRAM, str(folder)]
     found = subprocess.run(program, env=environment, capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == told
+    assert found.stdout.strip() == message
     if number == 0:
         assert library.operations() == 4, "open, write, close, exchange"
 

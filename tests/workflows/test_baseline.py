@@ -122,9 +122,9 @@ def test_a_check_that_is_ended_leaves_nothing(tmp_path):
         assert process.poll() is None
     assert list(tmp_path.glob("gaitval-check-*"))
     process.terminate()
-    _, told = process.communicate(timeout=60)
+    _, message = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGTERM
-    assert "ended from outside" in told
+    assert "ended from outside" in message
     assert not list(tmp_path.glob("gaitval-check-*"))
 
 

@@ -76,12 +76,12 @@ def test_a_case_that_somebody_sent_ends_as_it_should(name, cases, tmp_path, monk
     command, code, words = CASES[name]
     out = tmp_path / ("out.toml" if name.startswith("curves") else "out")
     result = CliRunner().invoke(cli.app, [*command.split(), "--out", str(out)])
-    said = " ".join(result.output.split())
-    assert result.exit_code == code, said
+    message = " ".join(result.output.split())
+    assert result.exit_code == code, message
     for word in words:
-        assert word in said
+        assert word in message
     for word in NEVER.get(name, ()):
-        assert word not in said
+        assert word not in message
     if name == "import_unused_forces_in_exports":
         forces = read_storage(out / "recording/trial1_grf.mot")
         moments = read_storage(out / "recording/trial1_id.sto")

@@ -165,9 +165,9 @@ def test_commands_and_their_options_are_there():
     ]
     assert len(lines) > 30
     for name, words in lines:
-        asked = command(words)
-        assert asked is not None, (name, words)
-        options = {option for parameter in asked.params for option in parameter.opts}
+        wanted = command(words)
+        assert wanted is not None, (name, words)
+        options = {option for parameter in wanted.params for option in parameter.opts}
         for option in (word.partition("=")[0].rstrip(".,;:)") for word in words):
             if option.startswith("--") and option != "--help":
                 assert option in options, (name, words, option)
@@ -210,5 +210,5 @@ def test_pages_tell_the_faults_of_the_plates_that_the_subjects_have():
         assert 100 * subject.plates.shift_right == pytest.approx(right, abs=0.051)
         assert 100 * subject.plates.shift_left == pytest.approx(left, abs=0.051)
     for name in ("README.md", "docs/learning.md", "docs/decisions.md"):
-        said = re.findall(r"off by ([\d.]+) cm relative", (ROOT / name).read_text("utf-8"))
-        assert [float(each) for each in said] == [apart], name
+        message = re.findall(r"off by ([\d.]+) cm relative", (ROOT / name).read_text("utf-8"))
+        assert [float(each) for each in message] == [apart], name

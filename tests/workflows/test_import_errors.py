@@ -307,12 +307,12 @@ def test_a_truncated_text_file(laboratory: Laboratory, name: str) -> None:
 def test_a_name_twice_in_a_trial(laboratory: Laboratory) -> None:
     """Which of the two is right is unknown, and no leg needs either: neither is used."""
     request = laboratory.text("walk.trc", lambda text: text.replace("R.TT", "R.HF"))
-    said: list[str] = []
+    messages: list[str] = []
     session = read_session(
-        request, ProcessingSettings(), lambda step, text: said.append(f"{step}: {text}")
+        request, ProcessingSettings(), lambda step, text: messages.append(f"{step}: {text}")
     )
     assert "R.HF" not in session.walking[0].names
-    assert any(line.startswith("warnings: ") and "has the name R.HF" in line for line in said)
+    assert any(line.startswith("warnings: ") and "has the name R.HF" in line for line in messages)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.0003])
@@ -432,9 +432,9 @@ def test_files_whose_up_is_another_axis_are_found_and_told(laboratory: Laborator
         in_axes(recording, UP_IS_Z) for recording in (laboratory.standing, laboratory.walking)
     )
     request = laboratory.request(standing, walking, walking)
-    told: list[str] = []
-    turned = read_session(request, ProcessingSettings(), lambda _, text: told.append(text))
-    assert any("+x forward, +y to the left, +z up" in text for text in told)
+    messages: list[str] = []
+    turned = read_session(request, ProcessingSettings(), lambda _, text: messages.append(text))
+    assert any("+x forward, +y to the left, +z up" in text for text in messages)
     usual = read_session(laboratory.request(), ProcessingSettings())
     np.testing.assert_allclose(turned.walking[0].markers, usual.walking[0].markers, atol=1e-6)
 
@@ -497,9 +497,9 @@ def test_two_tracking_markers_of_one_segment_are_exchanged_back(laboratory: Labo
     right, mended = (
         everything(laboratory.request(walking=walking)) for walking in (laboratory.walking, wrong)
     )
-    doubts = [doubt for _, doubt in mended.doubts if doubt.check == "exchanged markers"]
-    assert [doubt.where for doubt in doubts] == ["R.HF and R.TT"]
-    assert not [doubt for _, doubt in right.doubts if doubt.check == "exchanged markers"]
+    warnings = [warning for _, warning in mended.warnings if warning.check == "exchanged markers"]
+    assert [warning.where for warning in warnings] == ["R.HF and R.TT"]
+    assert not [warning for _, warning in right.warnings if warning.check == "exchanged markers"]
     for name, curve in right.angles.items():
         np.testing.assert_allclose(mended.angles[name].mean, curve.mean, atol=1e-6)
 
@@ -517,12 +517,14 @@ def test_a_marker_that_was_put_on_again_is_told(laboratory: Laboratory) -> None:
         markers[:, names.index("R.GTR"), 1] += 0.05
 
     request = laboratory.request(standing=changed(laboratory.standing, lift))
-    told: list[str] = []
-    read_session(request, ProcessingSettings(), lambda _, text: told.append(text))
-    assert any("walk.trc: R.GTR to R.Knee" in text and "check the labels" in text for text in told)
-    told.clear()
-    read_session(laboratory.session, ProcessingSettings(), lambda _, text: told.append(text))
-    assert not any("check the labels" in text for text in told)
+    messages: list[str] = []
+    read_session(request, ProcessingSettings(), lambda _, text: messages.append(text))
+    assert any(
+        "walk.trc: R.GTR to R.Knee" in text and "check the labels" in text for text in messages
+    )
+    messages.clear()
+    read_session(laboratory.session, ProcessingSettings(), lambda _, text: messages.append(text))
+    assert not any("check the labels" in text for text in messages)
 
 
 def test_standing_markers_that_are_never_seen_together(laboratory: Laboratory) -> None:
@@ -704,8 +706,8 @@ def test_a_person_who_turns_round(raw: Path, laboratory: Laboratory) -> None:
     there = read_recording(raw / "WBDS01walkO01Cmkr.txt")
     back = there.markers * [-1.0, 1.0, -1.0] + there.markers[-1:].mean(axis=1) * [2.0, 0.0, 2.0]
     both = there.with_markers(there.names, np.concatenate([there.markers, back]))
-    asked = laboratory.without_plates(both)
-    refuse(asked, "walk.trc", "the person turns", "in one direction as trials")
+    wanted = laboratory.without_plates(both)
+    refuse(wanted, "walk.trc", "the person turns", "in one direction as trials")
 
 
 def test_the_parts_that_the_refusal_of_a_turn_proposes_are_two_equal_walks(
@@ -715,16 +717,16 @@ def test_the_parts_that_the_refusal_of_a_turn_proposes_are_two_equal_walks(
     away = np.full((100, *there.markers.shape[1:]), np.nan)
     back = there.markers * [-1.0, 1.0, -1.0]
     both = there.with_markers(there.names, np.concatenate([there.markers, away, back]))
-    asked = laboratory.without_plates(both)
+    wanted = laboratory.without_plates(both)
     with pytest.raises(RecordError) as refused:
-        session(asked)
+        session(wanted)
     parts = re.findall(r"--trial-time ([0-9.]+):([0-9.]+)", str(refused.value))
     assert str(refused.value).count("--trial FILE") == len(parts) == 2
     given = ImportOptions(
-        trials=asked.trials * 2, sex="M", trial_time=[":".join(part) for part in parts]
+        trials=wanted.trials * 2, sex="M", trial_time=[":".join(part) for part in parts]
     )
     changed = {"trials": given.trials, "trial_time": given.trial_time}
-    walks = work_out(asked.model_copy(update=changed), ProcessingSettings()).trials
+    walks = work_out(wanted.model_copy(update=changed), ProcessingSettings()).trials
     assert [walk.name for walk in walks] == [f"walk.trc {a:g}:{b:g} s" for a, b in given.trial_time]
     one, other = (walk.positions[:, ROOT_DOFS:] for walk in walks)
     assert len(one) == len(other)
@@ -830,8 +832,8 @@ def test_a_plate_with_no_foot_on_it(laboratory: Laboratory) -> None:
     for plates in ((left,), (left, replace(right, force=0 * right.force))):
         one = replace(laboratory.walking, plates=plates)
         found = work_out(laboratory.request(forces=one), ProcessingSettings())
-        doubts = [doubt for _, doubt in found.doubts if doubt.check == "one side"]
-        assert [doubt.where for doubt in doubts] == ["right foot"]
+        warnings = [warning for _, warning in found.warnings if warning.check == "one side"]
+        assert [warning.where for warning in warnings] == ["right foot"]
         assert subject_of(found).gait.not_recorded == {"kinetics": "right"}
 
 

@@ -80,7 +80,7 @@ def clipped(columns: Any) -> None:
 class TestMadeUp:
     def test_a_clean_recording_raises_no_doubt(self, made):
         found = work_out(made.request, PROCESSING)
-        assert [str(doubt) for _, doubt in found.doubts] == []
+        assert [str(warning) for _, warning in found.warnings] == []
 
     @pytest.mark.parametrize(
         ("change", "words"),
@@ -112,8 +112,8 @@ class TestMadeUp:
     )
     def test_what_is_unlikely_is_doubted(self, made, tmp_path, change, check):
         found = work_out(with_forces(made, tmp_path / "f.mot", change), PROCESSING)
-        assert check in {doubt.check for _, doubt in found.doubts}
-        assert {doubt.where.split()[1] for _, doubt in found.doubts} == {"r"}
+        assert check in {warning.check for _, warning in found.warnings}
+        assert {warning.where.split()[1] for _, warning in found.warnings} == {"r"}
 
     @pytest.mark.parametrize("factor", [0.5, 2.0])
     @pytest.mark.parametrize("forces", [True, False], ids=["forces", "markers only"])
@@ -136,8 +136,8 @@ class TestMadeUp:
             with pytest.raises(RecordError, match=words):
                 work_out(request, PROCESSING)
         else:
-            (doubt,) = [doubt for _, doubt in work_out(request, PROCESSING).doubts]
-            assert doubt.check == "swing time"
+            (warning,) = [warning for _, warning in work_out(request, PROCESSING).warnings]
+            assert warning.check == "swing time"
 
     def test_a_marker_50_mm_off_throughout(self, made, tmp_path):
         trial = read_trc(made.walking)
@@ -147,9 +147,11 @@ class TestMadeUp:
         found = work_out(
             made.request.model_copy(update={"trials": (tmp_path / "w.trc",)}), PROCESSING
         )
-        (doubt,) = [doubt for _, doubt in found.doubts if doubt.check.startswith("height")]
-        assert doubt.where == "R.Heel"
-        assert doubt.value == pytest.approx(0.05, abs=0.01)
+        (warning,) = [
+            warning for _, warning in found.warnings if warning.check.startswith("height")
+        ]
+        assert warning.where == "R.Heel"
+        assert warning.value == pytest.approx(0.05, abs=0.01)
 
 
 def command(request: Request, out: Path, *more: str) -> Any:
@@ -271,7 +273,7 @@ class TestWbds:
         found = imported(lambda _: None)
         # The right plate is some 25 mm from where the file says: built-in S01 corrects it, too.
         known = ("measurement: place", "plate 2")
-        left = [str(d) for _, d in found.doubts if (d.check, d.where) != known]
+        left = [str(d) for _, d in found.warnings if (d.check, d.where) != known]
         assert left == []
         strikes, offs = found.trials[0].stored_events
         assert strikes.matched == strikes.stored > 5
@@ -308,11 +310,11 @@ class TestWbds:
 
     @pytest.mark.parametrize("row", [3, 4])
     def test_a_dead_moment_puts_the_centre_of_pressure_beside_the_foot(self, imported, row):
-        checks = {doubt.check for _, doubt in imported(uncalibrated(row)).doubts}
+        checks = {warning.check for _, warning in imported(uncalibrated(row)).warnings}
         assert "centre of pressure under the foot" in checks
 
 
 @pytest.mark.slow  # that of WBDS raises none, always
 def test_the_walk_of_rajagopal_raises_no_doubt(gait_data):
     request = rajagopal_walk(gait_data).model_copy(update={"consistent": False})
-    assert [str(doubt) for _, doubt in work_out(request, PROCESSING).doubts] == []
+    assert [str(warning) for _, warning in work_out(request, PROCESSING).warnings] == []

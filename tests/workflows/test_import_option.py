@@ -35,8 +35,8 @@ def test_the_command_has_it(place: Path) -> None:
 def test_a_session_file_has_it(place: Path) -> None:
     text = f'[[people]]\nname = "P01"\nsex = "F"\ntrials = ["no.c3d"]\nnote = "{NOTE}"\n'
     (place / "session.toml").write_text(text)
-    told = ran(place, "-m", "gaitval", "imports", "session.toml", "--out", "many")
-    assert f"P01: note: {NOTE}" in told
+    message = ran(place, "-m", "gaitval", "imports", "session.toml", "--out", "many")
+    assert f"P01: note: {NOTE}" in message
 
 
 def test_python_has_it(place: Path) -> None:
@@ -45,6 +45,6 @@ import gaitval as gv, inspect
 print(inspect.signature(gv.import_session).parameters["note"])
 gv.import_session(None, "no.c3d", sex="F", out="out", note="{NOTE}", tell=print)
 """
-    told = ran(place, "-c", code)
-    assert "note: " in told
-    assert f"note {NOTE}" in told
+    message = ran(place, "-c", code)
+    assert "note: " in message
+    assert f"note {NOTE}" in message

@@ -10,8 +10,7 @@ from made_up_session import MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
 from gaitval import cli
-from gaitval.apps.judge.judge import Request as JudgeRequest
-from gaitval.apps.judge.judge import judge
+from gaitval.apps.judge.judge import JudgeRequest, judge
 from gaitval.apps.judge.write import write_judgement
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite
@@ -153,20 +152,20 @@ def test_a_refusal_before_the_body_leaves_a_page_and_the_way_on(
 ):
     text = io.StringIO()
     monkeypatch.setattr(display, "messages", display.Terminal(file=text, width=200))
-    asked = session.request
+    wanted = session.request
     command = [
-        "import", "--static", str(asked.static), "--trial", str(asked.trials[0]),
-        "--mass", str(asked.mass_kg), "--height", str(asked.height_m), "--sex", asked.sex,
+        "import", "--static", str(wanted.static), "--trial", str(wanted.trials[0]),
+        "--mass", str(wanted.mass_kg), "--height", str(wanted.height_m), "--sex", wanted.sex,
         "--out", str(tmp_path / "out"),
     ]  # fmt: skip
     monkeypatch.setattr("sys.argv", ["gaitval", *command])
     with pdf_in_ci(request.config):
         found = CliRunner().invoke(cli.app, command)
     assert found.exit_code == 2
-    said = text.getvalue()
-    assert "no force plates in the trial" in said
-    assert f"To continue without it: gaitval import --static {asked.static}" in said
-    assert said.rstrip().endswith("--kinematics-only")
+    message = text.getvalue()
+    assert "no force plates in the trial" in message
+    assert f"To continue without it: gaitval import --static {wanted.static}" in message
+    assert message.rstrip().endswith("--kinematics-only")
     page = (tmp_path / "out" / "recording" / "refused.html").read_text()
     for words in ("no force plates in the trial", "ended here", "marker set", "--kinematics-only"):
         assert words in page

@@ -67,8 +67,8 @@ def test_only_times_may_differ(tmp_path):
 
 def test_what_is_kept_of_a_job_names_no_folder_of_this_machine(tmp_path):
     temporary = tmp_path / "tmp"
-    told = f"Page: {tmp_path}/work/P01/page.html, from {kills.ROOT}/reports/S05"
-    assert kills.masked(told, temporary) == "Page: work/P01/page.html, from reports/S05"
+    message = f"Page: {tmp_path}/work/P01/page.html, from {kills.ROOT}/reports/S05"
+    assert kills.masked(message, temporary) == "Page: work/P01/page.html, from reports/S05"
     stored = kills.STORE.read_text(encoding="utf-8")
     assert "/tmp" not in stored
     assert "/home" not in stored

@@ -499,7 +499,7 @@ def standing() -> StandingPerson:
 
 
 @cache
-def worn() -> tuple[ModelMarker, ...]:
+def fitted() -> tuple[ModelMarker, ...]:
     marker_set = load_marker_set("wbds")
     return tuple(
         ModelMarker(name, marker_set.markers[name].segment, place)
@@ -517,7 +517,7 @@ def unchanged_recording() -> Recorded:
     force[..., 2] = 0.5 * weight
     return Recorded(
         person.markers(load_marker_set("wbds"))[0],
-        marker_positions(person.model, worn(), still),
+        marker_positions(person.model, fitted(), still),
         force,
         np.zeros((FRAMES, 2, 3)),
     )
@@ -553,7 +553,7 @@ def import_of(recorded: Recorded) -> SimpleNamespace:
     )
     walk = SimpleNamespace(
         name="still",
-        kinematics=inverse_kinematics(person.model, worn(), recorded.markers),
+        kinematics=inverse_kinematics(person.model, fitted(), recorded.markers),
         loads=SimpleNamespace(valid=known, rate=RATE, centre_of_pressure=point),
         dynamics=dynamics,
         consistent=SimpleNamespace(dynamics=dynamics),
@@ -711,7 +711,7 @@ def no_drawings(monkeypatch):
     without_figures(monkeypatch)
 
 
-def told(html: str, title: str) -> list[tuple[bool, str]]:
+def message(html: str, title: str) -> list[tuple[bool, str]]:
     """Of every line of a table about a limit: whether it is marked as failed, and its verdict. The
     sheet's list of what failed has no verdicts."""
     start = rf'<tr class="(\w*)"><td>(?:<span>)?{re.escape(escape(title))}<'
@@ -740,7 +740,7 @@ def unchanged_page(tmp_path_factory, no_drawings) -> str:
 def test_the_page_of_the_unchanged_walk_tells_no_failure(unchanged_page):
     for row in OF_WALKS.values():
         word = "passed" if row.goal is None else "goal reached"
-        assert told(unchanged_page, row.title) == [(False, word)] * _lines(row)
+        assert message(unchanged_page, row.title) == [(False, word)] * _lines(row)
     assert "FAILED" not in unchanged_page
 
 
@@ -749,10 +749,10 @@ def test_the_page_of_the_unchanged_walk_tells_no_failure(unchanged_page):
 def test_the_page_of_a_walk_tells_the_limit_that_is_missed(name, tmp_path, no_drawings):
     page, drags = page_of_walk(tmp_path, changed_metrics(name, "limit")), LIMITS[name].drags
     for row in OF_WALKS.values():
-        marks = [mark for mark, _ in told(page, row.title)]
+        marks = [mark for mark, _ in message(page, row.title)]
         assert marks == [row.id in {name} | drags] * _lines(row)
     row = OF_WALKS[name]
-    assert told(page, row.title) == [(True, "FAILED")] * _lines(row)
+    assert message(page, row.title) == [(True, "FAILED")] * _lines(row)
     listed = what_failed(page)
     assert set(listed) == {name} | drags
     decisive = {each for each in {name} | drags if OF_WALKS[each].role == "acceptance"}
@@ -777,7 +777,7 @@ def what_failed(page: str) -> dict[str, bool]:
 def test_the_page_of_a_walk_tells_the_goal_that_is_missed(name, tmp_path, no_drawings):
     page = page_of_walk(tmp_path, changed_metrics(name, "goal"))
     row = OF_WALKS[name]
-    assert told(page, row.title) == [(False, "passed")] * _lines(row)
+    assert message(page, row.title) == [(False, "passed")] * _lines(row)
 
 
 def _lines(row: Tolerance) -> int:
@@ -810,6 +810,6 @@ def test_the_page_of_a_recording_tells_the_limit_that_is_missed(name, tmp_path, 
         if row.id.startswith("residual"):
             # as recorded it is shown, but limits in N and Nm are for motions after reduction
             recorded = (False,) if row.id in AFTER_REDUCTION else word
-            assert told(page, f"{row.title} ({target})") == [recorded]
+            assert message(page, f"{row.title} ({target})") == [recorded]
             target = "still, made consistent"
-        assert told(page, f"{row.title} ({target})") == [word]
+        assert message(page, f"{row.title} ({target})") == [word]

@@ -79,13 +79,13 @@ def test_the_side_that_was_recorded_is_judged(run):
 
 def test_the_sentence_says_so(run):
     case, folder, _ = run
-    said = sentence(read_metrics(folder))
+    message = sentence(read_metrics(folder))
     assert {
         "predicted": "accuracy is not judged",
         "mirrored": "left angles, left moments, left forces and left stance (mirrored",
         "expected": "moments, forces and stance (only expected)",
         "absent": "left angles, left moments, left forces and left stance (only expected)",
-    }[case] in said
+    }[case] in message
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert ("accuracy is not judged" in page) == (case == "predicted")
     assert ("Distance from the prediction" in page) == (case == "predicted")

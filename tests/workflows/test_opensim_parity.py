@@ -54,7 +54,7 @@ def walk(request, gait_data) -> RecordedWalk:
 @pytest.fixture(scope="module")
 def model_file(walk, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("parity") / "model.osim"
-    write_osim(path, walk.model, walk.markers, ContactSettings(), 0.8, held=walk.held)
+    write_osim(path, walk.model, walk.markers, ContactSettings(), 0.8, locked=walk.fixed)
     return path
 
 
@@ -85,7 +85,7 @@ def test_the_angles_are_opensims(walk, model_file, tmp_path):
     )
     run(tool, tmp_path)
     time, theirs = read_motion(tmp_path / "ik.mot")
-    ours = inverse_kinematics(walk.model, walk.markers, trial.markers, held=walk.held)
+    ours = inverse_kinematics(walk.model, walk.markers, trial.markers, fixed=walk.fixed)
     assert ours.converged.all()
     np.testing.assert_allclose(time, trial.time, atol=1e-6)
     apart = to_opensim(ours.positions) - to_opensim(theirs)

@@ -114,7 +114,7 @@ def main_job(run: Run) -> None:
         run_stage(stage(run, 1), run.folder)
     run_stage(choose_stage(run, 1), run.folder)
     run_stage(correct_stage(run), run.folder)
-    run_stage(simulate_stage(run, witness=False), run.folder)
+    run_stage(simulate_stage(run, second_engine=False), run.folder)
 
 
 def predicted(run: Run) -> None:

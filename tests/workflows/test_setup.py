@@ -206,7 +206,7 @@ def test_what_was_interrupted_is_made_anew(commands, tmp_path, environment):
 
 @pytest.mark.skipif(Path("/dev/nvidia0").exists(), reason="a graphics card")
 def test_says_how_to_do_without_cuda_before_it_is_downloaded(commands, tmp_path, environment):
-    def said(needs):
+    def message(needs):
         report = {"install": [{"metadata": {"requires_dist": needs}}]}
         (tmp_path / "report.json").write_text(json.dumps(report))
         (tmp_path / "venv" / ".gaitval-installed").unlink(missing_ok=True)
@@ -214,13 +214,13 @@ def test_says_how_to_do_without_cuda_before_it_is_downloaded(commands, tmp_path,
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    with_cuda = said(["filelock", "nvidia-cudnn-cu13==9.1; platform_system == 'Linux'"])
+    with_cuda = message(["filelock", "nvidia-cudnn-cu13==9.1; platform_system == 'Linux'"])
     line = "PIP_EXTRA_INDEX_URL=ADDRESS make setup"
     if sys.platform == "linux":
         assert with_cuda.index(line) < with_cuda.index("installing the Python packages")
-    assert line not in said(["filelock", "sympy"])
+    assert line not in message(["filelock", "sympy"])
     add(commands, "nvidia-smi", "")
-    assert line not in said(["nvidia-cudnn-cu13==9.1"])
+    assert line not in message(["nvidia-cudnn-cu13==9.1"])
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="no make")

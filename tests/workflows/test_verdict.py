@@ -83,8 +83,8 @@ def test_the_page_has_it(place: Path) -> None:
 
 
 def test_a_stored_baseline_must_have_it(place: Path) -> None:
-    said = (place / "said").read_text(encoding="utf-8")
-    assert "swing_knee_error of right is missing from the measures" in said
+    message = (place / "said").read_text(encoding="utf-8")
+    assert "swing_knee_error of right is missing from the measures" in message
 
 
 def test_python_has_it(place: Path) -> None:

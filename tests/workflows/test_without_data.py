@@ -35,8 +35,8 @@ def test_tests_that_read_the_data_are_skipped_and_counted(tmp_path, side_by_side
     assert "passed" in counts
     skipped = int(counts.partition(" skipped")[0].split()[-1])
     assert skipped > 0
-    said = f"Skipped for want of data: {skipped} (no raw data at {tmp_path / 'none'})"
-    assert said in done.stdout
+    message = f"Skipped for want of data: {skipped} (no raw data at {tmp_path / 'none'})"
+    assert message in done.stdout
     assert "To run them: GAITVAL_DATA=" in done.stdout
 
 

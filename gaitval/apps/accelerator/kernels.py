@@ -37,13 +37,13 @@ def _read(table: wp.array3d[float], which: int, row: int, part: float, joint: in
 
 @wp.kernel
 def slopes_of(
-    asked: wp.array2d[float], target: wp.array2d[float], share: float, slope: wp.array2d[float]
+    commanded: wp.array2d[float], target: wp.array2d[float], share: float, slope: wp.array2d[float]
 ):
     """How much the joint targets' offsets (N, 25) rad change in a step, a share of an action;
     a thread for each walker and joint.
     """
     w, j = wp.tid()
-    slope[w, j] = share * (asked[w, j] - target[w, j])
+    slope[w, j] = share * (commanded[w, j] - target[w, j])
 
 
 @wp.kernel
@@ -82,13 +82,13 @@ def command_servos(
     row = int(place)
     part = float(place - wp.float64(row))
     target[w, j] = target[w, j] + slope[w, j]
-    asked = (
+    commanded = (
         stiffness[w, j] * (_read(positions, which[w], row, part, j) + target[w, j])
         + damping[w, j] * pace[w] * _read(velocities, which[w], row, part, j)
         + _read(moments, which[w], row, part, j)
     )
-    command[w, j] = asked
-    applied[w, rates[j]] = asked
+    command[w, j] = commanded
+    applied[w, rates[j]] = commanded
 
 
 @wp.kernel

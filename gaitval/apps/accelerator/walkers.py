@@ -38,7 +38,7 @@ _OF_A_BODY = (
 """Fields of MuJoCo's model that differ between bodies and servos."""
 
 
-Numbers = Array | wp.array2d[float] | wp.array1d[float]
+_WarpNumbers = Array | wp.array2d[float] | wp.array1d[float]
 """In the processor's memory or the device's."""
 
 
@@ -106,7 +106,9 @@ class AcceleratedWalkers:
             self._array(np.zeros((count, spheres, 3)), wp.vec3) for _ in range(2)
         )
         self._mean_ground = self._array(np.zeros((count, 2, 3)), wp.vec3)
-        self._asked, self._slope, self._target = (self._array(np.zeros(joints)) for _ in range(3))
+        self._commanded, self._slope, self._target = (
+            self._array(np.zeros(joints)) for _ in range(3)
+        )
         self._command, self._mean_moments, self._mean_squares = (
             self._array(np.zeros(joints)) for _ in range(3)
         )
@@ -130,12 +132,12 @@ class AcceleratedWalkers:
         self.data.qvel.assign(qvel)
         self._phase.assign(np.array([walker.phase for walker in self.walkers]))
         self._memory.assign(np.array([walker._memory for walker in self.walkers]))
-        self._asked.assign(np.array([walker.offset for walker in self.walkers]))
+        self._commanded.assign(np.array([walker.offset for walker in self.walkers]))
 
     def leave(self) -> None:
         """Bring state, phase, offset, contact forces and means of the last action back."""
         positions, velocities = self.states()
-        phase, memory, offset = self._phase.numpy(), self._memory.numpy(), self._asked.numpy()
+        phase, memory, offset = self._phase.numpy(), self._memory.numpy(), self._commanded.numpy()
         ground = self._mean_ground.numpy()
         moments, squares = self._mean_moments.numpy(), self._mean_squares.numpy()
         for i, walker in enumerate(self.walkers):
@@ -157,7 +159,7 @@ class AcceleratedWalkers:
         velocities[:, 6:] = qvel[:, self._peer.rates]
         return positions, velocities
 
-    def advance(self, offset: Numbers, root_force: Numbers, pace: Numbers) -> None:
+    def advance(self, offset: _WarpNumbers, root_force: _WarpNumbers, pace: _WarpNumbers) -> None:
         """Advance all by one action, as `Walker.step` does one: `offset` (N, 25) rad, `root_force`
         (N, 6) external moment Nm and force N on the pelvis, world, and `pace` (N,), how fast to go
         through the gait cycle, 1 as fast as the reference.
@@ -165,8 +167,8 @@ class AcceleratedWalkers:
         What is on the device already is not brought there again, as the output of a policy that is
         computed there (`wp.from_torch`).
         """
-        wp.copy(self._target, self._asked)
-        self._asked.assign(offset)
+        wp.copy(self._target, self._commanded)
+        self._commanded.assign(offset)
         self._root_force.assign(root_force)
         self._pace.assign(pace)
         if self._graph is not None:
@@ -190,7 +192,7 @@ class AcceleratedWalkers:
             mean.zero_()
         with wp.ScopedDevice(self.device):
             wp.launch(
-                kernels.slopes_of, self._slope.shape, [self._asked, self._target, self._share],
+                kernels.slopes_of, self._slope.shape, [self._commanded, self._target, self._share],
                 [self._slope],
             )  # fmt: skip
             for _ in range(self._steps):

@@ -45,25 +45,25 @@ def wbds_studies(folder: Path, subjects: Path, *, trials: Sequence[str] = ()) ->
             f"--trials {unknown[0]}: no treadmill trial. There are "
             f"{', '.join(wbds_archive.TREADMILL)}."
         )
-    held = wbds_archive.holdings(folder)
+    data = wbds_archive.holdings(folder)
     wanted = tuple(trials) or wbds_archive.TREADMILL
     studies: list[Study] = []
     lines: list[str] = []
     absent: list[str] = []
     for person in wbds_archive.PEOPLE:
-        found, lacking = _of_person(held, person, wanted, subjects)
+        found, lacking = _of_person(data, person, wanted, subjects)
         studies += found
         if not found and all("ang.txt" in each for each in lacking.values()):
             absent.append(person)
         else:
-            lines += _told(person, lacking)
+            lines += _listed(person, lacking)
     first = (
         f"{folder}: {len(studies)} of {len(wbds_archive.PEOPLE) * len(wanted)} treadmill trials of "
         f"{len(wbds_archive.PEOPLE)} people can be run."
     )
     if absent:
         lines.append(f"not there: {', '.join(absent)}. `gaitval data fetch wbds` fetches them.")
-    overground = sum(trial.startswith("O") for _, trial in held.trials)
+    overground = sum(trial.startswith("O") for _, trial in data.trials)
     if overground:
         lines.append(f"left out: {overground} overground trials, which have no belt speed.")
     if not studies:
@@ -71,7 +71,7 @@ def wbds_studies(folder: Path, subjects: Path, *, trials: Sequence[str] = ()) ->
     return AllData(tuple(studies), (first, *lines))
 
 
-def _told(person: str, lacking: dict[str, str]) -> list[str]:
+def _listed(person: str, lacking: dict[str, str]) -> list[str]:
     by_reason: dict[str, list[str]] = {}
     for trial, reason in lacking.items():
         by_reason.setdefault(reason, []).append(trial)
@@ -79,7 +79,7 @@ def _told(person: str, lacking: dict[str, str]) -> list[str]:
 
 
 def _of_person(
-    held: wbds_archive.Holdings, person: str, wanted: Sequence[str], subjects: Path
+    data: wbds_archive.Holdings, person: str, wanted: Sequence[str], subjects: Path
 ) -> tuple[list[Study], dict[str, str]]:
     """The studies of a person, and what is missing of the other trials, by trial."""
     builtin = _builtin_trials(person)
@@ -87,19 +87,19 @@ def _of_person(
     own: list[str] = []
     lacking: dict[str, str] = {}
     for trial in wanted:
-        absent = held.missing(person, trial)
+        absent = data.missing(person, trial)
         if not absent and trial in builtin:
             name = builtin[trial]
             studies.append(Study(name=f"{name}-{trial}", subject=name, trial=trial))
         elif not absent:
             own.append(trial)
-        elif (recorded := _recorded(held, person, trial)) is not None:
+        elif (recorded := _recorded(data, person, trial)) is not None:
             studies.append(recorded)
         else:
             lacking[trial] = f"no {', no '.join(absent)}"
     if own:
         try:
-            text = wbds_archive.subject_of(held, person, own).to_toml()
+            text = wbds_archive.subject_of(data, person, own).to_toml()
         except GaitvalError as error:
             lacking |= dict.fromkeys(own, " ".join(str(error).split()))
         else:
@@ -120,9 +120,9 @@ def _builtin_trials(person: str) -> dict[str, str]:
     }
 
 
-def _recorded(held: wbds_archive.Holdings, person: str, trial: str) -> Study | None:
+def _recorded(data: wbds_archive.Holdings, person: str, trial: str) -> Study | None:
     """The study of a trial's recording; None if it is not there whole."""
-    files = held.trials.get((person, trial), {})
+    files = data.trials.get((person, trial), {})
     if "c3d" in files:
         walk: dict[str, Any] = {"trials": [str(files["c3d"].resolve())]}
     elif {"markers", "forces"} <= set(files):
@@ -133,14 +133,14 @@ def _recorded(held: wbds_archive.Holdings, person: str, trial: str) -> Study | N
     else:
         return None
     try:
-        about = wbds_archive.person_values(held, person)
+        about = wbds_archive.person_values(data, person)
     except GaitvalError:
         return None
-    if person not in held.standing:
+    if person not in data.standing:
         return None
     recording = {
         **walk,
-        "static": str(held.standing[person].resolve()),
+        "static": str(data.standing[person].resolve()),
         "sex": about["sex"],
         "mass": about["mass_kg"],
         "height": about["height_m"],

@@ -9,15 +9,15 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 Short = Annotated[str, Field(max_length=1000)]
-Number = Annotated[int | float, Field(allow_inf_nan=False)] | None
-Count = Annotated[int, Field(ge=0)]
+_Number = Annotated[int | float, Field(allow_inf_nan=False)] | None
+_Count = Annotated[int, Field(ge=0)]
 
 
 class _Read(BaseModel):
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid")
 
 
-class Outcome(_Read):
+class StudyOutcome(_Read):
     """What became of a study; see `task.run_order`."""
 
     name: Short
@@ -25,7 +25,7 @@ class Outcome(_Read):
     status: Literal["finished", "refused", "fault", "lost"]
     reason: Annotated[str, Field(max_length=100_000)]
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)]
-    peak_memory: Count
+    peak_memory: _Count
     worker: Short
 
 
@@ -36,18 +36,18 @@ class _Subject(_Read):
     trial: Short
     source: Short
     sex: Short
-    age: Number
-    mass: Number
-    height: Number
-    leg_length: Number
-    speed: Number
+    age: _Number
+    mass: _Number
+    height: _Number
+    leg_length: _Number
+    speed: _Number
 
 
 class _Verdicts(_Read):
-    accepted: Count
-    refused: Count
-    goals: Count
-    goals_reached: Count
+    accepted: _Count
+    refused: _Count
+    goals: _Count
+    goals_reached: _Count
     failed: list[Short]
 
 
@@ -55,31 +55,31 @@ class _Measure(_Read):
     measure: Short
     target: Short
     unit: Short
-    value: Number
+    value: _Number
 
 
 class _Group(_Read):
     group: Short
     unit: Short
-    rmse: Number
-    skill: Number
+    rmse: _Number
+    skill: _Number
 
 
 class _Parameter(_Read):
     parameter: Short
-    nominal: Number
-    prior_sd: Number
-    mean: Number
-    sd: Number
-    identified: bool | Number
+    nominal: _Number
+    prior_sd: _Number
+    mean: _Number
+    sd: _Number
+    identified: bool | _Number
     verdict: Short
 
 
 class _Limit(_Read):
     quantity: Short
     target: Short
-    value: Number
-    limit: Number
+    value: _Number
+    limit: _Number
     unit: Short
     verdict: Short
 
@@ -88,10 +88,10 @@ class _Device(_Read):
     quantity: Short
     of: Short
     unit: Short
-    value: Number
+    value: _Number
 
 
-class Summary(_Read):
+class StudySummary(_Read):
     """What the tables hold of a study; see `apps.cohort.study.summary_of`."""
 
     subject: _Subject
@@ -99,7 +99,7 @@ class Summary(_Read):
     measures: list[_Measure]
     groups: list[_Group]
     parameters: list[_Parameter]
-    epsilon: Number
+    epsilon: _Number
     limits: list[_Limit] = []
     devices: list[_Device] = []
     record: Short = ""
@@ -116,7 +116,7 @@ def outcome_of(answer: Any, name: str, fingerprint: str) -> dict[str, Any]:
     """
     if not isinstance(answer, str) or len(answer) > LONGEST:
         raise ValueError("the worker's answer is no text, or too long")
-    found = Outcome.model_validate_json(answer)
+    found = StudyOutcome.model_validate_json(answer)
     if (found.name, found.fingerprint) != (name, fingerprint):
         raise ValueError("the worker's answer is of another study")
     return found.model_dump()

@@ -13,7 +13,7 @@ from gaitval.terminal import display
 from gaitval.terminal.app import INTERNAL, ConfigOption, SetOption, added_command
 
 if TYPE_CHECKING:
-    from gaitval.apps.cohort.engine import State
+    from gaitval.apps.cohort.engine import CohortState
     from gaitval.apps.cohort.table import Study
 
 TABLE = "table.toml"
@@ -26,7 +26,7 @@ TableArgument = Annotated[
         metavar="[TABLE]", help="CSV or TOML, a row for each study.", show_default=False
     ),
 ]
-OutOption = Annotated[
+_ReportOut = Annotated[
     Path, typer.Option("--out", "-o", help="Folder of the report, and of the studies.")
 ]
 AllDataOption = Annotated[
@@ -112,7 +112,7 @@ RetriesOption = Annotated[
 )
 def cohort(
     table: TableArgument = None,
-    out: OutOption = Path("reports/cohort"),
+    out: _ReportOut = Path("reports/cohort"),
     all_data: AllDataOption = None,
     trials: TrialsOption = None,
     virtual: VirtualOption = 0,
@@ -152,7 +152,7 @@ def cohort(
         import gaitval.apps.cohort.report  # noqa: F401
 
     address = store or str(out / "studies")
-    with _shown() as tell:
+    with _shown() as notify:
         outcomes = run_cohort(
             studies,
             address,
@@ -161,7 +161,7 @@ def cohort(
             workers=workers,
             threads=threads,
             retries=retries,
-            tell=tell,
+            notify=notify,
             meanwhile=load,
         )
     from gaitval.apps.cohort.report import write_report
@@ -207,10 +207,10 @@ def _studies(
         studies += found.studies
     check_number(len(studies) + virtual, str(table or all_data or f"--virtual {virtual}"))
     studies += virtual_people(virtual)
-    asked = with_settings(studies, settings or (), None if config is None else str(config))
-    asked = without_doubles(asked, str(table or all_data or "--virtual"))
-    write_table(out / TABLE, asked)
-    return asked
+    wanted = with_settings(studies, settings or (), None if config is None else str(config))
+    wanted = without_doubles(wanted, str(table or all_data or "--virtual"))
+    write_table(out / TABLE, wanted)
+    return wanted
 
 
 @contextmanager
@@ -224,29 +224,29 @@ def _shown() -> "Iterator[Any]":
     task = bar.add_task("studies", total=None, told="")
     dashboards: set[str] = set()
 
-    def tell(state: "State") -> None:
+    def notify(state: "CohortState") -> None:
         if state.dashboard and state.dashboard not in dashboards:
             dashboards.add(state.dashboard)
             display.messages.print(f"Dask's dashboard: {state.dashboard}", soft_wrap=True)
         if state.looked:
             console.print(f"{state.looked} of {state.total} studies looked at", soft_wrap=True)
-        told = progress_line(state)
-        bar.update(task, total=state.total, completed=state.done, told=told)
+        message = progress_line(state)
+        bar.update(task, total=state.total, completed=state.done, told=message)
         if state.outcome is not None or (state.found and not state.workers):
             console.print(outcome_line(state), soft_wrap=True)
 
     with bar:
-        yield tell
+        yield notify
 
 
-def progress_line(state: "State") -> str:
+def progress_line(state: "CohortState") -> str:
     """How many studies are done in `state`, and when the others will be."""
     failed = f", {state.failed} failed" if state.failed else ""
     left = "" if state.left is None else f", about {display.duration(state.left)} left"
     return f"{state.done} of {state.total}{failed}, {count_of(state.workers, 'worker')}{left}"
 
 
-def outcome_line(state: "State") -> str:
+def outcome_line(state: "CohortState") -> str:
     """What has just become of a study in `state`, and how far the cohort is."""
     each = state.outcome
     if each is None:

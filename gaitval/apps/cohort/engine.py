@@ -30,12 +30,12 @@ LOOKING: Final = 5.0
 ASKING: Final = 2.0
 """s between two questions to the scheduler how many workers there are, while nothing is done."""
 
-Json = dict[str, Any]
-Tell = Callable[["State"], None]
+_Json = dict[str, Any]
+_Notify = Callable[["CohortState"], None]
 
 
 @dataclass(frozen=True)
-class State:
+class CohortState:
     """How far a cohort is.
 
     Attributes
@@ -55,7 +55,7 @@ class State:
     workers: int
     dashboard: str
     seconds: float
-    outcome: Json | None = None
+    outcome: _Json | None = None
     refused: int = 0
     looked: int = 0
 
@@ -90,9 +90,9 @@ def run_cohort(
     retries: int = 3,
     without_tls: bool = False,
     function: str = REAL,
-    tell: Tell | None = None,
+    notify: _Notify | None = None,
     meanwhile: Callable[[], object] | None = None,
-) -> list[Json]:
+) -> list[_Json]:
     """Run every study that is not finished; one that fails stops no other.
 
     Parameters
@@ -102,7 +102,7 @@ def run_cohort(
     threads : of each study.
     retries : how often a study is started again after its worker or its process was lost.
     function : "module:function" that does a study.
-    tell : called whenever something has happened.
+    notify : called whenever something has happened.
     meanwhile : called once the first studies are on their way; it may take seconds.
 
     Returns
@@ -124,19 +124,19 @@ def run_cohort(
     store.check()
 
     def looked(number: int) -> None:
-        if tell is not None:
-            tell(State(len(studies), 0, 0, 0, 0, "", 0.0, looked=number))
+        if notify is not None:
+            notify(CohortState(len(studies), 0, 0, 0, 0, "", 0.0, looked=number))
 
     outcomes, orders = _known_and_ordered(studies, store, function, threads, looked)
     began, earlier = time.monotonic(), len(outcomes)
     refused = sum(each["status"] != "finished" for each in outcomes.values())
 
-    def say(outcome: Json | None, client: "Client | None") -> None:
-        if tell is None:
+    def say(outcome: _Json | None, client: "Client | None") -> None:
+        if notify is None:
             return
         failed = sum(each["status"] != "finished" for each in outcomes.values())
-        tell(
-            State(
+        notify(
+            CohortState(
                 total=len(studies),
                 found=earlier,
                 done=len(outcomes),
@@ -173,19 +173,19 @@ def _known_and_ordered(
     function: str,
     threads: int,
     looked: Callable[[int], object],
-) -> tuple[dict[str, Json], list[Json]]:
+) -> tuple[dict[str, _Json], list[_Json]]:
     """What has become of studies already, by name, and orders for the others. `looked` hears now
     and then of how many it is known.
     """
     from gaitval.apps.cohort.task import order_of
 
     where = str(store.local.resolve()) if store.local else store.address
-    outcomes: dict[str, Json] = {}
+    outcomes: dict[str, _Json] = {}
     orders = []
-    said = time.monotonic()
+    reported = time.monotonic()
     for number, study in enumerate(studies):
-        if time.monotonic() - said >= LOOKING:
-            said = time.monotonic()
+        if time.monotonic() - reported >= LOOKING:
+            reported = time.monotonic()
             looked(number)
         try:
             found = fingerprint(study, function)
@@ -201,7 +201,7 @@ def _known_and_ordered(
     return outcomes, orders
 
 
-def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Iterator[Json | None]:
+def outcomes_of(client: "Client", orders: Sequence[_Json], retries: int) -> Iterator[_Json | None]:
     """What becomes of `orders` on the cluster of `client`, in the order in which they are done;
     None while nothing is.
 
@@ -216,7 +216,7 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
     some_done = threading.Event()
     tries = dict.fromkeys((order["study"]["name"] for order in orders), 1)
 
-    def submitted(order: Json, number: int) -> Any:
+    def submitted(order: _Json, number: int) -> Any:
         name = order["study"]["name"]
         # A key of its own for each attempt: Dask answers a known key with its old result.
         key = f"{name}-{order['fingerprint'][:8]}-{number}"
@@ -227,11 +227,11 @@ def outcomes_of(client: "Client", orders: Sequence[Json], retries: int) -> Itera
     position = {order["study"]["name"]: number for number, order in enumerate(orders)}
     # Dask gives a worker several studies at once and takes few of them back, so that others have
     # nothing to do in the end. A study takes minutes: the next one can wait until a thread is free.
-    left, futures = deque(orders), dict[Any, Json]()
-    waiting, room, asked = as_completed(), 0, -ASKING
+    left, futures = deque(orders), dict[Any, _Json]()
+    waiting, room, checked_at = as_completed(), 0, -ASKING
     while futures or left:
-        if left and time.monotonic() - asked >= ASKING:
-            room, asked = max(_threads(client), 1), time.monotonic()
+        if left and time.monotonic() - checked_at >= ASKING:
+            room, checked_at = max(_threads(client), 1), time.monotonic()
         while left and len(futures) < room:
             order = left.popleft()
             future = submitted(order, 1)
@@ -278,15 +278,15 @@ def _threads(client: "Client") -> int:
     return sum(int(each["nthreads"]) for each in workers.values())
 
 
-def _outcome(order: Json, future: Any) -> Json:
+def _outcome(order: _Json, future: Any) -> _Json:
     """The result of a task, or why there is none."""
     name = order["study"]["name"]
     if future.status == "finished":
         try:
             return outcome_of(future.result(), name, order["fingerprint"])
         except (TypeError, ValueError) as refused:  # TypeError: it would have to be unpickled
-            told = str(refused).partition("\n")[0]
-            return _refused(name, f"a worker's answer is refused: {told}", "fault")
+            message = str(refused).partition("\n")[0]
+            return _refused(name, f"a worker's answer is refused: {message}", "fault")
     if future.status == "cancelled":
         return _refused(name, "cancelled", status="cancelled")
     error = future.exception()
@@ -295,6 +295,6 @@ def _outcome(order: Json, future: Any) -> Json:
     return _refused(name, f"{type(error).__name__}: {error}", "fault")
 
 
-def _refused(name: str, reason: str, status: str = "refused") -> Json:
+def _refused(name: str, reason: str, status: str = "refused") -> _Json:
     return {"name": name, "status": status, "reason": reason, "seconds": 0.0, "peak_memory": 0,
             "worker": "", "fingerprint": ""}  # fmt: skip

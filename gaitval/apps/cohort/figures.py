@@ -70,10 +70,10 @@ def parameter_distributions(rows: pd.DataFrame, *, figure_name: str) -> str:
         for place, name in enumerate(names):
             some = rows[rows["parameter"] == name]
             far = (some["mean"] - some["nominal"]) / some["prior_sd"]
-            told = (some["verdict"] == "identified").to_numpy()
-            axes.plot(far[~told], np.full((~told).sum(), place), "o", mfc="none", color="#0072b2",
+            sure = (some["verdict"] == "identified").to_numpy()
+            axes.plot(far[~sure], np.full((~sure).sum(), place), "o", mfc="none", color="#0072b2",
                       markersize=3, alpha=0.6)  # fmt: skip
-            axes.plot(far[told], np.full(told.sum(), place), "o", color="#0072b2", markersize=3)
+            axes.plot(far[sure], np.full(sure.sum(), place), "o", color="#0072b2", markersize=3)
         axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
         axes.invert_yaxis()
         axes.set_xlabel("Posterior mean from the body as scaled, prior standard deviations")

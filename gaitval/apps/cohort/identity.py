@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from gaitval import __version__
+from gaitval.apps.cohort.device_studies import DevicesSetting, identity_of
 from gaitval.apps.cohort.table import Study
-from gaitval.apps.cohort.worn import Worn, identity_of
 from gaitval.artefacts import file_hash, value_hash
 from gaitval.configuration import Configuration, load_configuration
 from gaitval.errors import ArtefactError, ConfigurationError
@@ -26,17 +26,17 @@ if TYPE_CHECKING:
     from gaitval.datasets.subject import Subject
 
 Json = dict[str, Any]
-Function = Callable[[Study, Path, int, Observer], Json]
+_StudyFunction = Callable[[Study, Path, int, Observer], Json]
 """A study's work: the study, its folder, its threads, who hears of it → its summary."""
 
 REAL: Final = "gaitval.apps.cohort.study:run"
 """The function of a real study, as `function_of` takes it."""
 
 
-def function_of(name: str) -> Function:
+def function_of(name: str) -> _StudyFunction:
     """The function of this name, "module:function"."""
     module, _, attribute = name.partition(":")
-    found: Function = getattr(importlib.import_module(module), attribute)
+    found: _StudyFunction = getattr(importlib.import_module(module), attribute)
     return found
 
 
@@ -117,7 +117,7 @@ def _policies(study: Study) -> list[str]:
     return [file_hash(each / name) for each in folders for name in POLICY_FILES]
 
 
-def _known(subject: str, trial: str = "") -> tuple[str, Sequence[Worn]]:
+def _known(subject: str, trial: str = "") -> tuple[str, Sequence[DevicesSetting]]:
     """Hash of a subject's record on a trial, and the devices of its file."""
     path = Path(subject)
     stamp = path.stat().st_mtime_ns if path.is_file() else 0
@@ -125,7 +125,7 @@ def _known(subject: str, trial: str = "") -> tuple[str, Sequence[Worn]]:
 
 
 @cache
-def _read(subject: str, trial: str, stamp: int) -> tuple[str, Sequence[Worn]]:
+def _read(subject: str, trial: str, stamp: int) -> tuple[str, Sequence[DevicesSetting]]:
     """As `_known`; a cohort has many studies of few subjects, and reading one takes 0.05 s. A
     subject is read again if `stamp`, the time of its last change, is another.
     """

@@ -22,7 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from gaitval.apps.cohort.answers import Summary
+from gaitval.apps.cohort.answers import StudySummary
 from gaitval.apps.cohort.identity import function_of
 from gaitval.apps.cohort.store import SUMMARY, Store, alone
 from gaitval.apps.cohort.table import Study
@@ -37,7 +37,7 @@ PROGRESS_SECONDS: Final = 30.0
 """Between two lines of progress in a log."""
 
 
-class Log(Observer):
+class StudyLog(Observer):
     """Prints what a study says, a line with its time."""
 
     def __init__(self) -> None:
@@ -62,8 +62,8 @@ class Log(Observer):
         now = datetime.now(UTC)
         if (now - self._last).total_seconds() >= PROGRESS_SECONDS:
             self._last = now
-            told = ", ".join(f"{name} {value:g}" for name, value in values.items())
-            self.say(f"{self._stage}: {told}")
+            message = ", ".join(f"{name} {value:g}" for name, value in values.items())
+            self.say(f"{self._stage}: {message}")
 
     def finished(self, stage: str, seconds: float) -> None:
         """The stage is done."""
@@ -84,7 +84,7 @@ def end_with_worker() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def perform(order: Mapping[str, Any], log: Log) -> dict[str, Any]:
+def perform(order: Mapping[str, Any], log: StudyLog) -> dict[str, Any]:
     """Do an `order` and write to its `log`; what became of it: `status` finished, refused or fault,
     and the `reason`.
     """
@@ -93,7 +93,7 @@ def perform(order: Mapping[str, Any], log: Log) -> dict[str, Any]:
     try:
         with alone(folder):
             summary = function_of(order["function"])(study, folder, order["threads"], log)
-            Summary.model_validate(summary)  # or the tables could not take it
+            StudySummary.model_validate(summary)  # or the tables could not take it
             write_json(folder / SUMMARY, summary)
             store.keep(study.name, folder)
     except GaitvalError as error:
@@ -152,7 +152,7 @@ def make_ready(function: str) -> None:
 def _do(order: Mapping[str, Any], answers: int) -> NoReturn:
     """Do a study, say what became of it in `answers`, and end this process."""
     end_with_worker()
-    found = perform(order, Log())
+    found = perform(order, StudyLog())
     with contextlib.suppress(BrokenPipeError):
         os.write(answers, json.dumps({**found, "peak_memory": peak_memory()}).encode() + b"\n")
     # Threads of libraries are not waited for: what the study wrote is written.

@@ -221,8 +221,8 @@ def _standard_errors(
     fixed = design.to_numpy(dtype=float)
     of_person = pd.get_dummies(person).to_numpy(dtype=float)
     covariance = scale * np.eye(len(fixed)) + variance * of_person @ of_person.T
-    told = fixed.T @ np.linalg.solve(covariance, fixed)
-    return [float(each) for each in np.sqrt(np.diag(np.linalg.inv(told)))]
+    information = fixed.T @ np.linalg.solve(covariance, fixed)
+    return [float(each) for each in np.sqrt(np.diag(np.linalg.inv(information)))]
 
 
 def _people_p(values: "pd.Series[float]", design: pd.DataFrame, person: "pd.Series[str]") -> float:

@@ -19,7 +19,7 @@ import filelock
 import fsspec
 
 from gaitval import file_gate
-from gaitval.apps.cohort.answers import Outcome, Summary
+from gaitval.apps.cohort.answers import StudyOutcome, StudySummary
 from gaitval.artefacts import read_json, write_text
 from gaitval.errors import ArtefactError, ConfigurationError
 from gaitval.partial_files import own_folder
@@ -66,16 +66,16 @@ class Store:
         It counts only with a summary that the tables can take, or it would be run no more.
         """
         try:
-            found = Outcome.model_validate(self.read(name, FINISHED)).model_dump()
+            found = StudyOutcome.model_validate(self.read(name, FINISHED)).model_dump()
         except ValueError:
             return None
         whole = found["name"] == name and found["status"] == "finished"
         return found if whole and self.summary(name) is not None else None
 
     def summary(self, name: str) -> dict[str, Any] | None:
-        """The summary of a study, of the types of `answers.Summary`; None if there is none."""
+        """The summary of a study, of the types of `answers.StudySummary`; None if there is none."""
         try:
-            return Summary.model_validate(self.read(name, SUMMARY)).model_dump()
+            return StudySummary.model_validate(self.read(name, SUMMARY)).model_dump()
         except ValueError:
             return None
 

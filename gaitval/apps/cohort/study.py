@@ -4,6 +4,7 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from gaitval.apps.cohort.device_studies import figures, wearing
 from gaitval.apps.cohort.identity import (
     Json,
     configuration_of,
@@ -14,7 +15,6 @@ from gaitval.apps.cohort.identity import (
 )
 from gaitval.apps.cohort.results import PROFILE_SCORES
 from gaitval.apps.cohort.table import Study
-from gaitval.apps.cohort.worn import figures, wearing
 from gaitval.apps.devices.of_subject import afterwards
 from gaitval.artefacts import read_json, value_hash, write_json, write_text
 from gaitval.datasets.subject import Subject
@@ -61,7 +61,7 @@ def _imported(study: Study, folder: Path, observer: Observer) -> Subject:
             person,
             file.parent,
             configuration=configuration_of(study),
-            tell=lambda step, text: observer.say(f"{step}: {text}"),
+            notify=lambda step, text: observer.say(f"{step}: {text}"),
         )
         write_json(about, wanted)
     return load_subject(file)

@@ -49,7 +49,7 @@ from gaitval.errors import ConfigurationError
 from gaitval.importing.batch_person import person_of
 from gaitval.session.request import FILES, ImportOptions
 
-Start = Literal["general", "scratch"]
+_Start = Literal["general", "scratch"]
 
 MOST: Final = 20_000
 """Studies of a cohort. Each takes minutes: so many are weeks of a machine."""
@@ -93,7 +93,7 @@ class Study(BaseModel):
     recording: dict[str, Any] | None = None
     virtual: Virtual | None = None
     trial: str = ""
-    start: Start = "general"
+    start: _Start = "general"
     policy: str | None = None
     devices: tuple[str | dict[str, Any], ...] = ()
     config: str | None = None

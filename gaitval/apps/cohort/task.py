@@ -49,12 +49,12 @@ SAMPLING: Final = 0.5
 COUNTING: Final = 10.0
 """s after which shared memory is counted again, however much they hold."""
 
-Json = dict[str, Any]
+_Json = dict[str, Any]
 
 
 def order_of(
     study: Mapping[str, Any], fingerprint: str, store: str, *, function: str, threads: int
-) -> Json:
+) -> _Json:
     """What a worker is sent for a `study` with its `fingerprint`: where to `store` it, which
     `function` does it and with how many `threads`. JSON, below a kilobyte without many settings.
     """
@@ -67,12 +67,12 @@ def order_of(
     }
 
 
-def answer(order: Json) -> str:
+def answer(order: _Json) -> str:
     """What a worker sends of an `order`: its outcome as JSON, for nothing of it is unpickled."""
     return json.dumps(run_order(order))
 
 
-def run_order(order: Json) -> Json:
+def run_order(order: _Json) -> _Json:
     """Do the study of an `order`, unless another worker has finished it; what became of it: `name`;
     `status`: finished, refused (by the input), fault (of gaitval), or lost (its process was
     killed); `reason`; `seconds` of the wall; `peak_memory` bytes of its processes together;
@@ -87,7 +87,7 @@ def run_order(order: Json) -> Json:
     try:
         folder = store.folder(name)
     except ArtefactError as error:
-        found: Json = {"status": "refused", "reason": str(error)}
+        found: _Json = {"status": "refused", "reason": str(error)}
         return _outcome(order, found, began, 0)
     # What is there is of other inputs.
     store.forget(name)
@@ -102,7 +102,7 @@ def run_order(order: Json) -> Json:
     return outcome
 
 
-def _outcome(order: Json, found: Json, began: float, peak: int) -> Json:
+def _outcome(order: _Json, found: _Json, began: float, peak: int) -> _Json:
     """What became of an order, from what its process `found`."""
     return {
         "name": order["study"]["name"],
@@ -151,7 +151,7 @@ class Starter:
             os.close(self._line)
             self._line = None
 
-    def run(self, order: Json) -> tuple[Json | None, int, int]:
+    def run(self, order: _Json) -> tuple[_Json | None, int, int]:
         """What a study's process told, None if nothing; its exit code; the most bytes that it and
         its children held.
         """
@@ -163,19 +163,19 @@ class Starter:
         with ThreadPoolExecutor(1) as pool:
             answer = pool.submit(self._answer, self.process.stdout)
             peak = _peak_until(answer, self.process.pid)
-        told, code = answer.result()
-        return told, self.process.wait() if code is None else code, peak
+        reply, code = answer.result()
+        return reply, self.process.wait() if code is None else code, peak
 
     @staticmethod
-    def _answer(lines: IO[bytes]) -> tuple[Json | None, int | None]:
+    def _answer(lines: IO[bytes]) -> tuple[_Json | None, int | None]:
         """The line that a study's process wrote, and its exit code; None without them."""
-        told: Json | None = None
+        reply: _Json | None = None
         for line in lines:
             if line.startswith(b"="):
-                return told, int(line[1:])
+                return reply, int(line[1:])
             with suppress(ValueError):  # half a line of a process that was killed
-                told = dict(json.loads(line))
-        return told, None
+                reply = dict(json.loads(line))
+        return reply, None
 
 
 _waiting: list[Starter] = []
@@ -208,12 +208,12 @@ def _end_all() -> None:
         _waiting.pop().end()
 
 
-def _watched(order: Json, folder: Path) -> tuple[Json, int]:
+def _watched(order: _Json, folder: Path) -> tuple[_Json, int]:
     """Run a study's process to its end; what it reported, and its largest memory, bytes."""
     with _starter(pinned(order["threads"])) as starter:
         places = {"folder": str(folder), "log": str(folder / LOG)}
-        told, code, peak = starter.run({**order, **places})
-    return told or {"status": "lost", "reason": _ended(code)}, peak
+        reply, code, peak = starter.run({**order, **places})
+    return reply or {"status": "lost", "reason": _ended(code)}, peak
 
 
 def _ended(code: int) -> str:
@@ -234,11 +234,11 @@ def _peak_until(answer: "Future[Any]", process: int) -> int:
         return peak
     while True:
         family = _family(watched)
-        held = sum(_asked(each.memory_info, "rss") for each in family)
+        used_bytes = sum(_measured(each.memory_info, "rss") for each in family)
         # To count what is shared takes the system 25 ms, so it is asked where there may be more.
-        if held - shared > peak or time.monotonic() >= due:
+        if used_bytes - shared > peak or time.monotonic() >= due:
             now = _memory(family)
-            peak, shared, due = max(peak, now), held - now, time.monotonic() + COUNTING
+            peak, shared, due = max(peak, now), used_bytes - now, time.monotonic() + COUNTING
         if wait([answer], SAMPLING).done:
             return peak
 
@@ -258,11 +258,11 @@ def _memory(family: list[Any]) -> int:
     Linux).
     """
     if sys.platform == "linux":
-        return sum(_asked(each.memory_full_info, "pss") for each in family)
-    return sum(_asked(each.memory_info, "rss") for each in family)
+        return sum(_measured(each.memory_full_info, "pss") for each in family)
+    return sum(_measured(each.memory_info, "rss") for each in family)
 
 
-def _asked(about: Callable[[], Any], name: str) -> int:
+def _measured(about: Callable[[], Any], name: str) -> int:
     """A figure of a process's memory; 0 if it has ended."""
     import psutil
 
@@ -272,6 +272,6 @@ def _asked(about: Callable[[], Any], name: str) -> int:
         return 0
 
 
-def summary_of(store: Store, name: str) -> Json | None:
+def summary_of(store: Store, name: str) -> _Json | None:
     """The summary in `store` of the finished study `name`."""
     return store.summary(name)

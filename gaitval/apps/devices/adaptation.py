@@ -73,7 +73,7 @@ def kinematics_kept(environment: DeviceEnvironment, before: Rollout) -> Kinemati
     share = vertical / np.maximum(vertical.sum(axis=1, keepdims=True), 1.0)
     carried = force + share[..., None] * further[:, None, :]
     moments = before.moments + _moments(laden, before, carried) - _moments(person, before, force)
-    names = tuple(worn.name for worn in walker.worn)
+    names = tuple(fitted.name for fitted in walker.fitted)
     changed = replace(before, ground_reaction=carried, centre_of_mass=centre)
     walk = DeviceWalk(changed, names, *(logged[:, :, k] for k in range(len(LOGGED))))
     own = moments.copy()
@@ -89,7 +89,7 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
     walker.reset(before.positions[0], before.velocities[0], float(before.phase[0]))
     steps, rows = walker.steps_per_action, len(before.time)
     states = np.stack([before.positions, before.velocities], axis=1)
-    logged = np.zeros((rows, len(walker.worn), len(LOGGED)))
+    logged = np.zeros((rows, len(walker.fitted), len(LOGGED)))
     for first in range(0, rows, steps):
         at = max(first - 1, 0)
         loads, moments = before.ground_reaction[at, :, 2], before.moments[at]

@@ -66,22 +66,22 @@ def device(
     from gaitval.apps.devices.page import write_report
     from gaitval.apps.devices.search import tuned
     from gaitval.apps.devices.study import outcomes, wearer
-    from gaitval.folder_lock import held
+    from gaitval.folder_lock import locked
     from gaitval.model.devices.device import load_devices
 
     # Wrong devices are refused before the person is made, which takes seconds.
     given = [each for name in devices or () for each in load_devices(name)]
     person = wearer(walker, given)
-    worn = [*person.own, *given]
-    names = "-".join(each.name for each in worn)
+    fitted = [*person.own, *given]
+    names = "-".join(each.name for each in fitted)
     folder = out or Path("reports") / f"{person.name}-{names}"
     # Held before anybody walks: where it cannot be written to, nothing would be kept.
-    with held(folder):
+    with locked(folder):
         with display.live_view() as live:
             live.started("device", f"{person.name}, {names}")
-            worn, strategies = tuned(person, worn, folder, say=_say)
-            found, policy = outcomes(person, worn, samples=samples, say=_say)
-        write_report(folder, person, worn, found, policy, strategies=strategies)
+            fitted, strategies = tuned(person, fitted, folder, say=_say)
+            found, policy = outcomes(person, fitted, samples=samples, say=_say)
+        write_report(folder, person, fitted, found, policy, strategies=strategies)
     for outcome in found:
         walked = "fell after" if outcome.fell else "walked"
         pushes = "" if outcome.survived is None else f"; survived {outcome.survived} of 24 pushes"

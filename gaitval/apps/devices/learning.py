@@ -39,7 +39,7 @@ HARDEST: Final = 0.4
 """Fraction of the ranges of body parameters and pushes that is reached at the end: to walk with the
 device comes first."""
 
-Progress = Callable[[int, int, float], None]
+_Progress = Callable[[int, int, float], None]
 """Called with the samples so far, all samples, and the mean length of an episode in gait cycles."""
 
 
@@ -90,8 +90,8 @@ def _environments(task: DeviceTask, seed: int) -> list[DeviceEnvironment]:
         devices = task.devices
         if number:
             devices = tuple(varied(each, random) for each in devices)
-        worn = replace(task, model=fitted(person, devices), devices=devices)
-        found.append(DeviceEnvironment(worn))
+        with_device = replace(task, model=fitted(person, devices), devices=devices)
+        found.append(DeviceEnvironment(with_device))
         found[-1].walker.noise_seed = number
     return found
 
@@ -141,12 +141,12 @@ def adapt(
     samples: int = SAMPLES,
     effort: float = EFFORT,
     seed: int = 0,
-    on_progress: Progress | None = None,
+    on_progress: _Progress | None = None,
 ) -> Policy:
     """Train a policy on with devices, in this process: `task` is the person with them, `start` what
     the person walks with without. `samples` are actions in all, 10 ms each; `effort` is times the
     cost of the muscles' moments in an ordinary training; `seed` is of the devices that vary, and of
-    all else that is random. `on_progress` as in `Progress`.
+    all else that is random. `on_progress` as in `_Progress`.
     """
     configuration = adaptation_settings(task.configuration, effort)
     training = configuration.training

@@ -64,8 +64,8 @@ def live_walker(
     """
     from gaitval.apps.devices.walking import EndlessWalker, with_devices
 
-    worn = with_devices(task, devices_of({"devices": list(given)}, "devices"))
-    return worn, EndlessWalker(worn)
+    fitted = with_devices(task, devices_of({"devices": list(given)}, "devices"))
+    return fitted, EndlessWalker(fitted)
 
 
 def afterwards(subject: Subject) -> tuple[Callable[[Run], Stage], ...]:
@@ -83,8 +83,8 @@ def stage(run: Run) -> Stage:
     Raises ConfigurationError.
     """
     name = folder_of(run.subject)
-    worn = run.subject.devices
-    check_side(run.subject, worn)
+    fitted = run.subject.devices
+    check_side(run.subject, fitted)
     return Stage(
         f"device-{name}",
         lambda: _walk(run, name),
@@ -95,7 +95,7 @@ def stage(run: Run) -> Stage:
         outputs=(f"{name}/{PAGE}", f"{name}/device.json"),
         values={
             **run.sections("environment", "contact", "record"),
-            "devices": tables_of(worn),
+            "devices": tables_of(fitted),
         },
         workspace=f"{name}/searches",
     )
@@ -114,7 +114,7 @@ def _walk(run: Run, name: str) -> None:
     person = Wearer(run.subject.identifier, task, policy, mu, origin=origin)
     devices = run.subject.devices
     folder, say = run.folder / name, run.observer.say
-    worn, strategies = tuned(person, devices, folder / "searches", say=say)
-    found, learned = outcomes(person, worn, samples=SAMPLES, say=say)
-    write_report(folder, person, worn, found, learned, strategies=strategies)
+    fitted, strategies = tuned(person, devices, folder / "searches", say=say)
+    found, learned = outcomes(person, fitted, samples=SAMPLES, say=say)
+    write_report(folder, person, fitted, found, learned, strategies=strategies)
     say(f"With {name.replace('-', ', ')}: {folder / PAGE}")

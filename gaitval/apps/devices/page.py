@@ -14,15 +14,15 @@ from matplotlib.figure import Figure
 
 from gaitval import __version__
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
-from gaitval.apps.devices.regressions import said_of
+from gaitval.apps.devices.regressions import predicted_power
 from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, figures_of, write_result
-from gaitval.apps.devices.search import Found
-from gaitval.apps.devices.study import CYCLES, PUSHES, Outcome, Wearer
+from gaitval.apps.devices.search import SearchResult
+from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer
 from gaitval.artefacts import copy_file, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.devices.device import Device, write_devices
-from gaitval.model.devices.drawn import WORN
+from gaitval.model.devices.drawn import DEVICES_FILE
 from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
 from gaitval.reporting.drawing import link, new_figure, svg
@@ -49,7 +49,7 @@ NO_TORQUE: Final = 1e-6
 """Nm/kg, up to which a torque is the rounding of a difference of two moments."""
 
 
-def _worn(curves: Mapping[str, WalkCurves], side: Side) -> list[str]:
+def _with_device(curves: Mapping[str, WalkCurves], side: Side) -> list[str]:
     """The joints of a `side` at which a device has a torque in any of the walks."""
     return [
         joint
@@ -63,12 +63,12 @@ def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
     below the others, so that no panel is empty.
     """
     phase = np.linspace(0.0, 100.0, 101)
-    worn = _worn(curves, side)
-    rows = {kind: row for kind, row in ROWS.items() if worn or kind not in OF_DEVICE}
+    fitted = _with_device(curves, side)
+    rows = {kind: row for kind, row in ROWS.items() if fitted or kind not in OF_DEVICE}
     with new_figure(1.8 * len(rows)) as figure:
         panels = figure.subplots(len(rows), len(JOINTS), sharex=True)
         for row, (kind, (label, factor)) in zip(panels, rows.items(), strict=True):
-            shown = worn if kind in OF_DEVICE else JOINTS
+            shown = fitted if kind in OF_DEVICE else JOINTS
             for axes, joint in zip(row, JOINTS, strict=True):
                 if joint not in shown:
                     axes.remove()
@@ -80,7 +80,7 @@ def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
             row[JOINTS.index(shown[0])].set_ylabel(label, fontsize=7)
         for column, joint in enumerate(JOINTS):
             panels[0][column].set_title(TITLES[joint])
-            lowest = panels[len(rows) - 1 if joint in worn else 2][column]
+            lowest = panels[len(rows) - 1 if joint in fitted else 2][column]
             lowest.set_xlabel("Gait cycle (%)")
             lowest.tick_params(labelbottom=True)
         for number, axes in enumerate(panels.flat):
@@ -110,7 +110,7 @@ def _force_figure(curves: Mapping[str, WalkCurves]) -> str:
         return svg(figure, "forces")
 
 
-def strap_loads(outcome: Outcome) -> list[dict[str, Any]]:
+def strap_loads(outcome: DeviceOutcome) -> list[dict[str, Any]]:
     """What the straps of each hinge carry: largest and root mean square torque, Nm, and the largest
     angle by which the device and the joint differ, degrees.
     """
@@ -130,7 +130,7 @@ def strap_loads(outcome: Outcome) -> list[dict[str, Any]]:
     return rows
 
 
-def _table(outcomes: Sequence[Outcome]) -> str:
+def _table(outcomes: Sequence[DeviceOutcome]) -> str:
     """All figures as CSV: assumption, side, quantity, value."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -146,10 +146,10 @@ def write_report(
     folder: Path,
     person: Wearer,
     devices: Sequence[Device],
-    outcomes: Sequence[Outcome],
+    outcomes: Sequence[DeviceOutcome],
     policy: Policy | None,
     *,
-    strategies: Sequence[Found] = (),
+    strategies: Sequence[SearchResult] = (),
 ) -> None:
     """Write device.html, device.pdf, device.csv, the devices, the person's body, the learned policy
     and what `gaitval check` and `compare` read into `folder`; walks are of `CYCLES`. `strategies`
@@ -157,15 +157,15 @@ def write_report(
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_urdf(person.task.model, folder / "model.urdf")
-    write_devices(folder / WORN, devices)
+    write_devices(folder / DEVICES_FILE, devices)
     curves = {each.assumption: each.curves for each in outcomes if each.curves is not None}
     sides = {side: [figures_of(each, side) for each in outcomes] for side in SIDES}
-    worn = {side: [TITLES[joint] for joint in _worn(curves, side)] for side in SIDES}
+    fitted = {side: [TITLES[joint] for joint in _with_device(curves, side)] for side in SIDES}
     tables = {
         side: [
             (name, [each.get(name) for each in found])
             for name in next((each for each in found if each), {})
-            if "of the device" not in name or name.partition(":")[0] in worn[side]
+            if "of the device" not in name or name.partition(":")[0] in fitted[side]
         ]
         for side, found in sides.items()
     }
@@ -178,7 +178,7 @@ def write_report(
         "tables": tables,
         "pushes": len(PUSHES),
         "strategies": strategies,
-        "regressions": said_of(
+        "regressions": predicted_power(
             outcomes, devices, person.task.configuration, person.task.model.mass
         ),
         "straps": [(each.assumption, strap_loads(each)) for each in outcomes if each.walk.hinges],

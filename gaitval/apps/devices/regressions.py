@@ -10,7 +10,7 @@ from typing import Final, Literal, NamedTuple
 
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.experiments import com_work_rate
-from gaitval.apps.devices.study import Outcome
+from gaitval.apps.devices.study import DeviceOutcome
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.model.devices.device import Device
@@ -63,7 +63,7 @@ REGRESSIONS: Final = (
 )
 
 
-class Said(NamedTuple):
+class PredictedPower(NamedTuple):
     """W/kg, by which metabolic power would change, as a regression has it."""
 
     low: float
@@ -91,22 +91,22 @@ def change(
     regression: Regression,
     now: dict[str, tuple[float, float]],
     before: dict[str, tuple[float, float]],
-) -> Said:
+) -> PredictedPower:
     """The change that a regression gives from powers without a device to those with it."""
     positive, negative = (now[regression.of][k] - before[regression.of][k] for k in (0, 1))
     paid = negative * regression.negative
     low, middle, high = (
         ratio * positive + paid for ratio in (regression.low, regression.middle, regression.high)
     )
-    return Said(min(low, high), middle, max(low, high))
+    return PredictedPower(min(low, high), middle, max(low, high))
 
 
-def said_of(
-    outcomes: Sequence[Outcome],
+def predicted_power(
+    outcomes: Sequence[DeviceOutcome],
     devices: Sequence[Device],
     configuration: Configuration,
     mass: float,
-) -> list[tuple[Regression, list[Said | None]]]:
+) -> list[tuple[Regression, list[PredictedPower | None]]]:
     """For each regression what it says of each of `outcomes`, whose first is without a device; None
     without a whole gait cycle, and of the joints' work where a motion is kept in which a prosthesis
     has one of them: what is missing there is no work of muscles. That of powered ankles is there
@@ -124,7 +124,7 @@ def said_of(
         hinge.joint in JOINTS and not hinge.muscles for each in devices for hinge in each.hinges
     )
 
-    def unknown(regression: Regression, outcome: Outcome) -> bool:
+    def unknown(regression: Regression, outcome: DeviceOutcome) -> bool:
         return lost and regression.of == "joints" and outcome.assumption == "kinematics kept"
 
     return [

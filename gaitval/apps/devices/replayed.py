@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gaitval.apps.devices.curves import CUTOFF
-from gaitval.apps.devices.study import Outcome, Wearer
+from gaitval.apps.devices.study import DeviceOutcome, Wearer
 from gaitval.constants import GRAVITY
 from gaitval.metrics.results import Method
 from gaitval.model.body import SEGMENTS, BodyModel
@@ -16,7 +16,7 @@ from gaitval.reporting.replay import FRAMES, scene, shown_walk
 from gaitval.simulation.rollout import Rollout
 
 
-def shown_method(person: Wearer, outcome: Outcome) -> Method:
+def shown_method(person: Wearer, outcome: DeviceOutcome) -> Method:
     """How a walk is shown: after as many strides as everywhere, or from the first if it falls."""
     settings, mass = person.task.configuration.validation, person.task.model.mass
     return Method(
@@ -33,14 +33,16 @@ def shown_method(person: Wearer, outcome: Outcome) -> Method:
     )
 
 
-def replayed(folder: Path, person: Wearer, outcomes: Sequence[Outcome]) -> dict[str, Any] | None:
+def replayed(
+    folder: Path, person: Wearer, outcomes: Sequence[DeviceOutcome]
+) -> dict[str, Any] | None:
     """What the page's replay shows: the last assumption with a whole stride, with the devices that
     the run `folder` has, and seen through the mean stride without; None without a whole stride.
     """
     without, *others = outcomes
     model: BodyModel = person.task.model
 
-    def walk(outcome: Outcome, beside: Any) -> Any:
+    def walk(outcome: DeviceOutcome, beside: Any) -> Any:
         rollout: Rollout = outcome.walk.rollout
         return shown_walk(model, rollout, shown_method(person, outcome), beside)
 

@@ -16,8 +16,8 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError
 
 if TYPE_CHECKING:
-    from gaitval.apps.devices.search import Found
-    from gaitval.apps.devices.study import Outcome, Say, Wearer
+    from gaitval.apps.devices.search import SearchResult
+    from gaitval.apps.devices.study import DeviceOutcome, Say, Wearer
 
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
@@ -38,7 +38,7 @@ MARGINS: Final = {
 value in ordinary walking. Cycles and pushes are counts that hang on single falls."""
 
 
-class Figure(NamedTuple):
+class DeviceFigure(NamedTuple):
     """A figure of a result.
 
     Attributes
@@ -54,7 +54,7 @@ class Figure(NamedTuple):
     value: float | None
 
 
-def figures_of(outcome: "Outcome", side: Side) -> dict[str, float]:
+def figures_of(outcome: "DeviceOutcome", side: Side) -> dict[str, float]:
     """Figures of an outcome on a side, by name with unit; empty without a complete gait cycle."""
     from gaitval.apps.devices.curves import JOINTS
 
@@ -81,25 +81,29 @@ def figures_of(outcome: "Outcome", side: Side) -> dict[str, float]:
     return found
 
 
-def figures(outcomes: "Sequence[Outcome]") -> list[Figure]:
+def figures(outcomes: "Sequence[DeviceOutcome]") -> list[DeviceFigure]:
     """All figures of a result."""
     found = []
     for outcome in outcomes:
-        found.append(Figure("gait cycles walked", outcome.assumption, "cycles", outcome.cycles))
+        found.append(
+            DeviceFigure("gait cycles walked", outcome.assumption, "cycles", outcome.cycles)
+        )
         if outcome.survived is not None:
             survived = float(outcome.survived)
-            found.append(Figure("pushes survived", outcome.assumption, "pushes", survived))
+            found.append(DeviceFigure("pushes survived", outcome.assumption, "pushes", survived))
         for side in SIDES:
             for name, value in figures_of(outcome, side).items():
                 quantity, _, unit = name.rpartition(" (")
-                found.append(Figure(quantity, f"{side}, {outcome.assumption}", unit[:-1], value))
+                found.append(
+                    DeviceFigure(quantity, f"{side}, {outcome.assumption}", unit[:-1], value)
+                )
     return found
 
 
-def searched(strategies: "Sequence[Found]") -> list[Figure]:
+def searched(strategies: "Sequence[SearchResult]") -> list[DeviceFigure]:
     """What each search found: its aim without the device and with the strategy."""
     return [
-        Figure(f"{each.device.name}: {each.aim.in_words()}", of, each.aim.unit, value)
+        DeviceFigure(f"{each.device.name}: {each.aim.in_words()}", of, each.aim.unit, value)
         for each in strategies
         for of, value in (("without", each.without), ("strategy found", each.best))
     ]
@@ -108,9 +112,9 @@ def searched(strategies: "Sequence[Found]") -> list[Figure]:
 def write_result(
     folder: Path,
     person: "Wearer",
-    outcomes: "Sequence[Outcome]",
+    outcomes: "Sequence[DeviceOutcome]",
     cycles: float,
-    strategies: "Sequence[Found]" = (),
+    strategies: "Sequence[SearchResult]" = (),
 ) -> None:
     """Write the `RESULT` of a `folder`; numbers with six digits."""
     about: dict[str, Any] = {"version": VERSION, "person": person.name, "walker": person.origin}
@@ -118,20 +122,20 @@ def write_result(
     write_json(folder / RESULT, about | {"searched": _rounded(searched(strategies))})
 
 
-def _rounded(rows: Sequence[Figure]) -> list[dict[str, Any]]:
+def _rounded(rows: Sequence[DeviceFigure]) -> list[dict[str, Any]]:
     return [
         each._replace(value=None if each.value is None else float(f"{each.value:.6g}"))._asdict()
         for each in rows
     ]
 
 
-def _read(folder: Path) -> tuple[dict[str, Any], list[Figure]]:
+def _read(folder: Path) -> tuple[dict[str, Any], list[DeviceFigure]]:
     path = folder / RESULT
     values = read_json(path)
     try:
         if values["version"] != VERSION:
             raise ValueError(f"version {values['version']}, not {VERSION}")
-        rows = [Figure(**each) for each in values["figures"]]
+        rows = [DeviceFigure(**each) for each in values["figures"]]
         for each in rows:
             if each.unit not in MARGINS:
                 raise ValueError(f"{each.quantity} is in {each.unit!r}")
@@ -147,7 +151,7 @@ def _read(folder: Path) -> tuple[dict[str, Any], list[Figure]]:
     return values, rows
 
 
-def stored(folder: Path) -> list[Figure]:
+def stored(folder: Path) -> list[DeviceFigure]:
     """The figures of a stored result. Raises ArtefactError."""
     return _read(folder)[1]
 
@@ -165,12 +169,12 @@ def person_of(folder: Path) -> str:
     return str(_read(folder)[0].get("person", ""))
 
 
-def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[Figure]:
+def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[DeviceFigure]:
     """The figures of a stored result, with everything but the learned policy worked out again.
     Raises GaitvalError.
     """
     from gaitval.apps.devices.study import outcomes, wearer
-    from gaitval.model.devices.drawn import worn_in
+    from gaitval.model.devices.drawn import devices_in
     from gaitval.policy.storage import load_policy
 
     about, _ = _read(folder)
@@ -179,7 +183,7 @@ def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[Figure]:
     learned = folder / "policy"
     found, _ = outcomes(
         person,
-        worn_in(folder),
+        devices_in(folder),
         samples=0,
         learned=load_policy(learned) if learned.is_dir() else None,
         cycles=float(about["cycles"]),
@@ -188,7 +192,9 @@ def walk_again(folder: Path, say: "Say" = lambda _: None) -> list[Figure]:
     return figures(found)
 
 
-def table(results: Mapping[str, Sequence[Figure]]) -> tuple[list[str], list[list[str | None]]]:
+def table(
+    results: Mapping[str, Sequence[DeviceFigure]],
+) -> tuple[list[str], list[list[str | None]]]:
     """Columns and rows of results side by side, by the names of their folders."""
     keys = dict.fromkeys(
         (row.quantity, row.of, row.unit) for each in results.values() for row in each
@@ -210,7 +216,7 @@ def table(results: Mapping[str, Sequence[Figure]]) -> tuple[list[str], list[list
     return ["quantity", "of", "unit", *found], rows
 
 
-def write_table(path: Path, results: Mapping[str, Sequence[Figure]]) -> None:
+def write_table(path: Path, results: Mapping[str, Sequence[DeviceFigure]]) -> None:
     """Write results side by side as CSV."""
     columns, rows = table(results)
     text = io.StringIO()
@@ -218,7 +224,9 @@ def write_table(path: Path, results: Mapping[str, Sequence[Figure]]) -> None:
     write_text(path, text.getvalue())
 
 
-def write_side_by_side(folder: Path, name: str, results: Mapping[str, Sequence[Figure]]) -> None:
+def write_side_by_side(
+    folder: Path, name: str, results: Mapping[str, Sequence[DeviceFigure]]
+) -> None:
     """Write results side by side as `name`.html, `name`.pdf and `name`.csv into `folder`."""
     from gaitval import __version__
     from gaitval.reporting.page import write_page

@@ -45,7 +45,7 @@ _START: Final = np.array([0.12, 0.20, 0.16, -0.4, 0.62, 0.16, 0.20, 0.4])
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What a search found.
 
     Attributes
@@ -133,7 +133,7 @@ def search_spline(
     *,
     others: Sequence[Device] = (),
     on_generation: Callable[[int, float], None] = lambda *_: None,
-) -> Found:
+) -> SearchResult:
     """Search the two bumps of a `device` on a `person` that make `aim` smallest, the person's
     control kept. `folder` keeps the state after each generation; `others` are devices that the
     person wears beside this one, and without it. `on_generation` is called with the generation and
@@ -164,8 +164,8 @@ def search_spline(
         spline = spline_of(x, motor.torque)
         outside = float(np.sum(np.maximum(_LOW - x, 0.0) + np.maximum(x - _HIGH, 0.0)))
         rough = max(0.0, steepest(spline, stride) / aim.torque_rate - 1.0)
-        worn = with_controller(device, aim.joint, spline)
-        environment = DeviceEnvironment(replace(task, devices=(worn, *others)))
+        fitted = with_controller(device, aim.joint, spline)
+        environment = DeviceEnvironment(replace(task, devices=(fitted, *others)))
         walk = walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES)
         try:
             curves = walk_curves(walk, task.configuration, mass)
@@ -199,17 +199,19 @@ def search_spline(
     spline = spline_of(x, motor.torque)
     tuned = with_controller(device, aim.joint, spline).model_copy(update={"search": None})
     count = len(history)
-    return Found(tuned, aim, spline.bumps, best * without, without, POPULATION * count, count)
+    return SearchResult(
+        tuned, aim, spline.bumps, best * without, without, POPULATION * count, count
+    )
 
 
 def tuned(
     person: Wearer, devices: Sequence[Device], folder: Path, *, say: Say = lambda _: None
-) -> tuple[list[Device], list[Found]]:
+) -> tuple[list[Device], list[SearchResult]]:
     """The devices as the person wears them: those with a `search` have the torque that it found. In
     `folder` each search has its state. Raises ConfigurationError, RecordError, ArtefactError.
     """
-    worn, found = list(devices), []
-    for k, device in enumerate(worn):
+    fitted, found = list(devices), []
+    for k, device in enumerate(fitted):
         if (aim := device.search) is None:
             continue
 
@@ -218,11 +220,11 @@ def tuned(
                 say(f"search for {name}, generation {generation}: {aim.quantity} is {best:.2f} of"
                     " what it is without the device")  # fmt: skip
 
-        others = [each for each in worn if each is not device]
+        others = [each for each in fitted if each is not device]
         state = folder / f"search-{device.name}"
         found.append(search_spline(person, device, aim, state, others=others, on_generation=shown))
-        worn[k] = found[-1].device
-    return worn, found
+        fitted[k] = found[-1].device
+    return fitted, found
 
 
 def _without(
@@ -257,15 +259,15 @@ def _searched(
     options = {"popsize": POPULATION, "seed": aim.seed + 1, "verbose": -9}
     strategy = cma.CMAEvolutionStrategy(_START / unit, 1.0, options)
     for generation in range(aim.generations):
-        asked = strategy.ask()
+        candidates = strategy.ask()
         if generation < len(history):
             answers = history[generation]
         else:
-            answers = [cost(np.asarray(x) * unit) for x in asked]
+            answers = [cost(np.asarray(x) * unit) for x in candidates]
             history.append(answers)
             folder.mkdir(parents=True, exist_ok=True)
             write_json(path, {"about": about, "answers": history})
-        strategy.tell(asked, answers)
+        strategy.tell(candidates, answers)
         on_generation(generation + 1, float(min(min(row) for row in history)))
     return np.asarray(strategy.result.xbest) * unit, float(strategy.result.fbest), history
 

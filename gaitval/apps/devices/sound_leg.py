@@ -8,11 +8,11 @@ from gaitval.errors import ConfigurationError
 from gaitval.model.devices.device import Device
 
 
-def check_side(subject: Subject, worn: Sequence[Device]) -> None:
-    """Raise ConfigurationError if one of the devices `worn` replaces a part of the leg on another
+def check_side(subject: Subject, fitted: Sequence[Device]) -> None:
+    """Raise ConfigurationError if one of the devices `fitted` replaces a part of the leg on another
     side than the `prosthesis` of the `subject`.
     """
-    for device in worn:
+    for device in fitted:
         if device.stumps and subject.prosthesis in SIDES and device.sides != (subject.prosthesis,):
             raise ConfigurationError(
                 f"{subject.identifier}: the prosthesis is on the {subject.prosthesis}, but the "

@@ -27,11 +27,11 @@ from gaitval.study.stored_policy import general_walker
 
 CYCLES: Final = 20.0
 """Gait cycles of each walk."""
-Push = tuple[float, float, float]
+_Push = tuple[float, float, float]
 """Phase, force N and direction rad."""
 
 
-def pushes_of(force: float) -> tuple[Push, ...]:
+def pushes_of(force: float) -> tuple[_Push, ...]:
     """Eight pushes of `force` N, one from each direction at changing phases."""
     return tuple((2.0 + 0.25 * (k % 4), force, 2.0 * math.pi * k / 8) for k in range(8))
 
@@ -67,14 +67,14 @@ class Wearer:
     file: Path | None = None
 
 
-def wearer(name_or_path: str, worn: Sequence[Device] = ()) -> Wearer:
+def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
     """The person of a built-in subject, a run folder, or a subject file, which walks with the
     general policy and may have `[[devices]]`. Raises SubjectError, PolicyError, and
-    ConfigurationError, also if one of these or of those `worn` replaces a part of the sound leg.
+    ConfigurationError, also if one of these or of those `fitted` replaces a part of the sound leg.
     """
     if not name_or_path.lower().endswith(".toml"):
         stored = gaitval.load_policy(name_or_path)
-        check_side(stored.subject, worn)
+        check_side(stored.subject, fitted)
         place = Path(name_or_path)
         return Wearer(
             stored.subject.identifier,
@@ -86,7 +86,7 @@ def wearer(name_or_path: str, worn: Sequence[Device] = ()) -> Wearer:
     path = Path(name_or_path)
     subject = load_subject(path)
     own = devices_of({"devices": subject.devices}, str(path)) if subject.devices else ()
-    check_side(subject, (*own, *worn))
+    check_side(subject, (*own, *fitted))
     configuration = Configuration()
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)
@@ -95,7 +95,7 @@ def wearer(name_or_path: str, worn: Sequence[Device] = ()) -> Wearer:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DeviceOutcome:
     """What becomes of a person by one assumption.
 
     Attributes
@@ -124,7 +124,7 @@ def pushes_survived(environment: WalkingEnvironment, policy: Policy, mu: Array) 
     return sum(not pushed(environment, policy, mu, push).fell for push in PUSHES)
 
 
-def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: Push) -> RolloutScore:
+def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: _Push) -> RolloutScore:
     """A walk until `AFTER` gait cycles after a push."""
     seconds = (push[0] + AFTER) * environment.task.reference.stride_time
     return score_rollout(environment, policy, mu=mu, start_phase=0.0, seconds=seconds, push=push)
@@ -138,7 +138,7 @@ def outcomes(
     learned: Policy | None = None,
     cycles: float = CYCLES,
     say: Say = lambda _: None,
-) -> tuple[list[Outcome], Policy | None]:
+) -> tuple[list[DeviceOutcome], Policy | None]:
     """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
     of each walk. `samples` are of the learned adaptation; none is made for 0. With `learned`, a
     policy that has learned the devices, they need not be learned. `say` is told what begins.
@@ -156,16 +156,16 @@ def outcomes(
 
     def found(
         assumption: str, walk: DeviceWalk, survived: int | None, moments: Array | None = None
-    ) -> Outcome:
+    ) -> DeviceOutcome:
         try:
             curves = walk_curves(walk, task.configuration, person_mass, moments)
         except RecordError:
             curves = None
         rollout = walk.rollout
         walked = float(rollout.phase[-1] - rollout.start_phase[0])
-        return Outcome(assumption, walk, curves, walked, bool(rollout.fell[0]), survived)
+        return DeviceOutcome(assumption, walk, curves, walked, bool(rollout.fell[0]), survived)
 
-    def walked(assumption: str, policy: Policy) -> Outcome:
+    def walked(assumption: str, policy: Policy) -> DeviceOutcome:
         walk = walk_with(environment, policy, mu=person.mu, cycles=cycles)
         return found(assumption, walk, pushes_survived(environment, policy, person.mu))
 

@@ -11,8 +11,8 @@ def lagged(command: Array, motor: Motor, step: float) -> Array:
     """(T,) Nm, what the motor's bandwidth alone makes of a `command` (T,) at steps of `step` s."""
     part = -np.expm1(-2.0 * np.pi * motor.bandwidth * step)
     found, torque = np.empty_like(command), 0.0
-    for t, asked in enumerate(command):
-        torque += part * (asked - torque)
+    for t, commanded in enumerate(command):
+        torque += part * (commanded - torque)
         found[t] = torque
     return found
 

@@ -83,7 +83,7 @@ def with_devices(
     )
 
 
-class Worn(NamedTuple):
+class FittedDevice(NamedTuple):
     """A hinge of a device on one side.
 
     Attributes
@@ -108,7 +108,7 @@ class Worn(NamedTuple):
         return self.hinge.strap is None and self.hinge.socket is None
 
 
-def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
+def fitted_devices(task: DeviceTask) -> tuple[FittedDevice, ...]:
     """The hinges of a task's devices, those of the right side first."""
     found = []
     for device in task.devices:
@@ -118,7 +118,7 @@ def worn_hinges(task: DeviceTask) -> tuple[Worn, ...]:
                 controller = task.own() if task.own and hinge.motor else hinge.controller
                 implicit = not (hinge.muscles or hinge.motor or hinge.socket)
                 joint = ACTUATED.index(name)
-                found.append(Worn(name, joint, side, hinge, device, controller, implicit))
+                found.append(FittedDevice(name, joint, side, hinge, device, controller, implicit))
     return tuple(found)
 
 
@@ -173,24 +173,24 @@ class DeviceWalker(Walker):
         arrays: WalkerArrays | None = None,
     ) -> None:
         self._person = task.person or task.model
-        self.worn = worn_hinges(task)
-        self._gone = np.array([w.joint for w in self.worn if not w.hinge.muscles], dtype=int)
+        self.fitted = fitted_devices(task)
+        self._gone = np.array([w.joint for w in self.fitted if not w.hinge.muscles], dtype=int)
         self._acts = np.ones(ACTUATED_COUNT)
         self._acts[self._gone] = 0.0
         # The implicit ones are the joint's own; all others are beside it.
-        self._inside = [w for w in self.worn if w.implicit]
-        self._beside = [w for w in self.worn if not w.implicit]
+        self._inside = [w for w in self.fitted if w.implicit]
+        self._beside = [w for w in self.fitted if not w.implicit]
         self._which = np.array([ROOT_DOFS + w.joint for w in self._beside], dtype=np.int64)
         self._numbers = np.zeros((len(self._beside), column.NUMBERS))
-        for row, worn in enumerate(self._beside):
-            self._numbers[row] = hinge_numbers(worn.hinge)
+        for row, fit in enumerate(self._beside):
+            self._numbers[row] = hinge_numbers(fit.hinge)
         self.hinges = np.zeros((len(self._beside), column.STATE))
         self._kept: list[Array] = []
         self.noise_seed = 0
         super().__init__(task, engine=engine, arrays=arrays)
         self._target = np.zeros(ACTUATED_COUNT)
         self._log = np.zeros((self.steps_per_action, len(self._beside), column.STATE))
-        motors = [worn.hinge.motor for worn in self._beside]
+        motors = [fit.hinge.motor for fit in self._beside]
         self._noise_sd = [
             command_noise(motor, self.physics_step, self.steps_per_action) if motor else 0.0
             for motor in motors
@@ -209,14 +209,14 @@ class DeviceWalker(Walker):
         positions, moments = tables.positions.copy(), tables.moments.copy()
         stiffness, damping = body.stiffness.copy(), body.damping.copy()
         total = body.total_damping.copy()
-        for worn in self.worn:
-            if worn.hinge.muscles:
+        for fit in self.fitted:
+            if fit.hinge.muscles:
                 continue
             # `_control` fills in those of implicit springs and dampers, before every action.
-            stiffness[worn.joint] = damping[worn.joint] = total[worn.joint] = 0.0
-            spring = worn.hinge.spring if worn.implicit else None
-            positions[:, worn.joint] = spring.rest if spring else 0.0
-            moments[:, worn.joint] = 0.0
+            stiffness[fit.joint] = damping[fit.joint] = total[fit.joint] = 0.0
+            spring = fit.hinge.spring if fit.implicit else None
+            positions[:, fit.joint] = spring.rest if spring else 0.0
+            moments[:, fit.joint] = 0.0
         self.body = body._replace(
             tables=tables._replace(positions=positions, moments=moments),
             stiffness=stiffness,
@@ -236,14 +236,14 @@ class DeviceWalker(Walker):
         stride = self.task.reference.stride_time
         self._estimates = {
             (id(device), side): PhaseEstimate(device.foot_switch, stride)
-            for device in {id(w.device): w.device for w in self.worn}.values()
+            for device in {id(w.device): w.device for w in self.fitted}.values()
             for side in SIDES
         }
         vertical = self._memory.reshape(2, -1, 3)[:, :, 2].sum(axis=1)
         for (_, side), estimate in self._estimates.items():
             estimate.start(float(vertical[SIDES.index(side)]))
         self._loads = vertical
-        self._asked: list[list[tuple[float, float]]] = [[] for _ in self._beside]
+        self._commanded: list[list[tuple[float, float]]] = [[] for _ in self._beside]
         # Until the first action nothing has moved.
         self.mean_moments[:] = 0.0
 
@@ -282,19 +282,19 @@ class DeviceWalker(Walker):
             recording.append(account, root_force)
 
     def _rows(self) -> Array:
-        """(N, H, 5) of the last action, in the order of `worn` and `LOGGED`."""
+        """(N, H, 5) of the last action, in the order of `fit` and `LOGGED`."""
         account = self._account
-        rows = np.zeros((len(account.phase), len(self.worn), len(LOGGED)))
+        rows = np.zeros((len(account.phase), len(self.fitted), len(LOGGED)))
         beside = 0
-        for h, worn in enumerate(self.worn):
-            if worn.implicit:
-                rows[:, h, 0] = account.moments[:, worn.joint]
+        for h, fit in enumerate(self.fitted):
+            if fit.implicit:
+                rows[:, h, 0] = account.moments[:, fit.joint]
             else:
                 rows[:, h] = self._log[:, beside, LOGGED]
                 beside += 1
-            if worn.rigid:
-                rows[:, h, 3] = account.positions[:, ROOT_DOFS + worn.joint]
-                rows[:, h, 4] = account.velocities[:, ROOT_DOFS + worn.joint]
+            if fit.rigid:
+                rows[:, h, 3] = account.positions[:, ROOT_DOFS + fit.joint]
+                rows[:, h, 4] = account.velocities[:, ROOT_DOFS + fit.joint]
         return rows
 
     def _add_forces(self, row: int, step: float) -> None:
@@ -305,25 +305,25 @@ class DeviceWalker(Walker):
         """Read the sensors, and set clutches, dampers and commands for the next action."""
         for (_, side), estimate in self._estimates.items():
             estimate.see(self._time, float(self._loads[SIDES.index(side)]))
-        for worn in self._inside:
-            self._set_joint(worn)
+        for fit in self._inside:
+            self._set_joint(fit)
         if self._inside and self._outside is not None:
             self._outside.set_servo(self.body.stiffness, self.body.total_damping)
-        for row, worn in enumerate(self._beside):
-            hinge, state = worn.hinge, self.hinges[row]
-            estimate = self._estimates[id(worn.device), worn.side]
+        for row, fit in enumerate(self._beside):
+            hinge, state = fit.hinge, self.hinges[row]
+            estimate = self._estimates[id(fit.device), fit.side]
             state[column.ENGAGED] = _engaged(hinge, estimate)
             state[column.EXTRA] = _further_damping(hinge, estimate)
-            if hinge.motor is None or worn.controller is None:
+            if hinge.motor is None or fit.controller is None:
                 continue
-            asked = float(worn.controller.torque(self._measured(worn, estimate, state)))
-            if not math.isfinite(asked):
+            commanded = float(fit.controller.torque(self._measured(fit, estimate, state)))
+            if not math.isfinite(commanded):
                 raise ValueError(
-                    f"{worn.device.name}: the controller at {worn.name} asked for {asked} Nm at "
+                    f"{fit.device.name}: the controller at {fit.name} asked for {commanded} Nm at "
                     f"{self._time:.3f} s, which no motor can do. Return a finite number."
                 )
-            queue = self._asked[row]
-            queue.append((self._time + hinge.motor.delay, asked))
+            queue = self._commanded[row]
+            queue.append((self._time + hinge.motor.delay, commanded))
             while len(queue) > 1 and queue[1][0] <= self._time + 1e-9:
                 queue.pop(0)
             if queue[0][0] <= self._time + 1e-9:
@@ -331,35 +331,35 @@ class DeviceWalker(Walker):
                 if self._noise_sd[row]:
                     state[column.COMMAND] += self._noise_sd[row] * self._noise.standard_normal()
 
-    def _set_joint(self, worn: Worn) -> None:
+    def _set_joint(self, fit: FittedDevice) -> None:
         """Spring and damper of a prosthetic joint, for the next action.
 
         A spring that pulls one way acts through whole actions, which are 6 ms: the joint may move a
         little before it acts or lets go.
         """
-        hinge, estimate = worn.hinge, self._estimates[id(worn.device), worn.side]
+        hinge, estimate = fit.hinge, self._estimates[id(fit.device), fit.side]
         acts = _engaged(hinge, estimate)
         spring, stiffness = hinge.spring, 0.0
         if spring is not None and acts:
-            away = spring.rest - self.state[0, ROOT_DOFS + worn.joint]
+            away = spring.rest - self.state[0, ROOT_DOFS + fit.joint]
             stiffness = spring.stiffness if _PULLS[spring.pulls] * away >= 0.0 else 0.0
-        self.body.stiffness[worn.joint] = stiffness
+        self.body.stiffness[fit.joint] = stiffness
         damping = (hinge.damping if acts else 0.0) + _further_damping(hinge, estimate)
-        self.body.total_damping[worn.joint] = damping
+        self.body.total_damping[fit.joint] = damping
 
-    def _measured(self, worn: Worn, estimate: PhaseEstimate, state: Array) -> Measured:
+    def _measured(self, fit: FittedDevice, estimate: PhaseEstimate, state: Array) -> Measured:
         return Measured(
             time=self._time,
-            side=worn.side,
+            side=fit.side,
             phase=estimate.phase,
             stride_time=estimate.stride_time,
             loaded=estimate.loaded,
             angle=float(state[column.ANGLE]),
             speed=float(state[column.SPEED]),
             torque=float(state[column.LIMB]),
-            moment=float(self.mean_moments[worn.joint]),
-            inclination=self._inclination(worn.name),
-            forward=-1.0 if worn.name.startswith(("knee", "lumbar_extension")) else 1.0,
+            moment=float(self.mean_moments[fit.joint]),
+            inclination=self._inclination(fit.name),
+            forward=-1.0 if fit.name.startswith(("knee", "lumbar_extension")) else 1.0,
             mass=self._person.mass,
         )
 
@@ -396,26 +396,26 @@ class DeviceWalker(Walker):
         """
         unused = np.zeros(before.shape[1])
         hinge_torques(self.physics_step, before, self._which, self._numbers, self.hinges, unused)
-        rows, beside = np.zeros((len(self.worn), len(LOGGED))), 0
-        for h, worn in enumerate(self.worn):
-            angle, rate = after[:, ROOT_DOFS + worn.joint]
-            if worn.implicit:
+        rows, beside = np.zeros((len(self.fitted), len(LOGGED))), 0
+        for h, fit in enumerate(self.fitted):
+            angle, rate = after[:, ROOT_DOFS + fit.joint]
+            if fit.implicit:
                 # As in a walk, whose joints' own springs and dampers act by the state after a step.
-                rest = self.body.tables.positions[0, worn.joint]
+                rest = self.body.tables.positions[0, fit.joint]
                 rows[h, 0] = (
-                    self.body.stiffness[worn.joint] * (rest - angle)
-                    - self.body.total_damping[worn.joint] * rate
+                    self.body.stiffness[fit.joint] * (rest - angle)
+                    - self.body.total_damping[fit.joint] * rate
                 )
             else:
                 rows[h] = self.hinges[beside, LOGGED]
                 beside += 1
-            if worn.rigid:
+            if fit.rigid:
                 rows[h, 3:] = angle, rate
         return rows
 
     def logged(self) -> Array:
         """(T, H, 5) what was kept of the recorded steps, in the order of `worn` and `LOGGED`."""
-        return np.concatenate(self._kept) if self._kept else np.zeros((0, len(self.worn), 5))
+        return np.concatenate(self._kept) if self._kept else np.zeros((0, len(self.fitted), 5))
 
 
 def _further_damping(hinge: Hinge, estimate: PhaseEstimate) -> float:
@@ -579,5 +579,5 @@ def walk_with(
     )
     walker = environment.walker
     log = walker.logged()
-    names = tuple(worn.name for worn in walker.worn)
+    names = tuple(fit.name for fit in walker.fitted)
     return DeviceWalk(rollout, names, *(log[:, :, k] for k in range(len(LOGGED))))

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_text
 from gaitval.constants import GRAVITY
@@ -27,7 +27,7 @@ _HEADER: Final = """version 4
 """
 
 
-def write_biomod(folder: Path, walked: Walked) -> list[Path]:
+def write_biomod(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError."""
     write_text(folder / "person.bioMod", biomod_text(walked))
     rows, walk = walked.rows, walked.walk
@@ -55,7 +55,7 @@ def coordinate_names() -> list[str]:
     return [*root, *(name for names in JOINT_COORDINATES.values() for name in names)]
 
 
-def biomod_text(walked: Walked) -> str:
+def biomod_text(walked: ExportedWalk) -> str:
     """The scaled body with the person's markers, as a bioMod file of version 4."""
     parts = [_HEADER, f"gravity 0 0 {-GRAVITY!r}\n"]
     parts += [_segment(each) for each in walked.body.segments]

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.inverse.marked_body import marker_positions
 from gaitval.mocap.c3d_writing import write_c3d
@@ -26,13 +26,13 @@ MARGIN: Final = 0.5
 """m, of the plates around the places of the pelvis."""
 
 
-def write_c3d_file(folder: Path, walked: Walked) -> list[Path]:
+def write_c3d_file(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILE` into `folder`; returns its path. Raises ArtefactError."""
     write_c3d(folder / FILE, recording_of(walked))
     return [folder / FILE]
 
 
-def recording_of(walked: Walked) -> Recording:
+def recording_of(walked: ExportedWalk) -> Recording:
     """Markers and plates of the exported rows, less those that fill no frame."""
     rows, walk = walked.rows, walked.walk
     whole = slice(rows.start, rows.start + (rows.stop - rows.start) // CAMERA_STEPS * CAMERA_STEPS)

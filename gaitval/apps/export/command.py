@@ -47,10 +47,10 @@ def export(
     half of it.
     """
     from gaitval.apps.export.formats import export_to, writer_of
-    from gaitval.apps.export.walked import Walked
+    from gaitval.apps.export.walked import ExportedWalk
 
     writer_of(to)  # a name that is none is refused before anything is computed
-    found = Walked.of(walker)
+    found = ExportedWalk.of(walker)
     display.messages.print(
         f"Writing: {found.stored.subject.identifier} for {to}, from {found.stored.folder}.",
     )

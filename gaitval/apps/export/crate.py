@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.artefacts import copy_files, file_hash, versions, write_json
 
 FILE: Final = "ro-crate-metadata.json"
@@ -41,7 +41,9 @@ _PARTS: Final = {
 }
 
 
-def write_crate(folder: Path, walked: Walked, parts: Mapping[str, Sequence[Path]]) -> list[Path]:
+def write_crate(
+    folder: Path, walked: ExportedWalk, parts: Mapping[str, Sequence[Path]]
+) -> list[Path]:
     """Describe the files of `parts`, which are in folders of that name below `folder`; returns the
     paths of all. What the run says of its accuracy is copied to `accuracy/`. Raises ArtefactError.
     """
@@ -62,7 +64,7 @@ def write_crate(folder: Path, walked: Walked, parts: Mapping[str, Sequence[Path]
     return [folder / FILE, *(path for paths in parts.values() for path in paths)]
 
 
-def _root(walked: Walked, parts: Mapping[str, Sequence[Path]]) -> list[dict[str, Any]]:
+def _root(walked: ExportedWalk, parts: Mapping[str, Sequence[Path]]) -> list[dict[str, Any]]:
     subject = walked.stored.subject
     made_by, record = "#gaitval", "#record"
     return [

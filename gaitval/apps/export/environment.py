@@ -14,16 +14,16 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.policy.environment import WalkingEnvironment
 
 NAME: Final = "gaitval/Walker-v0"
 
 
 @cache
-def _walked(walker: str) -> Walked:
+def _walked(walker: str) -> ExportedWalk:
     """The reference of a person takes seconds, so environments of one process share it."""
-    return Walked.of(walker)
+    return ExportedWalk.of(walker)
 
 
 class WalkerEnvironment(WalkingEnvironment):

@@ -12,13 +12,13 @@ from gaitval.apps.export.locohub import write_locohub
 from gaitval.apps.export.mujoco_folder import write_mujoco
 from gaitval.apps.export.opensim_folder import write_opensim
 from gaitval.apps.export.training_folder import write_training
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.errors import ArtefactError, ConfigurationError
 
-Writer = Callable[[Path, Walked], list[Path]]
+_Writer = Callable[[Path, ExportedWalk], list[Path]]
 """Writes files into a folder, which it makes; returns their paths. Raises ArtefactError."""
 
-FORMATS: Final[dict[str, Writer]] = {
+FORMATS: Final[dict[str, _Writer]] = {
     "mujoco": write_mujoco,
     "gymnasium": write_training,
     "opensim": write_opensim,
@@ -28,12 +28,12 @@ FORMATS: Final[dict[str, Writer]] = {
 }
 
 
-def _bundle(folder: Path, walked: Walked) -> list[Path]:
+def _bundle(folder: Path, walked: ExportedWalk) -> list[Path]:
     parts = {name: write(folder / name, walked) for name, write in FORMATS.items()}
     return write_crate(folder, walked, parts)
 
 
-def export_to(name: str, folder: Path, walked: Walked) -> list[Path]:
+def export_to(name: str, folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write a format by its `name` of what was `walked` into `folder`; returns the paths of its
     files. Raises ConfigurationError if there is no such format, ArtefactError if the folder cannot
     be made or written to.
@@ -45,7 +45,7 @@ def export_to(name: str, folder: Path, walked: Walked) -> list[Path]:
     return writer_of(name)(folder, walked)
 
 
-def writer_of(name: str) -> Writer:
+def writer_of(name: str) -> _Writer:
     """What writes a format by its name. Raises ConfigurationError for others."""
     writers = FORMATS | {"bundle": _bundle}
     if name not in writers:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing
 from gaitval.constants import GRAVITY
@@ -47,7 +47,7 @@ _FORCES: Final = (("anterior", 0, 1.0), ("lateral", 1, -1.0), ("vertical", 2, 1.
 """Their name of each of our axes, and its sign: OpenSim's lateral is to the right, ours left."""
 
 
-def write_locohub(folder: Path, walked: Walked) -> list[Path]:
+def write_locohub(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILE` into `folder`; returns its path. Raises ArtefactError."""
     path = folder / FILE
     with replacing(path) as temporary:
@@ -55,7 +55,7 @@ def write_locohub(folder: Path, walked: Walked) -> list[Path]:
     return [path]
 
 
-def locohub_frame(walked: Walked) -> "pd.DataFrame":
+def locohub_frame(walked: ExportedWalk) -> "pd.DataFrame":
     """A row for each of `POINTS` points of each cycle of the walk, right foot's first."""
     import pandas as pd
 
@@ -98,7 +98,7 @@ def _name(identifier: str) -> str:
     return f"GV_AB{int(hashlib.sha256(identifier.encode()).hexdigest(), 16) % 900_000 + 100_000}"
 
 
-def _speed(walked: Walked, start: int, end: int) -> float:
+def _speed(walked: ExportedWalk, start: int, end: int) -> float:
     place, time = walked.walk.centre_of_mass[:, 0], walked.walk.time
     return float((place[end] - place[start]) / (time[end] - time[start]))
 
@@ -107,7 +107,7 @@ def _at(values: Array, samples: Array) -> Array:
     return np.asarray(interpolated(values, samples[None])[0])
 
 
-def _curves(walked: Walked) -> dict[Side | str, dict[str, Array]]:
+def _curves(walked: ExportedWalk) -> dict[Side | str, dict[str, Array]]:
     """Curves (T,) over the walk of each side, and of pelvis and trunk under ""."""
     walk, task = walked.walk, walked.stored.task
     mass = walked.stored.model.mass

@@ -8,7 +8,7 @@ import numpy as np
 from safetensors.numpy import save_file
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.artefacts import replacing, write_json, write_text
 from gaitval.contact import cubic, hunt_crossley
@@ -34,7 +34,7 @@ _LIMB = {"thigh": 0.065, "shank": 0.045, "foot": 0.03, "upper_arm": 0.04}
 """m, radius of a limb as drawn; convention."""
 
 
-def write_mujoco(folder: Path, walked: Walked) -> list[Path]:
+def write_mujoco(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError."""
     write_text(folder / "person.xml", person_xml(walked))
     write_json(folder / "walker.json", _numbers(walked))
@@ -56,13 +56,13 @@ def write_mujoco(folder: Path, walked: Walked) -> list[Path]:
     return [folder / name for name in FILES]
 
 
-def _started(walked: Walked) -> None:
+def _started(walked: ExportedWalk) -> None:
     """Body parameters, height and observed parameters of the validated walk, at phase 0."""
     options = {"phase": 0.0, "mu": walked.mu, "push": None, "noise": 0.0}
     walked.environment.reset(seed=0, options=options)
 
 
-def person_xml(walked: Walked) -> str:
+def person_xml(walked: ExportedWalk) -> str:
     """The body as MJCF: servos as joint springs and actuators, feet on MuJoCo's own contact, limbs
     to look at, and the start of the walk as a keyframe.
     """
@@ -124,7 +124,7 @@ def _limbs(root: ElementTree.Element, model: BodyModel) -> None:
             )  # fmt: skip
 
 
-def _keyframe(root: ElementTree.Element, walked: Walked) -> None:
+def _keyframe(root: ElementTree.Element, walked: ExportedWalk) -> None:
     walker = walked.environment.walker
     q, rates = walker.state
     turn = Rotation.from_rotvec(q[:3])
@@ -143,7 +143,7 @@ def _keyframe(root: ElementTree.Element, walked: Walked) -> None:
         key.set(name, " ".join(repr(float(value)) for value in values))
 
 
-def _numbers(walked: Walked) -> dict[str, object]:
+def _numbers(walked: ExportedWalk) -> dict[str, object]:
     """What `walk.py` reads beside the model and the tables."""
     _started(walked)
     environment, walker = walked.environment, walked.environment.walker

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.apps.export.virtual_markers import virtual_markers
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.coordinates import ROOT
 from gaitval.mocap.recording import FootForces
@@ -28,7 +28,7 @@ FILES: Final = (
 )  # fmt: skip
 
 
-def write_opensim(folder: Path, walked: Walked) -> list[Path]:
+def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError or ModelError."""
     paths = [folder / name for name in FILES]
     model, motion, moments, reaction, loads, quantities = paths
@@ -47,7 +47,7 @@ def write_opensim(folder: Path, walked: Walked) -> list[Path]:
     return paths
 
 
-def foot_forces(walked: Walked) -> FootForces:
+def foot_forces(walked: ExportedWalk) -> FootForces:
     """Force, centre of pressure and free moment on each foot, over the exported rows."""
     wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.acting]
     force, moment = wrenches[..., :3].copy(), wrenches[..., 3:]

@@ -22,17 +22,17 @@ HERE = Path(__file__).resolve().parent
 EPISODES = 100
 SECONDS = 5.0
 """Between two lines of progress."""
-HELD = 5
+REPEATED = 5
 """Steps of the environment for which an action is held: 30 ms, in which a joint can follow."""
 
 
-class Held(gymnasium.Wrapper[Any, Any, Any, Any]):
+class RepeatedAction(gymnasium.Wrapper[Any, Any, Any, Any]):
     """An action acts for several steps, whose rewards are added."""
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """`HELD` steps, or as many as there are before the episode ends."""
+        """`REPEATED` steps, or as many as there are before the episode ends."""
         total = 0.0
-        for _ in range(HELD):
+        for _ in range(REPEATED):
             observation, reward, fell, over, info = self.env.step(action)
             total += float(reward)
             if fell or over:
@@ -53,7 +53,7 @@ def main() -> None:
         n_envs=8,
         seed=arguments.seed,
         env_kwargs={"walker": arguments.walker, "render_mode": None},
-        wrapper_class=Held,
+        wrapper_class=RepeatedAction,
     )
     normalised = VecNormalize(environments, gamma=0.97)
     learner = PPO(

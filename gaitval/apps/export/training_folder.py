@@ -3,11 +3,11 @@
 from importlib.resources import files
 from pathlib import Path
 
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.artefacts import write_text
 
 
-def write_training(folder: Path, walked: Walked) -> list[Path]:
+def write_training(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `walker/`, which `gaitval/Walker-v0` takes, and `train.py`; returns the paths of all
     files. Raises ArtefactError.
     """

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 import gaitval
-from gaitval.apps.export.walked import Walked
+from gaitval.apps.export.walked import ExportedWalk
 from gaitval.model.markers import ModelMarker
 
 JOINT_CENTRES: Final = {
@@ -23,12 +23,12 @@ JOINT_CENTRES: Final = {
 """Virtual markers, and the segment whose frame begins there."""
 
 
-def virtual_markers(walked: Walked) -> list[ModelMarker]:
+def virtual_markers(walked: ExportedWalk) -> list[ModelMarker]:
     """The markers that the person wore, on the segments as placed by standing, then the joint
     centres. A person without standing markers has the joint centres alone.
     """
     symmetric = walked.stored.configuration.scaling.symmetric
-    worn = gaitval.scale(walked.stored.subject, symmetric=symmetric).markers
-    own = [marker for marker in worn if marker.name not in JOINT_CENTRES]
+    attached = gaitval.scale(walked.stored.subject, symmetric=symmetric).markers
+    own = [marker for marker in attached if marker.name not in JOINT_CENTRES]
     centres = [ModelMarker(name, segment, np.zeros(3)) for name, segment in JOINT_CENTRES.items()]
     return [*own, *centres]

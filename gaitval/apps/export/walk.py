@@ -1,15 +1,16 @@
 """Walk in plain MuJoCo, as a person whom gaitval exported: `python walk.py --cycles 100`.
 
-Needs mujoco, numpy and safetensors, and the files beside it; nothing of gaitval. `Walker` is the
-person: `reset`, `act`, `step`, as an environment.
+Needs mujoco, numpy and safetensors, and the files beside it; nothing of gaitval. `MujocoWalker` is
+the person: `reset`, `act`, `step`, as an environment.
 
 The joints are springs and dampers of `person.xml`; its actuators move their targets. The damping
 there has the time step times the stiffness added: MuJoCo's Euler integrates damping implicitly, and
 that much makes the spring implicit too. So a step of 2 ms suffices, as in gaitval's own engine.
 
 The ground is a smooth Hunt-Crossley law (Serrancoli et al. 2019), or a cubic one, which MuJoCo's
-contact cannot express: `Ground` computes it and applies it to the feet, and MuJoCo's own contact
-is off. Opened without this script, `person.xml` stands on MuJoCo's own contact, which is similar.
+contact cannot express: `GroundContact` computes it and applies it to the feet, and MuJoCo's own
+contact is off. Opened without this script, `person.xml` stands on MuJoCo's own contact, which is
+similar.
 """
 
 import argparse
@@ -63,7 +64,7 @@ def cubic(law: Any, radius: Any, height: Any, velocity: Any) -> Any:
 LAWS = {"hunt_crossley": hunt_crossley, "cubic": cubic}
 
 
-class Ground:
+class GroundContact:
     """The contact of the feet: computes the law and applies it as forces on their bodies.
 
     The force is linearly implicit in the velocity: f = (f(v) + a f') / (1 + a), with f' the force
@@ -110,7 +111,7 @@ class Ground:
         return self.feet @ force
 
 
-class Walker:
+class MujocoWalker:
     """The person in MuJoCo.
 
     Parameters
@@ -132,7 +133,7 @@ class Walker:
         self.model = mujoco.MjModel.from_xml_path(str(folder / "person.xml"))
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         self.data = mujoco.MjData(self.model)
-        self.ground = Ground(self.model, self.numbers)
+        self.ground = GroundContact(self.model, self.numbers)
         n = self.numbers
         self.stiffness, self.damping = np.array(n["stiffness"]), np.array(n["damping"])
         self.total_damping = np.array(n["total_damping"])
@@ -193,12 +194,12 @@ class Walker:
         """Advance by an action; returns the observation, and whether the person fell."""
         n = self.numbers
         bias = self.tables["action_bias"][int(self.phase % 1.0 * len(self.tables["action_bias"]))]
-        asked = np.zeros(26, dtype=np.float32)
-        asked[: len(action)] = action - bias
-        asked = np.clip(asked, -n["action_limit"], n["action_limit"]).astype(float)
+        requested = np.zeros(26, dtype=np.float32)
+        requested[: len(action)] = action - bias
+        requested = np.clip(requested, -n["action_limit"], n["action_limit"]).astype(float)
         if self._mirrored():
-            asked = self.signs[-26:] * asked[self.action_order]
-        self.action = self.shares * asked
+            requested = self.signs[-26:] * requested[self.action_order]
+        self.action = self.shares * requested
         pace = 1.0 + n["pace_scale"] * self.action[-1]
         slope = n["action_scale"] * self.action[:-1] - self.offset
         target = self.offset.copy()
@@ -216,8 +217,8 @@ class Walker:
 
     def _physics_step(self, offset: Any, pace: float) -> None:
         data, n = self.data, self.numbers
-        asked = _row(self.servo, self.phase)
-        angle, rate, moment = asked[:25], asked[25:50], asked[50:]
+        requested = _row(self.servo, self.phase)
+        angle, rate, moment = requested[:25], requested[25:50], requested[50:]
         command = self.stiffness * (angle + offset) + self.damping * pace * rate + moment
         mujoco.mj_step1(self.model, data)
         self.ground_reaction = self.ground.apply(data)
@@ -334,7 +335,9 @@ def _row(table: Any, phase: float) -> Any:
     return (1.0 - part) * table[row] + part * table[row + 1]
 
 
-def walk(walker: Walker, cycles: float, start_phase: float = 0.0) -> tuple[dict[str, Any], bool]:
+def walk(
+    walker: MujocoWalker, cycles: float, start_phase: float = 0.0
+) -> tuple[dict[str, Any], bool]:
     """Walk; returns time s, phase, positions (T, 31) rad and m (rotation vector and place of the
     pelvis, joint angles), joint moments (T, 25) Nm, ground reaction (T, 2, 3) N; and a fall.
     """
@@ -346,7 +349,7 @@ def walk(walker: Walker, cycles: float, start_phase: float = 0.0) -> tuple[dict[
     return dict(zip(names, map(np.array, zip(*recording, strict=True)), strict=True)), fell
 
 
-def view(walker: Walker, start_phase: float = 0.0) -> None:
+def view(walker: MujocoWalker, start_phase: float = 0.0) -> None:
     """Show the walk in MuJoCo's viewer, at the speed of life, until it is closed."""
     import time
 
@@ -355,12 +358,12 @@ def view(walker: Walker, start_phase: float = 0.0) -> None:
     observation = walker.reset(start_phase)
     with mujoco.viewer.launch_passive(walker.model, walker.data) as window:
         while window.is_running():
-            begun, before = time.perf_counter(), walker.data.time
+            started, before = time.perf_counter(), walker.data.time
             observation, fell = walker.step(walker.act(observation))
             if fell:
                 observation = walker.reset(start_phase)
             window.sync()
-            time.sleep(max(0.0, walker.data.time - before - time.perf_counter() + begun))
+            time.sleep(max(0.0, walker.data.time - before - time.perf_counter() + started))
 
 
 def main() -> int:
@@ -381,7 +384,7 @@ def main() -> int:
             arguments.out.touch()
         except OSError as error:
             parser.error(f"--out {arguments.out}: cannot be written ({error.strerror})")
-    walker = Walker(Path(__file__).resolve().parent)
+    walker = MujocoWalker(Path(__file__).resolve().parent)
     if arguments.view:
         view(walker, arguments.start_phase)
         return 0

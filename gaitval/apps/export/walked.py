@@ -21,7 +21,7 @@ CYCLES = 12
 
 
 @dataclass(frozen=True)
-class Walked:
+class ExportedWalk:
     """A policy as it was `stored`, with its subject and settings, and as it is validated: the
     identified body and the corrected reference.
     """
@@ -29,7 +29,7 @@ class Walked:
     stored: StoredPolicy
 
     @classmethod
-    def of(cls, subject_or_run: str | Path) -> "Walked":
+    def of(cls, subject_or_run: str | Path) -> "ExportedWalk":
         """The stored walker of a subject or a run folder. Raises PolicyError or SubjectError."""
         return cls(gaitval.load_policy(subject_or_run))
 

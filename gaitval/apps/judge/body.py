@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.model import Body
+from gaitval.apps.judge.opensim.model import OpenSimBody
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
 from gaitval.metrics.tolerances import Measure, measured
@@ -101,7 +101,7 @@ def _gyration(skeleton: Skeleton, segment: str) -> list[Measure]:
     return [measured("gyration_factor", segment, _factor(_across(body) / length, expected))]
 
 
-def _across(body: Body) -> float:
+def _across(body: OpenSimBody) -> float:
     """Radius of gyration about the axes across the long one, m: the two larger moments."""
     moments = np.sort(np.linalg.eigvalsh(body.inertia))
     return float(np.sqrt(max(moments[1:].mean(), 0.0) / body.mass))

@@ -67,12 +67,12 @@ def judge(
     exit code is 1 if a limit that decides has failed, or if nothing of what was given could be
     judged: limits that are kept say nothing then.
     """
-    from gaitval.apps.judge.judge import Request
+    from gaitval.apps.judge.judge import JudgeRequest
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.write import NAME, write_judgement, write_result
     from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
     from gaitval.errors import ConfigurationError
-    from gaitval.folder_lock import held
+    from gaitval.folder_lock import locked
 
     if mass is not None and height is not None:
         problems = mass_and_height_problems(mass, height)
@@ -85,13 +85,13 @@ def judge(
         ]
     if problems:
         raise ConfigurationError(" ".join(problems))
-    request = Request(
+    request = JudgeRequest(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
         ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,
         reduced=reduced,
     )  # fmt: skip
     found = judged(request)
-    with held(out):  # or the page of one and the numbers of another could lie side by side
+    with locked(out):  # or the page of one and the numbers of another could lie side by side
         try:
             result, page = write_judgement(found, out), f"Page: {out / NAME}.html"
         except ConfigurationError as error:

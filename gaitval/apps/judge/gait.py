@@ -37,7 +37,7 @@ OTHER_FOOT: Final = 0.5
 
 
 @dataclass(frozen=True)
-class Gait:
+class JudgedGait:
     """What a walk is.
 
     Attributes
@@ -65,7 +65,7 @@ class Gait:
         return float(np.linalg.norm(self.forces.force, axis=2).max())
 
 
-def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
+def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> JudgedGait:
     """Events, cycles and forces of a `motion` of `skeleton`; events are those of the `loads` if
     there are any. Raises RecordError if the forces are not of this motion.
     """
@@ -117,7 +117,7 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Gait:
             for one in cycles[side]
             if one.kinematics_valid
         ]
-    return Gait(
+    return JudgedGait(
         forces=forces,
         cycles=cycles,
         speed=float(np.nanmean(speeds)) if speeds else float("nan"),
@@ -163,7 +163,7 @@ def mean_curve(time: Array, values: Array, cycles: list[GaitCycle]) -> tuple[Arr
     return None if found is None else (found.mean, found.deviation)
 
 
-def valid(gait: Gait, side: Side, *, kinetics: bool) -> list[GaitCycle]:
+def valid(gait: JudgedGait, side: Side, *, kinetics: bool) -> list[GaitCycle]:
     """Cycles of a `side` in `gait` that count; for moments (`kinetics`) those whose forces the
     plates show, if there are any plates.
     """
@@ -173,7 +173,7 @@ def valid(gait: Gait, side: Side, *, kinetics: bool) -> list[GaitCycle]:
     ]
 
 
-def weight_ratio(gait: Gait, mass: float) -> float:
+def weight_ratio(gait: JudgedGait, mass: float) -> float:
     """Mean vertical force over whole gait cycles, over the weight of a mass (kg); NaN if no cycle
     shows the forces of both feet.
     """

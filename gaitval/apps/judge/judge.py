@@ -12,7 +12,7 @@ from scipy.ndimage import binary_dilation
 from gaitval.apps.judge import markers as of_markers
 from gaitval.apps.judge.angle_units import check_unit
 from gaitval.apps.judge.body import body_measures, stature_of_legs
-from gaitval.apps.judge.gait import Gait, find_gait, mean_curve, valid, weight_ratio
+from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid, weight_ratio
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
 from gaitval.apps.judge.opensim.model import OsimModel
@@ -53,7 +53,7 @@ LOG_AGREES: Final = 1e-3
 
 
 @dataclass(frozen=True)
-class Request:
+class JudgeRequest:
     """What is judged.
 
     Attributes
@@ -93,12 +93,12 @@ class Request:
 class Judgement:
     """What was found; see `JudgeResult` for what becomes of it."""
 
-    request: Request
+    request: JudgeRequest
     skeleton: Skeleton
     measures: list[Measure] = field(default_factory=list)
     motion: Motion | None = None
-    gait: Gait | None = None
-    marker_errors: of_markers.MarkerErrors | None = None
+    gait: JudgedGait | None = None
+    marker_errors: of_markers.ModelMarkerErrors | None = None
     log_difference: tuple[float, int] | None = None
     residuals: Residuals | None = None
     residual_curves: tuple[Array, Array, Array] | None = None
@@ -150,7 +150,7 @@ class Judgement:
         return None if leg is None else stature_of_legs(leg)
 
 
-def judge(request: Request) -> Judgement:
+def judge(request: JudgeRequest) -> Judgement:
     """Read the files of `request` and judge what they allow to be judged. Raises GaitvalError if a
     file cannot be used, or the files do not belong together.
     """
@@ -158,12 +158,12 @@ def judge(request: Request) -> Judgement:
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
         found = _judged(request)
-    said = [f"{one.message}." for one in passed_over if issubclass(one.category, RecordWarning)]
-    found.findings[:0] = dict.fromkeys(said)
+    messages = [f"{one.message}." for one in passed_over if issubclass(one.category, RecordWarning)]
+    found.findings[:0] = dict.fromkeys(messages)
     return found
 
 
-def _judged(request: Request) -> Judgement:
+def _judged(request: JudgeRequest) -> Judgement:
     model = read_model(request.model)
     found = Judgement(request, skeleton(model))
     _model(found)
@@ -173,8 +173,10 @@ def _judged(request: Request) -> Judgement:
             for name in ("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads")
             if (given := getattr(request, name)) is not None
         ]
-        said = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
-        found.not_judged.append(f"Motion: give the results of inverse kinematics with --ik.{said}")
+        message = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
+        found.not_judged.append(
+            f"Motion: give the results of inverse kinematics with --ik.{message}"
+        )
         return found
     table = read_storage(request.ik)
     found.motion = motion_of(model, table, str(request.ik))

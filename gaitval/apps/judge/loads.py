@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.fields import Element, child, flag, read_document, text
+from gaitval.apps.judge.opensim.fields import child, flag, read_document, text
 from gaitval.apps.judge.opensim.model import GROUND
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.coordinates import Side

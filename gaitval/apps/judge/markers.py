@@ -21,7 +21,7 @@ SAME_TIME: Final = 1e-4
 
 
 @dataclass(frozen=True)
-class MarkerErrors:
+class ModelMarkerErrors:
     """Distances between measured and model markers.
 
     Attributes
@@ -53,7 +53,7 @@ class MarkerErrors:
 
 def placed_errors(
     model: OsimModel, motion: Motion, recording: Recording, used: Sequence[str] | None
-) -> MarkerErrors:
+) -> ModelMarkerErrors:
     """Errors of the frames of a `recording`, in the axes of the ground of `model`, that the
     `motion` covers; of the markers that inverse kinematics `used`, all that both have if None.
     Raises RecordError if model and recording share no marker, or no time.
@@ -86,7 +86,7 @@ def placed_errors(
     if not known.any():
         raise RecordError(f"{recording.source}: no marker of the model is seen in the motion.")
     distances, times = distances[known], times[known]
-    return MarkerErrors(
+    return ModelMarkerErrors(
         time=times,
         rms=np.sqrt(np.nanmean(distances**2, axis=1)),
         largest=np.nanmax(distances, axis=1),
@@ -95,7 +95,7 @@ def placed_errors(
     )
 
 
-def logged_errors(path: Path) -> MarkerErrors:
+def logged_errors(path: Path) -> ModelMarkerErrors:
     """Errors that OpenSim's inverse kinematics reported in `path` (`…_ik_marker_errors.sto`).
     Raises RecordError if it is not such a file.
     """
@@ -109,10 +109,10 @@ def logged_errors(path: Path) -> MarkerErrors:
     rms, largest = table.column(RMS_COLUMN), table.column(LARGEST_COLUMN)
     if not (np.isfinite(rms).all() and np.isfinite(largest).all()):
         raise RecordError(f"{path}: an error is not a number. Run inverse kinematics again.")
-    return MarkerErrors(table.time, rms, largest, (), np.empty((len(rms), 0)))
+    return ModelMarkerErrors(table.time, rms, largest, (), np.empty((len(rms), 0)))
 
 
-def difference(ours: MarkerErrors, logged: MarkerErrors) -> tuple[float, int]:
+def difference(ours: ModelMarkerErrors, logged: ModelMarkerErrors) -> tuple[float, int]:
     """Largest difference, m, of a frame's RMS or largest error in `ours` from that in `logged`, and
     the number of frames that both have; NaN and 0 if they share none.
     """
@@ -143,7 +143,7 @@ def used_markers(path: Path) -> tuple[str, ...]:
     )
 
 
-def by_marker(errors: MarkerErrors) -> Mapping[str, tuple[float, float, float, float]]:
+def by_marker(errors: ModelMarkerErrors) -> Mapping[str, tuple[float, float, float, float]]:
     """Of each marker in `errors`: RMS and largest error m, time of it s, share of frames seen."""
     found = {}
     for column, name in enumerate(errors.names):

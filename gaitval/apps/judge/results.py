@@ -9,8 +9,8 @@ from gaitval.metrics.typed import Count, Flag, Number, Result, Sha256
 JUDGE_VERSION: Final = 1
 """Of `judge.json`."""
 
-Figure = Number | None
-Curve = Annotated[list[Number], Field(min_length=101, max_length=101)]
+_Figure = Number | None
+_FullCurve = Annotated[list[Number], Field(min_length=101, max_length=101)]
 
 
 class JudgedInput(Result):
@@ -31,13 +31,13 @@ class JudgedModel(Result):
     name: str
     version: Count
     """Of the file's format."""
-    mass_kg: Figure
+    mass_kg: _Figure
     bodies: Count
     coordinates: Count
     markers: Count
-    thigh_and_shank_m: Figure
+    thigh_and_shank_m: _Figure
     """Mean of the sides."""
-    stature_m: Figure
+    stature_m: _Figure
     """As given, or that of the legs."""
     stature_told: Flag
     senses: dict[str, Literal[-1, 0, 1]]
@@ -54,10 +54,10 @@ class JudgedTrial(Result):
     events_from: Literal["forces", "motion"]
     cycles: dict[Literal["right", "left"], Count]
     """Complete gait cycles."""
-    walking_speed_m_s: Figure
+    walking_speed_m_s: _Figure
     speed_group: str | None
     """Of the published bands."""
-    weight_ratio: Figure
+    weight_ratio: _Figure
     """Mean vertical force over the model's weight."""
 
 
@@ -70,7 +70,7 @@ class JudgedMarkerErrors(Result):
     largest_m: Number
     frames: Count
     by_marker: dict[str, dict[Literal["rms_m", "largest_m", "at_s", "seen"], Number]]
-    log_difference_m: Figure = None
+    log_difference_m: _Figure = None
     """Largest difference of a frame's RMS or largest error from the log's."""
     log_frames: Count = 0
 
@@ -82,9 +82,9 @@ class JudgedResiduals(Result):
     force_peak: Number
     moment_rms: Number
     moment_peak: Number
-    force_share: Figure
-    moment_share: Figure
-    peak_ground_reaction: Figure
+    force_share: _Figure
+    moment_share: _Figure
+    peak_ground_reaction: _Figure
     centre_of_mass_height: Number
     frames: Count
 
@@ -92,9 +92,9 @@ class JudgedResiduals(Result):
 class JudgedMoment(Result):
     """A mean moment, Nm/kg in gaitval's signs, beside the band of healthy people."""
 
-    mean: Curve
-    low: Curve
-    high: Curve
+    mean: _FullCurve
+    low: _FullCurve
+    high: _FullCurve
     distance: Number
     """SD."""
     distance_if_negated: Number
@@ -114,7 +114,7 @@ class JudgedLimit(Result):
     id: str
     title: str
     target: str
-    value: Figure
+    value: _Figure
     limit: Number
     relation: Literal["at_most", "at_least", "exactly"]
     unit: str
@@ -141,7 +141,7 @@ class JudgeResult(Result):
     marker_errors: JudgedMarkerErrors | None
     residuals: JudgedResiduals | None
     moments: dict[str, JudgedMoment]
-    angles_deg: dict[str, Curve]
+    angles_deg: dict[str, _FullCurve]
     """Mean angles over the gait cycle, in gaitval's signs."""
     segments: dict[str, JudgedSegment]
     limits: list[JudgedLimit]

@@ -12,11 +12,11 @@ from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.live.log import Log
-    from gaitval.apps.live.person import Person
+    from gaitval.apps.live.person import LivePerson
     from gaitval.apps.live.walk import LiveWalk
     from gaitval.datasets.subject import Subject
 
-DeviceOption = Annotated[
+_DeviceOption = Annotated[
     list[str] | None,
     typer.Option(
         "--device",
@@ -65,7 +65,7 @@ def live(
             show_default=False,
         ),
     ] = None,
-    device: DeviceOption = None,
+    device: _DeviceOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -135,13 +135,15 @@ def _who_walks(
 
 
 def _walk(
-    found: "Person", subject: "Subject", log: "Log | None", replay: Path | None
+    found: "LivePerson", subject: "Subject", log: "Log | None", replay: Path | None
 ) -> "LiveWalk":
     """A new walk of a person (`found`, the `subject`), or the one of a log, at `replay`."""
     from gaitval.apps.live.log import check_person
     from gaitval.apps.live.walk import LiveWalk
 
     if log is None or replay is None:
+        from gaitval.model.devices.device import tables_of
+
         return LiveWalk(found, devices=tables_of(subject.devices))
     check_person(log, found, replay)
     return LiveWalk(found, log.speed, log.devices)

@@ -16,7 +16,7 @@ SLOWEST, FULL = 0.05, 1.0
 
 
 @dataclass(frozen=True)
-class Push:
+class PushPelvis:
     """A push on the pelvis, for 50 ms: N forward and to the left."""
 
     forward: float
@@ -31,7 +31,7 @@ class SetSpeed:
 
 
 @dataclass(frozen=True)
-class Body:
+class ChangeBody:
     """Give a body parameter another value; units as in `model.parameters.PARAMETERS`."""
 
     name: str
@@ -59,11 +59,11 @@ class Clock:
     rate: float
 
 
-Doing = Push | SetSpeed | Body | Restart | Wear | Clock
+Doing = PushPelvis | SetSpeed | ChangeBody | Restart | Wear | Clock
 KINDS: Final[dict[str, type[Doing]]] = {
-    "push": Push,
+    "push": PushPelvis,
     "speed": SetSpeed,
-    "body": Body,
+    "body": ChangeBody,
     "restart": Restart,
     "device": Wear,
     "clock": Clock,
@@ -99,7 +99,7 @@ def doing_of(values: Any, where: str) -> Doing:
         else:
             given[name] = float(value)
     doing: Doing = kind(**given)
-    if isinstance(doing, Push) and math.hypot(doing.forward, doing.left) > LARGEST_PUSH:
+    if isinstance(doing, PushPelvis) and math.hypot(doing.forward, doing.left) > LARGEST_PUSH:
         raise RecordError(f"{where}: a push of more than {LARGEST_PUSH:g} N. Push less.")
     if isinstance(doing, Clock) and doing.rate != 0.0 and not SLOWEST <= doing.rate <= FULL:
         raise RecordError(f"{where}: rate is {doing.rate:g}. Give 0, or {SLOWEST:g} to {FULL:g}.")

@@ -17,7 +17,7 @@ from typing import Any, Final, TextIO
 
 from gaitval import __version__, file_gate
 from gaitval.apps.live.doing import Clock, Doing, doing_of, values_of
-from gaitval.apps.live.person import Person
+from gaitval.apps.live.person import LivePerson
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.artefacts import growing
 from gaitval.datasets.subject import Subject
@@ -68,12 +68,12 @@ class Log:
         return self.lines[-1].step if self.lines else 0
 
 
-class Writer:
+class LogWriter:
     """Writes the log of a `person` and their `walk`, of which nothing was walked yet, into a new
     file `path` while the walk goes on; a process that is killed leaves all but the last lines.
     """
 
-    def __init__(self, path: Path, person: Person, walk: LiveWalk) -> None:
+    def __init__(self, path: Path, person: LivePerson, walk: LiveWalk) -> None:
         self.path = path
         self._file: TextIO = io.TextIOWrapper(growing(path, "new"), encoding="utf-8", newline="\n")
         self._write(
@@ -113,7 +113,7 @@ class Writer:
 
 
 def read_log(path: Path) -> Log:
-    """Read what a `Writer` wrote; its last line may be cut off. Raises RecordError."""
+    """Read what a `LogWriter` wrote; its last line may be cut off. Raises RecordError."""
     text = file_gate.read_text(path, RecordError, largest=LARGEST)
     rows = text.split("\n")
     values = [_values(row, f"{path}, line {i}") for i, row in enumerate(rows[:-1], 1)]
@@ -168,7 +168,7 @@ def _line(values: dict[str, Any], where: str) -> Line:
     return Line(step, None, digest)
 
 
-def check_person(log: Log, person: Person, path: Path) -> None:
+def check_person(log: Log, person: LivePerson, path: Path) -> None:
     """Refuse a person who is not the one of the log at `path`. Raises RecordError."""
     different = []
     if person.policy.key != log.policy:

@@ -8,11 +8,11 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
-from gaitval.apps.live.log import Log, Replay, Writer
-from gaitval.apps.live.person import Person
+from gaitval.apps.live.log import Log, LogWriter, Replay
+from gaitval.apps.live.person import LivePerson
 from gaitval.apps.live.pictures import scene_of
 from gaitval.apps.live.server import LiveServer, serving
-from gaitval.apps.live.session import Session
+from gaitval.apps.live.session import LiveSession
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.artefacts import write_text
 from gaitval.errors import ConfigurationError
@@ -21,7 +21,7 @@ from gaitval.partial_files import own_folder
 
 @contextmanager
 def served(
-    person: Person, walk: LiveWalk, log: Log | None = None, *, port: int = 0
+    person: LivePerson, walk: LiveWalk, log: Log | None = None, *, port: int = 0
 ) -> Iterator[LiveServer]:
     """The page of a `person` and their `walk`, in which nothing was walked yet, within the block;
     it walks while somebody looks. `log` is to walk again; None for a new walk, whose log is in
@@ -35,8 +35,8 @@ def served(
         replay = Replay(log, walk)
     else:
         path = person.folder / "walks" / f"{datetime.now():%Y-%m-%d_%H-%M-%S_%f}.jsonl"
-        writer = Writer(path, person, walk)
-    session = Session(walk, writer=writer, replay=replay)
+        writer = LogWriter(path, person, walk)
+    session = LiveSession(walk, writer=writer, replay=replay)
     try:
         server = LiveServer(session, scene, port=port)
     except OSError as error:
@@ -57,7 +57,7 @@ def served(
 
 
 def show(
-    person: Person,
+    person: LivePerson,
     walk: LiveWalk,
     log: Log | None,
     *,

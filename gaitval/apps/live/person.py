@@ -31,7 +31,7 @@ GENERAL: Final = "general"
 
 
 @dataclass(frozen=True)
-class Person:
+class LivePerson:
     """A person who can walk at several speeds.
 
     Attributes
@@ -68,7 +68,7 @@ def folder_of(subject: Subject) -> Path:
 @contextmanager
 def prepared(
     subject: Subject, folder: Path, observer: Observer, *, policy: Path | None = None
-) -> Iterator[Person]:
+) -> Iterator[LivePerson]:
     """The person (`subject`, with at least one recorded trial) with references at all speeds; the
     run `folder` is this process' meanwhile, and what is up to date there is not computed again.
     `observer` sees the stages. `policy` is a folder with a policy of this person; None for the
@@ -95,13 +95,13 @@ def _range_stage(run: Run) -> Stage:
     return replace(stage, values={**stage.values, "fit": code_of(gentle_reference)})
 
 
-def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> Person:
+def _person(run: Run, references: tuple[str, ...], policy: Path | None) -> LivePerson:
     if policy is None:
-        record, leg_length = run.told().record, run.subject.leg_length_m
+        record, leg_length = run.known_record().record, run.subject.leg_length_m
         walker = general_walker(run.configuration.environment, record, leg_length)
     else:
         walker = stored_policy(run, policy)
-    return Person(
+    return LivePerson(
         subject=run.subject,
         tasks=tuple(range_task(run, name) for name in references),
         policy=walker,

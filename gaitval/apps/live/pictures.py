@@ -7,14 +7,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.apps.live.doing import LARGEST_PUSH
-from gaitval.apps.live.person import Person
-from gaitval.apps.live.session import Session, Shown
+from gaitval.apps.live.person import LivePerson
+from gaitval.apps.live.session import LiveSession, PageUpdate
 from gaitval.apps.live.shapes import drawn_shapes
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import segment_frames
-from gaitval.prediction.speed import trials_told
+from gaitval.prediction.speed import trials_known
 
 ARROW: Final = 0.6
 """m in the picture that a force of the ground of one body weight is long, as in the replay."""
@@ -33,7 +33,7 @@ NUMBERS: Final = (
 """Of a message, in front of its vectors."""
 
 
-def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
+def scene_of(person: LivePerson, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
     """What the page needs to know once, as JSON values: shapes of the body in the frame of their
     segment, and what can be changed between which bounds.
     """
@@ -42,7 +42,7 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
     return {
         "subject": person.subject.identifier,
         "devices": [str(each["name"]).replace("_", " ") for each in walk.devices],
-        "recorded": sorted(trial.walking_speed_m_s for trial in trials_told(person.subject)),
+        "recorded": sorted(trial.walking_speed_m_s for trial in trials_known(person.subject)),
         "replay": replay,
         "weight": walk.weight,
         "arrow": ARROW,
@@ -76,7 +76,7 @@ def scene_of(person: Person, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
     }
 
 
-def message_of(shown: Shown, session: Session) -> bytes:
+def message_of(shown: PageUpdate, session: LiveSession) -> bytes:
     """A moment as the page reads it: the number of bytes that follow (32 bits), then
     little-endian doubles: `NUMBERS`, (14,) body parameters as wanted, (2,) N of the last push,
     (2, 3) body weights and (2, 2) m of the ground's force and its centre, (14, 3) m and (14, 4)
@@ -88,7 +88,7 @@ def message_of(shown: Shown, session: Session) -> bytes:
         *(seen.step, seen.time, seen.phase, seen.speed, seen.cycles),
         *(float(seen.down), shown.rate, shown.pushes),
         0.0 if replay is None or not replay.over else 1.0 if replay.differs is None else 2.0,
-        float(walk.worn),
+        float(walk.device_on),
     ]
     frames = segment_frames(apply_parameters(walk.body, seen.mu), seen.positions[None])[0]
     quaternion = Rotation.from_matrix(frames[:, :3, :3]).as_quat(canonical=True)

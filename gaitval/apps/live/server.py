@@ -23,7 +23,7 @@ from typing import Any, Final
 
 from gaitval.apps.live.doing import doing_of
 from gaitval.apps.live.pictures import message_of
-from gaitval.apps.live.session import Session
+from gaitval.apps.live.session import LiveSession
 from gaitval.errors import GaitvalError
 
 ADDRESS: Final = "127.0.0.1"
@@ -69,7 +69,7 @@ class LiveServer(ThreadingHTTPServer):
     request_queue_size = 1024
     """Connections that the system keeps until they are taken, so that many at once leave room."""
 
-    def __init__(self, session: Session, scene: Mapping[str, Any], *, port: int = 0) -> None:
+    def __init__(self, session: LiveSession, scene: Mapping[str, Any], *, port: int = 0) -> None:
         super().__init__((ADDRESS, port), _Handler)
         self.session = session
         self.scene = json.dumps(scene).encode()

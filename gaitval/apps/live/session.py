@@ -9,8 +9,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gaitval.apps.live.doing import FULL, Clock, Doing, Push
-from gaitval.apps.live.log import EVERY, Replay, Writer
+from gaitval.apps.live.doing import FULL, Clock, Doing, PushPelvis
+from gaitval.apps.live.log import EVERY, LogWriter, Replay
 from gaitval.apps.live.walk import LiveWalk, Seen
 from gaitval.arrays import Array
 
@@ -20,7 +20,7 @@ MOST_BEHIND: Final = 0.1
 """s by which the walk may be behind real time; what is more is given up."""
 
 
-class Shown(NamedTuple):
+class PageUpdate(NamedTuple):
     """What a page is sent.
 
     Attributes
@@ -42,7 +42,7 @@ class Shown(NamedTuple):
     acted: float
 
 
-class Session:
+class LiveSession:
     """A walk that goes on while somebody looks at it.
 
     Parameters
@@ -62,7 +62,7 @@ class Session:
         self,
         walk: LiveWalk,
         *,
-        writer: Writer | None = None,
+        writer: LogWriter | None = None,
         replay: Replay | None = None,
         clock: Callable[[], float] = monotonic,
     ) -> None:
@@ -74,7 +74,7 @@ class Session:
         self._doings: queue.SimpleQueue[tuple[Doing, float] | None] = queue.SimpleQueue()
         self._watched = threading.Condition()
         self._visitors = 0
-        self._begun, self._received, self._acted = 0, 0.0, 0.0
+        self._started, self._received, self._acted = 0, 0.0, 0.0
         self._pushes, self._push = 0, np.zeros(2)
         self._ended = False
         self.over = threading.Event()
@@ -118,14 +118,14 @@ class Session:
             self._visitors += 1 if comes else -1
             self._watched.notify_all()
 
-    def next_shown(self, after: Shown | None, seconds: float) -> Shown:
+    def next_shown(self, after: PageUpdate | None, seconds: float) -> PageUpdate:
         """What is shown next, or still after so many seconds."""
         with self._watched:
             self._watched.wait_for(lambda: self.shown is not after or self._ended, seconds)
             return self.shown
 
-    def _show(self) -> Shown:
-        return Shown(
+    def _show(self) -> PageUpdate:
+        return PageUpdate(
             self.walk.see(), self._rate, self._pushes, self._push, self._received, self._acted
         )
 
@@ -174,7 +174,7 @@ class Session:
             if taken is None:
                 return False
             self._take(*taken)
-            if isinstance(taken[0], Push) and self.replay is None:
+            if isinstance(taken[0], PushPelvis) and self.replay is None:
                 return True
 
     def _take(self, doing: Doing, received: float) -> None:
@@ -189,8 +189,8 @@ class Session:
             self._rate = doing.rate
             return
         self.walk.do(doing)
-        if isinstance(doing, Push):
-            self._begun += 1
+        if isinstance(doing, PushPelvis):
+            self._started += 1
             self._received, self._acted = received, 0.0
 
     def _act(self) -> None:
@@ -204,6 +204,6 @@ class Session:
         walk.act()
         if self._acted == 0.0 and self._received:
             self._acted = self._clock()
-            self._pushes, self._push = self._begun, walk.see().push
+            self._pushes, self._push = self._started, walk.see().push
         if self._writer is not None and walk.step % EVERY == 0:
             self._writer.at(walk)

@@ -16,7 +16,7 @@ from gaitval.model.urdf import LARGEST_FILE, write_urdf
 
 
 @dataclass(frozen=True)
-class Shape:
+class ViewerShape:
     """A shape that viewers draw for a segment; it has no mass and touches nothing.
 
     Attributes
@@ -33,7 +33,7 @@ class Shape:
     size: tuple[float, ...]
 
 
-def drawn_shapes(model: BodyModel, folder: Path) -> tuple[Shape, ...]:
+def drawn_shapes(model: BodyModel, folder: Path) -> tuple[ViewerShape, ...]:
     """What the URDF of `model` shows, segment by segment; the URDF is in `folder` meanwhile."""
     with scratch(folder) as own:
         path = own / "model.urdf"
@@ -44,7 +44,7 @@ def drawn_shapes(model: BodyModel, folder: Path) -> tuple[Shape, ...]:
     return tuple(_shape(name, each) for name in SEGMENTS for each in links[name].iterfind("visual"))
 
 
-def _shape(segment: str, visual: Element) -> Shape:
+def _shape(segment: str, visual: Element) -> ViewerShape:
     origin, geometry = visual.find("origin"), visual.find("geometry")
     if geometry is None:
         raise ModelError(f"link {segment}: a <visual> without a shape.")
@@ -52,4 +52,6 @@ def _shape(segment: str, visual: Element) -> Shape:
     (solid,) = geometry
     words = " ".join(solid.get(key, "") for key in ("size", "radius", "length"))
     size = tuple(float(word) for word in words.split())
-    return Shape(segment, solid.tag, np.array([float(each) for each in position.split()]), size)
+    return ViewerShape(
+        segment, solid.tag, np.array([float(each) for each in position.split()]), size
+    )

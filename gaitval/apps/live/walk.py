@@ -13,8 +13,8 @@ import numpy as np
 
 from gaitval.apps.devices.of_subject import live_walker
 from gaitval.apps.live.blending import Blend
-from gaitval.apps.live.doing import Body, Doing, Push, Restart, SetSpeed, Wear
-from gaitval.apps.live.person import Person
+from gaitval.apps.live.doing import ChangeBody, Doing, PushPelvis, Restart, SetSpeed, Wear
+from gaitval.apps.live.person import LivePerson
 from gaitval.arrays import Array
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters, parameter_bounds
@@ -147,12 +147,12 @@ class LiveEnvironment(WalkingEnvironment):
         self.walker.state[0, 5] += higher
 
 
-class WornEnvironment(LiveEnvironment):
+class LiveDeviceEnvironment(LiveEnvironment):
     """A person with devices, by their whole tables."""
 
     def __init__(self, task: WalkingTask, devices: Sequence[Mapping[str, Any]]) -> None:
-        worn, walker = live_walker(task, devices)
-        super().__init__(worn)
+        fitted, walker = live_walker(task, devices)
+        super().__init__(fitted)
         self.walker = walker
 
     def with_speed(self, blend: Blend, speed: float) -> float:
@@ -180,7 +180,7 @@ class LiveWalk:
 
     def __init__(
         self,
-        person: Person,
+        person: LivePerson,
         speed: float | None = None,
         devices: Sequence[Mapping[str, Any]] = (),
     ) -> None:
@@ -196,7 +196,7 @@ class LiveWalk:
         # Of its own: the tables of the first reference would be overwritten with blends.
         self._bare = self._environment = LiveEnvironment(tasks[0])
         if devices:
-            self._environment = WornEnvironment(tasks[0], devices)
+            self._environment = LiveDeviceEnvironment(tasks[0], devices)
         self._with_devices = self._environment
         self.lower, self.upper = parameter_bounds(tasks[0].configuration.randomisation)
         self.mu, self._wanted_mu = nominal.copy(), nominal.copy()
@@ -236,7 +236,7 @@ class LiveWalk:
         return self.step < self._down_until
 
     @property
-    def worn(self) -> bool:
+    def device_on(self) -> bool:
         """Whether the devices are on."""
         return self._environment is not self._bare
 
@@ -261,19 +261,19 @@ class LiveWalk:
     def do(self, doing: Doing) -> None:
         """Let something happen before the next action."""
         match doing:
-            case Push(forward, left):
+            case PushPelvis(forward, left):
                 if not self.down:
                     self._environment.pushed(forward, left)
             case SetSpeed(value):
                 self._wanted = self._within(value)
-            case Body(name, value):
+            case ChangeBody(name, value):
                 index = PARAMETERS.index(name)
                 within = min(max(value, float(self.lower[index])), float(self.upper[index]))
                 self._wanted_mu[index] = within
             case Restart():
                 self._start()
             case Wear(on):
-                if self.devices and on != self.worn:
+                if self.devices and on != self.device_on:
                     self._wear(on)
 
     def _wear(self, on: bool) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.apps.patients.passive_foot import expected_ankles
-from gaitval.apps.patients.people import Person, own_rows, read_people
+from gaitval.apps.patients.people import PersonRow, own_rows, read_people
 from gaitval.apps.patients.records import Patient, patient
 from gaitval.apps.patients.strides import read_strides
 from gaitval.artefacts import write_json, write_text
@@ -33,7 +33,7 @@ def found_patients(
     citation, licence and laboratory, as `records.patient` takes them. Raises RecordError,
     SubjectError or ConfigurationError if a table or an option cannot be used.
     """
-    known: dict[str, Person] = {}
+    known: dict[str, PersonRow] = {}
     tables = []
     for table in people:
         tables.append(read_people(table))
@@ -90,7 +90,7 @@ def written(found: Sequence[Patient], out: Path) -> Path:
         person = each.person
         row = {"table": person.table, "name": person.identifier} if person.table else None
         not_known = [what for what in ("sex", "age") if getattr(person, what) is None]
-        about = each.told_of() | {"row": row, "not_known": not_known}
+        about = each.known_of() | {"row": row, "not_known": not_known}
         if person.amputation is not None:
             about["expected_ankle_moment_nm_kg"] = {
                 side: curve(np.linspace(0.0, 1.0, 101)).round(4).tolist()
@@ -104,7 +104,7 @@ def written(found: Sequence[Patient], out: Path) -> Path:
 
 
 def walked(
-    found: Sequence[Patient], out: Path, tell: Callable[[str], None]
+    found: Sequence[Patient], out: Path, notify: Callable[[str], None]
 ) -> list[dict[str, Any]]:
     """Walk all of them (`walk.walk_all`); results are also in `out`/walks."""
     from gaitval.apps.patients.walk import walk, walk_all
@@ -118,7 +118,7 @@ def walked(
         general_walker(configuration.environment),
         configuration,
         str(sorted(code_of(walk).items())),
-        tell,
+        notify,
     )
 
 

@@ -20,7 +20,7 @@ StridesArgument = Annotated[
         show_default=False,
     ),
 ]
-OutOption = Annotated[
+_FolderOut = Annotated[
     Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder to write.", show_default=False)
 ]
 PeopleOption = Annotated[
@@ -32,7 +32,7 @@ PeopleOption = Annotated[
         show_default=False,
     ),
 ]
-SpeedOption = Annotated[
+_SpeedOption = Annotated[
     list[str] | None,
     typer.Option(
         "--speed",
@@ -65,9 +65,9 @@ WalkOption = Annotated[
 )
 def patients(
     strides: StridesArgument,
-    out: OutOption,
+    out: _FolderOut,
     people: PeopleOption = None,
-    speed: SpeedOption = None,
+    speed: _SpeedOption = None,
     healthy: HealthyOption = None,
     only: OnlyOption = None,
     walk: WalkOption = False,
@@ -135,8 +135,8 @@ def _say(found: "Sequence[Patient]", people: Sequence[Path]) -> None:
         say(f"By number: {', '.join(numbered[:3])}{more}; each page says whose row it used.")
     for each in found:
         who = each.subject
-        for doubt in unusual_build(who.mass_kg, who.height_m, who.age_years):
-            say(f"{each.strides.subject}: {doubt.message}.")
+        for warning in unusual_build(who.mass_kg, who.height_m, who.age_years):
+            say(f"{each.strides.subject}: {warning.message}.")
     # Of more people `read_strides` has refused it.
     if odd := turned(tuple(each.strides for each in found)):
         say(

@@ -1,7 +1,7 @@
 """What of a person was not recorded, estimated with an interval.
 
-An `Estimate` is a value with the standard deviation of what it may be off by; one that was measured
-has a standard deviation of 0. Intervals are 90 %.
+An `EstimatedValue` is a value with the standard deviation of what it may be off by; one that was
+measured has a standard deviation of 0. Intervals are 90 %.
 """
 
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ PATIENT_SD: Final = 0.15
 """Standard deviation of the logarithm of a patient's stride time about that; our judgement."""
 
 
-class Estimate(NamedTuple):
+class EstimatedValue(NamedTuple):
     """A value that was measured (`sd` 0) or estimated; `how` in words."""
 
     value: float
@@ -62,16 +62,16 @@ class Estimate(NamedTuple):
         }
 
 
-def leg_length(height: Estimate, measured: float | None) -> Estimate:
+def leg_length(height: EstimatedValue, measured: float | None) -> EstimatedValue:
     """Hip to floor, m, as `measured` or by the stature `height`, m."""
     if measured is not None:
-        return Estimate(measured, 0.0, "recorded")
+        return EstimatedValue(measured, 0.0, "recorded")
     mean = mean_lengths(height.value)["hip_height"]
     share = float(np.hypot(LEG_SD, height.sd / height.value))
-    return Estimate(mean, share * mean, "of stature, as in WBDS")
+    return EstimatedValue(mean, share * mean, "of stature, as in WBDS")
 
 
-def stride_time(stride_length: float, leg: float, *, patient: bool) -> Estimate:
+def stride_time(stride_length: float, leg: float, *, patient: bool) -> EstimatedValue:
     """Stride time, s, of a stride of a length (m) on a leg (m)."""
     at, slope, sd = WALK
     of_legs = stride_length / leg
@@ -80,7 +80,7 @@ def stride_time(stride_length: float, leg: float, *, patient: bool) -> Estimate:
     time = np.exp(at + slope * np.log(of_legs / STRIDE_OF_LINE))
     value = float(time * np.sqrt(leg / GRAVITY))
     how = "the walk ratio of healthy adults"
-    return Estimate(
+    return EstimatedValue(
         value, value * sd, f"{how}, short strides at the cadence of free ones" if patient else how
     )
 
@@ -88,12 +88,14 @@ def stride_time(stride_length: float, leg: float, *, patient: bool) -> Estimate:
 class Pace(NamedTuple):
     """Speed (m/s), stride time (s) and stride length (m) of a walk."""
 
-    speed: Estimate
-    stride_time: Estimate
-    stride_length: Estimate
+    speed: EstimatedValue
+    stride_time: EstimatedValue
+    stride_length: EstimatedValue
 
 
-def pace(stride_length: Estimate, leg: Estimate, speed: float | None, *, patient: bool) -> Pace:
+def pace(
+    stride_length: EstimatedValue, leg: EstimatedValue, speed: float | None, *, patient: bool
+) -> Pace:
     """Speed and stride time of a walk whose stride has an estimated length (`stride_length` m, with
     the error that the leg's length makes) of a person whose `leg` is known in m.
 
@@ -104,8 +106,8 @@ def pace(stride_length: Estimate, leg: Estimate, speed: float | None, *, patient
     if speed is not None:
         time = stride_length.value / speed
         return Pace(
-            Estimate(speed, 0.0, "recorded"),
-            Estimate(time, time * share, "stride length of the rolling foot, by the speed"),
+            EstimatedValue(speed, 0.0, "recorded"),
+            EstimatedValue(time, time * share, "stride length of the rolling foot, by the speed"),
             stride_length,
         )
     time_of = stride_time(stride_length.value, leg.value, patient=patient)
@@ -116,17 +118,19 @@ def pace(stride_length: Estimate, leg: Estimate, speed: float | None, *, patient
     own = time_of.sd / time_of.value
     value = stride_length.value / time_of.value
     return Pace(
-        Estimate(
+        EstimatedValue(
             value,
             value * float(np.hypot(own, (1.0 - slope) * share)),
             "stride length of the rolling foot, by the stride time",
         ),
-        Estimate(time_of.value, time_of.value * float(np.hypot(own, slope * share)), time_of.how),
+        EstimatedValue(
+            time_of.value, time_of.value * float(np.hypot(own, slope * share)), time_of.how
+        ),
         stride_length,
     )
 
 
-def leg_difference(legs: Mapping[Side, float]) -> Estimate:
+def leg_difference(legs: Mapping[Side, float]) -> EstimatedValue:
     """Right leg less left leg, m, with its error, where both were measured."""
     sd = LEG_LENGTH_ERROR * float(np.sqrt(2.0))
-    return Estimate(legs["right"] - legs["left"], sd, "both legs measured")
+    return EstimatedValue(legs["right"] - legs["left"], sd, "both legs measured")

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.patients.told import over_stance
+from gaitval.apps.patients.known_record import over_stance
 from gaitval.arrays import Array
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
@@ -86,8 +86,8 @@ def gentle_reference(
     def started(each: GaitRecord) -> tuple[ReferenceMotion, Problem]:
         # toes bend until the foot leaves the ground, so each record has its own
         built = build_reference(each, model, contact)
-        asked = fit_problem(built, each, model, contact, Accuracy(record=accuracy), 0.0)
-        return built, _as_known(asked, accuracy, amputation)
+        target = fit_problem(built, each, model, contact, Accuracy(record=accuracy), 0.0)
+        return built, _as_known(target, accuracy, amputation)
 
     built, problem = started(record)
     fits = [solve_problem(problem)]

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gaitval.arrays import Array
-from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
+from gaitval.gait.record import FittedCurve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
 
 MOST_HARMONICS: Final = 12
@@ -40,7 +40,7 @@ class Smoothed(NamedTuple):
     rms : root-mean-square difference from all samples.
     """
 
-    curve: Curve
+    curve: FittedCurve
     closure: float
     rms: float
 
@@ -55,7 +55,7 @@ def smoothed(values: Array) -> Smoothed:
         if np.sqrt(np.mean((curve(phase) - closed) ** 2)) <= TOLERANCE:
             break
     error = curve(phase) - values
-    stored = Curve.fitted((curve, float(np.abs(error).max())))
+    stored = FittedCurve.fitted((curve, float(np.abs(error).max())))
     return Smoothed(stored, closure, float(np.sqrt(np.mean(error**2))))
 
 

@@ -31,7 +31,7 @@ TITLES: Final = {
     "foot_progression": "Foot progression",
 }
 
-NEVER_SAID: Final = (
+NEVER_KNOWN: Final = (
     "How strong a muscle is, whether it is spastic, and whether anything hurts: angles do not show "
     "it.",
     "What a stick, a rail or a helping hand carries: nothing measured it, and the walker has none.",
@@ -87,7 +87,7 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
         "parameters": _parameters(patient),
         "beyond": beyond,
         "walk": walk,
-        "cannot": [*NEVER_SAID, *_of_this_person(patient)],
+        "cannot": [*NEVER_KNOWN, *_of_this_person(patient)],
         "smoothing": max(float(np.degrees(e.rms)) for e in patient.smoothing.values()),
         "largest": max(float(np.degrees(e.curve.residual)) for e in patient.smoothing.values()),
         "drawings": {"angles": partial(_draw, dict(patient.strides.angles), bands)},

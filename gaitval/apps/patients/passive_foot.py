@@ -23,8 +23,8 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.patients.known_record import HARMONICS, SAMPLES, known_record, most_dorsiflexed
 from gaitval.apps.patients.records import Patient, two_sided
-from gaitval.apps.patients.told import HARMONICS, SAMPLES, most_dorsiflexed, told_record
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
@@ -56,7 +56,7 @@ def patient_record(patient: Patient, others: Sequence[Subject], model: BodyModel
     module says.
     """
     side = patient.person.amputation
-    record = told_record(patient.subject, others, model, side)
+    record = known_record(patient.subject, others, model, side)
     return record if side is None else with_passive_foot(record, model, side)
 
 

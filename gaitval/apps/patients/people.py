@@ -83,7 +83,7 @@ by the size of the value."""
 
 
 @dataclass(frozen=True)
-class Person:
+class PersonRow:
     """A row of a table of people; what it does not say is None.
 
     Attributes
@@ -111,12 +111,12 @@ class Person:
     table: str = field(default="", compare=False)
 
 
-def read_people(path: Path) -> dict[str, Person]:
+def read_people(path: Path) -> dict[str, PersonRow]:
     """The people of a CSV table `path`, by identifier; empty rows are left out. Raises RecordError
     if it has no column of identifiers, a person stands in it twice with other values, or a sex or a
     number cannot be understood.
     """
-    found: dict[str, Person] = {}
+    found: dict[str, PersonRow] = {}
     for line, cells in file_gate.csv_rows(path, RecordError, largest=file_gate.WRITTEN):
         known = _columns(name for name in cells if name is not None)
         if "subject" not in (meaning for meaning, _ in known.values()):
@@ -137,7 +137,7 @@ def read_people(path: Path) -> dict[str, Person]:
     return found
 
 
-def person_of(subject: str, people: Mapping[str, Person]) -> tuple[Person, str]:
+def person_of(subject: str, people: Mapping[str, PersonRow]) -> tuple[PersonRow, str]:
     """The row of `people` for a `subject` of a table of strides, and the state in its name.
 
     "SUB01_off" is SUB01 in the state "off"; "WBDS05" is 5 where `people` is one table in which all
@@ -151,12 +151,12 @@ def person_of(subject: str, people: Mapping[str, Person]) -> tuple[Person, str]:
             return people[name], of
     if (found := _by_number(people).get(_number_of(subject))) is not None:
         return found, state
-    return Person(before if state in STATES else subject), state if state in STATES else ""
+    return PersonRow(before if state in STATES else subject), state if state in STATES else ""
 
 
 def own_rows(
-    subjects: Sequence[str], tables: Iterable[Mapping[str, Person]]
-) -> dict[str, dict[str, Person]]:
+    subjects: Sequence[str], tables: Iterable[Mapping[str, PersonRow]]
+) -> dict[str, dict[str, PersonRow]]:
     """The row of each of the `subjects`, by a name with which `person_of` finds it; empty if there
     is none.
 
@@ -164,8 +164,8 @@ def own_rows(
     be anybody's: if one prefix alone (the WBDS of WBDS03) may mean the numbers. One that a table
     writes out may not, even if this person is not in it.
     """
-    named: dict[str, Person] = {}
-    numbers: dict[int | None, Person] = {}
+    named: dict[str, PersonRow] = {}
+    numbers: dict[int | None, PersonRow] = {}
     written_out = set()
     for table in tables:
         named |= table
@@ -185,11 +185,11 @@ def own_rows(
     return found
 
 
-def _by_number(table: Mapping[str, Person]) -> dict[int | None, Person]:
+def _by_number(table: Mapping[str, PersonRow]) -> dict[int | None, PersonRow]:
     """The people of a table in which all are numbered, each once; empty of any other."""
     if not all(re.fullmatch(r"[0-9]+", name) for name in table):
         return {}
-    found: dict[int | None, Person] = {int(name): person for name, person in table.items()}
+    found: dict[int | None, PersonRow] = {int(name): person for name, person in table.items()}
     return found if len(found) == len(table) else {}
 
 
@@ -226,7 +226,7 @@ def _meaning(header: str) -> tuple[str, float] | None:
 
 def _person(
     cells: Mapping[str, str], known: Mapping[str, tuple[str, float]], table: str, where: str
-) -> Person | None:
+) -> PersonRow | None:
     """The person of a row; `where` it is, for messages. Raises RecordError as `read_people`."""
     values: dict[str, Any] = {}
     affected: dict[str, Side] = {}
@@ -280,7 +280,7 @@ def _person(
         values["leg_length"] = values.get("leg_length") or sum(measured) / len(measured)
     if right and left:
         values["legs"] = {"right": right, "left": left}
-    return Person(values.pop("subject"), affected=affected or None, table=table, **values)
+    return PersonRow(values.pop("subject"), affected=affected or None, table=table, **values)
 
 
 def _side(text: str) -> Side | None:

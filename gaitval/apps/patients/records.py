@@ -15,20 +15,20 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.apps.patients import estimates
-from gaitval.apps.patients.estimates import Estimate
+from gaitval.apps.patients.estimates import EstimatedValue
 from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike, smoothed
-from gaitval.apps.patients.people import Person, person_of
+from gaitval.apps.patients.people import PersonRow, person_of
 from gaitval.apps.patients.prosthesis import with_prosthesis
-from gaitval.apps.patients.rolling_foot import STANCE_BIAS, Feet, feet
+from gaitval.apps.patients.rolling_foot import STANCE_BIAS, RolledFeet, feet
 from gaitval.apps.patients.sound_side import expected_of
-from gaitval.apps.patients.strides import Strides
+from gaitval.apps.patients.strides import PersonStrides
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.identity import identity
 from gaitval.datasets.stored_gait import Gait, StanceFraction
 from gaitval.datasets.subject import Subject, make_subject
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.errors import SubjectError
-from gaitval.gait.record import Curve, PeriodicCurve, periodic_through
+from gaitval.gait.record import FittedCurve, PeriodicCurve, periodic_through
 from gaitval.gait.sampling import SAMPLES
 from gaitval.scaling.anthropometry import ADULT_YEARS, mass_fractions
 from gaitval.scaling.scaling import scale_subject
@@ -66,15 +66,15 @@ class Patient:
     """
 
     subject: Subject
-    strides: Strides
-    person: Person
+    strides: PersonStrides
+    person: PersonRow
     state: str
-    estimates: Mapping[str, Estimate]
+    estimates: Mapping[str, EstimatedValue]
     smoothing: Mapping[str, Smoothed]
     mismatch: float
     affected: Side | None
 
-    def told_of(self) -> dict[str, Any]:
+    def known_of(self) -> dict[str, Any]:
         """For JSON: what is estimated, how far the record is from the strides, who it is."""
         return {
             "group": self.strides.group,
@@ -97,8 +97,8 @@ class Patient:
 
 
 def patient(
-    strides: Strides,
-    people: Mapping[str, Person],
+    strides: PersonStrides,
+    people: Mapping[str, PersonRow],
     *,
     speed: float | None = None,
     healthy: bool = False,
@@ -128,7 +128,7 @@ def patient(
     curves = {name: each.curve for name, each in smoothing.items()} | expected_angles()
     angles = {name: each.periodic() for name, each in curves.items()}
     strike = left_strike(angles, *STRIKE_PRIOR)
-    found["left_phase"] = Estimate(strike.phase, strike.sd, "both sides' views of the pelvis")
+    found["left_phase"] = EstimatedValue(strike.phase, strike.sd, "both sides' views of the pelvis")
     values: dict[str, Any] = {
         "identifier": re.sub(r"[^A-Za-z0-9_-]+", "_", strides.subject),
         "trial": state or "walk",
@@ -176,7 +176,7 @@ def patient(
     )
 
 
-def _size(strides: Strides, person: Person) -> dict[str, Estimate]:
+def _size(strides: PersonStrides, person: PersonRow) -> dict[str, EstimatedValue]:
     """Stature, mass and leg length, and by how much the legs differ if that is recorded; of a child
     SubjectError if they would have to be estimated.
     """
@@ -203,10 +203,15 @@ def _size(strides: Strides, person: Person) -> dict[str, Estimate]:
 
 
 def _way(
-    on_ground: Feet, leg: Estimate, person: Person, speed: float | None, *, healthy: bool
-) -> dict[str, Estimate]:
+    on_ground: RolledFeet,
+    leg: EstimatedValue,
+    person: PersonRow,
+    speed: float | None,
+    *,
+    healthy: bool,
+) -> dict[str, EstimatedValue]:
     """Speed, stride time and stride length, by the feet `on_ground` or a given `speed`, m/s."""
-    length = Estimate(
+    length = EstimatedValue(
         on_ground.stride_length,
         float(np.hypot(on_ground.sd, on_ground.stride_length * leg.sd / leg.value)),
         "the way of the ball of the foot under the pelvis",
@@ -221,7 +226,7 @@ def _way(
 
 
 @cache
-def expected_angles() -> dict[str, Curve]:
+def expected_angles() -> dict[str, FittedCurve]:
     """Mean curves of the built-in people for `EXPECTED`, of both sides together."""
     phase = np.arange(100) / 100
     found = {}
@@ -233,23 +238,25 @@ def expected_angles() -> dict[str, Curve]:
         ]
         curve: PeriodicCurve = periodic_through(np.mean(known, axis=0), 8)
         for side in SIDES:
-            found[f"{name}_{side[0]}"] = Curve.fitted((curve, 0.0))
+            found[f"{name}_{side[0]}"] = FittedCurve.fitted((curve, 0.0))
     return found
 
 
-def _known(value: float | None, mean: float, sd: float, how: str) -> Estimate:
-    return Estimate(mean, sd, how) if value is None else Estimate(value, 0.0, "recorded")
+def _known(value: float | None, mean: float, sd: float, how: str) -> EstimatedValue:
+    return (
+        EstimatedValue(mean, sd, how) if value is None else EstimatedValue(value, 0.0, "recorded")
+    )
 
 
 def _stances(
     seen: Mapping[Side, float], identifier: str, amputation: Side | None
-) -> dict[str, Estimate]:
+) -> dict[str, EstimatedValue]:
     """Stance of each side, of its own cycle, from what is `seen` of the ball of its foot."""
     how = "the ball of the foot furthest back"
-    found = {f"stance_{side}": Estimate(seen[side], STANCE_BIAS[1], how) for side in SIDES}
+    found = {f"stance_{side}": EstimatedValue(seen[side], STANCE_BIAS[1], how) for side in SIDES}
     if amputation is not None:
         sound, usual = opposite(amputation), expected_of(identifier)
-        found[f"stance_{sound}"] = Estimate(
+        found[f"stance_{sound}"] = EstimatedValue(
             seen[sound] + usual.later,
             float(np.hypot(STANCE_BIAS[1], usual.later_sd)),
             f"{how}, and how much later sound sides of amputees leave the ground",
@@ -257,7 +264,7 @@ def _stances(
     return found
 
 
-def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, Any]:
+def _who(strides: PersonStrides, person: PersonRow, laboratory: str | None) -> dict[str, Any]:
     """Person, laboratory and what of it was assumed."""
     of_wbds = identity(None, None, sources=[strides.subject], name=strides.subject)
     if laboratory is None and of_wbds.laboratory == "WBDS":
@@ -266,7 +273,7 @@ def _who(strides: Strides, person: Person, laboratory: str | None) -> dict[str, 
     return {"person": person.identifier, "laboratory": laboratory or group}
 
 
-def _lengths(height: float, mass: float, leg: Estimate, person: Person) -> dict[str, Any]:
+def _lengths(height: float, mass: float, leg: EstimatedValue, person: PersonRow) -> dict[str, Any]:
     """Lengths of the body by leg length and stature, as `tape`; as `measurements` where each leg
     has its own, or the masses of a prosthesis.
     """
@@ -287,6 +294,6 @@ def _lengths(height: float, mass: float, leg: Estimate, person: Person) -> dict[
     return {"measurements": measured.to_dict()}
 
 
-def two_sided(person: Person) -> bool:
+def two_sided(person: PersonRow) -> bool:
     """Whether the body of a `person` has two different legs."""
     return person.amputation is not None or person.legs is not None

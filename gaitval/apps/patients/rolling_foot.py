@@ -35,7 +35,7 @@ STANCE_BIAS: Final = (0.023, 0.015)
 al. 2008, Gait Posture 27:710), of the cycle, mean and standard deviation."""
 
 
-class Feet(NamedTuple):
+class RolledFeet(NamedTuple):
     """What is found of a stride.
 
     Attributes
@@ -96,7 +96,7 @@ def balls(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyMod
     return found
 
 
-def feet(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyModel) -> Feet:
+def feet(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyModel) -> RolledFeet:
     """Stride length and stance of a stride; parameters as `balls` takes them."""
     forward = balls(angles, left_phase, model)[..., 0]
     at = [round(share * POINTS) for share in ROLLING]
@@ -107,4 +107,4 @@ def feet(angles: Mapping[str, PeriodicCurve], left_phase: float, model: BodyMode
     for number, side in enumerate(SIDES):
         leaves = (first + int(np.argmin(forward[number, first:last]))) / POINTS
         stance[side] = leaves - STANCE_BIAS[0]
-    return Feet(length, length * TRAVEL[1] / TRAVEL[0], stance)
+    return RolledFeet(length, length * TRAVEL[1] / TRAVEL[0], stance)

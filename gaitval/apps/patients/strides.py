@@ -70,7 +70,7 @@ _PERCENT: Final = tuple(f"p{each}" for each in range(SAMPLES))
 
 
 @dataclass(frozen=True)
-class Strides:
+class PersonStrides:
     """A person's stride of each side.
 
     Attributes
@@ -87,7 +87,7 @@ class Strides:
     angles: Mapping[str, Array]
 
 
-def read_strides(path: Path) -> tuple[Strides, ...]:
+def read_strides(path: Path) -> tuple[PersonStrides, ...]:
     """All people of a table `path`, in its order. Raises RecordError if it is no such table, an
     angle of a person is missing, is there twice or is not a number, or an angle has its sign
     changed in all people, on both sides or on one. Of fewer than `FEW` people it may be their gait,
@@ -128,7 +128,7 @@ def read_strides(path: Path) -> tuple[Strides, ...]:
         if lacking:
             problems.append(f"{subject}: no {', '.join(lacking)}. A side is not made of the other")
     people = tuple(
-        Strides(group, subject, trials[group, subject], found)
+        PersonStrides(group, subject, trials[group, subject], found)
         for (group, subject), found in rows.items()
     )
     if not problems:
@@ -158,7 +158,7 @@ def read_strides(path: Path) -> tuple[Strides, ...]:
     return people
 
 
-def pelves_apart(people: tuple[Strides, ...]) -> float:
+def pelves_apart(people: tuple[PersonStrides, ...]) -> float:
     """By how much right and left of `people` differ about the one pelvis, deg, RMS, median."""
     found = []
     for each in people:
@@ -171,7 +171,7 @@ def pelves_apart(people: tuple[Strides, ...]) -> float:
     return float(np.degrees(np.median(found)))
 
 
-def one_side_turned(people: tuple[Strides, ...]) -> list[str]:
+def one_side_turned(people: tuple[PersonStrides, ...]) -> list[str]:
     """Angles of `SIDED` of which the means of right and left have opposite signs.
 
     None of fewer than `SOME` people, who may really be so unequal.
@@ -186,7 +186,7 @@ def one_side_turned(people: tuple[Strides, ...]) -> list[str]:
     return found
 
 
-def turned(people: tuple[Strides, ...]) -> list[str]:
+def turned(people: tuple[PersonStrides, ...]) -> list[str]:
     """Angles whose sign is wrong by the shape of all `people` and both sides together.
 
     The distance from healthy people's mean curve is compared with that of the curve with its sign

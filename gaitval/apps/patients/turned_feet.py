@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.apps.patients.rolling_foot import POINTS, leg_frames
-from gaitval.apps.patients.strides import Strides
+from gaitval.apps.patients.strides import PersonStrides
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.gait.record import GaitRecord
@@ -29,16 +29,16 @@ LARGEST: Final = float(np.radians(35.0))
 """rad. Beyond this the angles are of another convention, and the foot is turned by this much."""
 
 
-def turned_feet(strides: Strides, told: GaitRecord, model: BodyModel) -> dict[Side, float]:
+def turned_feet(strides: PersonStrides, known: GaitRecord, model: BodyModel) -> dict[Side, float]:
     """By side, the angle by which the foot is turned outwards on the shank, rad. `strides` are as
-    recorded, deg; `told` is what the model knows of the same strides, from which what a stride
+    recorded, deg; `known` is what the model knows of the same strides, from which what a stride
     lacks is taken; `model` is the body with straight feet.
     """
     found: dict[Side, float] = {}
     phase = np.arange(POINTS) / POINTS
     stands = (phase > STANCE[0]) & (phase < STANCE[1])
     for side in SIDES:
-        foot = leg_frames(told.angles, told.left_phase, model, side)
+        foot = leg_frames(known.angles, known.left_phase, model, side)
         inwards = foot_angles(foot[:, SEGMENTS.index(f"foot_{side[0]}"), :3, :3], side)[:, 2]
         recorded = np.radians(strides.angles[f"foot_progression_{side[0]}"])
         recorded = np.interp(phase, np.linspace(0.0, 1.0, len(recorded)), recorded)

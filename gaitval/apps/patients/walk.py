@@ -13,9 +13,9 @@ from typing import Any, Final
 import numpy as np
 
 from gaitval.apps.patients.gentle_fit import gentle_reference
+from gaitval.apps.patients.known_record import expected_record
 from gaitval.apps.patients.passive_foot import patient_record
 from gaitval.apps.patients.records import Patient, two_sided
-from gaitval.apps.patients.told import expected_record
 from gaitval.apps.patients.turned_feet import turned_feet, with_turned_feet
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, value_hash, write_json
@@ -40,15 +40,15 @@ from gaitval.simulation.walker import WalkingTask
 
 COMPARED: Final = 4
 """Cycles of each start that are compared, after the settling ones: 32 of eight starts."""
-TOLD: Final = tuple(name for name in PROFILE_ANGLES if name != "foot_progression")
+KNOWN: Final = tuple(name for name in PROFILE_ANGLES if name != "foot_progression")
 """Angles that the model knows, and has a coordinate for."""
 _PHASE: Final = np.linspace(0.0, 1.0, 101)
 
-Json = dict[str, Any]
+_Json = dict[str, Any]
 
 
 @one_thread()
-def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json:
+def walk(patient: Patient, policy: Policy, configuration: Configuration) -> _Json:
     """The results of the walk of a `patient` with a `policy`, by the `configuration`, for JSON:
     `falls` of `starts`; `cycles`, the fewest of a start and side that did not fall; `angles`, RMS
     from the stride by name, deg, and `angle`, their mean; `correction`, errors of the walk against
@@ -101,7 +101,7 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
     controls = load_controls().curves
     usual = expected_record(subject, others)
     names = [f"{name}_{side[0]}" for name in JOINT_MOMENTS for side in SIDES]
-    told = [value for name, value in errors.items() if name[:-2] in TOLD]
+    known_errors = [value for name, value in errors.items() if name[:-2] in KNOWN]
     return {
         "name": subject.identifier,
         "group": patient.strides.group,
@@ -112,7 +112,7 @@ def walk(patient: Patient, policy: Policy, configuration: Configuration) -> Json
         "cycles": min((min(each.cycles.right, each.cycles.left) for each in stood), default=0),
         "speed": float(np.mean([each.walking_speed or 0.0 for each in stood])) if stood else None,
         "angles": errors or None,
-        "angle": float(np.mean(told)) if told else None,
+        "angle": float(np.mean(known_errors)) if known_errors else None,
         "correction": {"errors": correction.errors, "refused": correction.refused},
         "scores": {
             "stride": gait_profile(patient.strides.angles, controls).total,
@@ -133,10 +133,10 @@ def walk_all(
     policy: Policy,
     configuration: Configuration,
     code: str,
-    tell: Callable[[str], None],
-) -> list[Json]:
+    notify: Callable[[str], None],
+) -> list[_Json]:
     """`walk` of all `patients`, each in `folder`/NAME.json; one that is there, of the same subject,
-    settings and `code`, is not walked again. `tell` is called with a sentence for each.
+    settings and `code`, is not walked again. `notify` is called with a sentence for each.
     """
     found = []
     for number, (name, patient) in enumerate(patients.items(), start=1):
@@ -155,8 +155,8 @@ def walk_all(
             result = {"of": of, **walk(patient, policy, configuration)}
             write_json(path, result)
         found.append(result)
-        said = f"falls from {result['falls']} of {result['starts']} starts"
+        message = f"falls from {result['falls']} of {result['starts']} starts"
         if result["angle"] is not None:
-            said = f"{said}, {result['angle']:.2f}° from the stride"
-        tell(f"{name}: {said} ({number} of {len(patients)})")
+            message = f"{message}, {result['angle']:.2f}° from the stride"
+        notify(f"{name}: {message} ({number} of {len(patients)})")
     return found

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gaitval import file_gate
 from gaitval.apps.regression.finished import Record, check_finished, read_records
 from gaitval.apps.regression.seal import changes, check_seal, measures_known, read_seal, seal
-from gaitval.apps.regression.whole_folder import disk_says, writing_whole
+from gaitval.apps.regression.whole_folder import disk_message, writing_whole
 from gaitval.artefacts import (
     copy_files,
     file_hash,
@@ -26,7 +26,7 @@ from gaitval.artefacts import (
 from gaitval.configuration import load_configuration
 from gaitval.disk_errors import why_unwritable
 from gaitval.errors import ArtefactError, GaitvalError, SubjectError
-from gaitval.folder_lock import held
+from gaitval.folder_lock import locked
 from gaitval.metrics.typed import OpenResult, Size
 from gaitval.metrics.walk_results import StoredStarts
 from gaitval.study.identification_stages import save_identified_reference
@@ -220,14 +220,16 @@ def starts_stage(run: Run) -> Stage:
     )
 
 
-def walking_stages(run: Run, *, witness: bool) -> tuple[Stage, ...]:
-    """The stages of `run` from a stored policy to its walks, with a second engine if `witness`."""
+def walking_stages(run: Run, *, second_engine: bool) -> tuple[Stage, ...]:
+    """The stages of `run` from a stored policy to its walks, with a second engine if
+    `second_engine`.
+    """
     return (
         scale_stage(run),
         reference_stage(run),
         identified_reference_stage(run),
         starts_stage(run),
-        simulate_stage(run, witness=witness),
+        simulate_stage(run, second_engine=second_engine),
     )
 
 
@@ -362,10 +364,12 @@ def walk_again(baseline: Path, observer: Observer, *, quick: bool = False) -> "M
             with open_run(subject, configuration, temporary, observer) as run:
                 return _walked(run, baseline, quick=quick)
         except GaitvalError as error:
-            if (why := disk_says(error, temporary)) is not None:
+            if (why := disk_message(error, temporary)) is not None:
                 raise ArtefactError(_no_room(str(temporary.parent), why)) from None
-            told = str(error).replace(str(temporary), str(baseline))  # theirs, not a copy of ours
-            raise type(error)(told).with_way_on(*error.goes_on) from None
+            message = str(error).replace(
+                str(temporary), str(baseline)
+            )  # theirs, not a copy of ours
+            raise type(error)(message).with_way_on(*error.goes_on) from None
 
 
 @contextmanager
@@ -375,16 +379,16 @@ def _temporary() -> Iterator[Path]:
         remove_abandoned()
         made = tempfile.TemporaryDirectory(prefix=TEMPORARY)
     except OSError as error:
-        told = why_unwritable(error) or f"{error.strerror}. Make room"
+        why = why_unwritable(error) or f"{error.strerror}. Make room"
         where = str(Path(error.filename).parent) if error.filename else "no temporary folder"
-        raise ArtefactError(_no_room(where, told)) from None
+        raise ArtefactError(_no_room(where, why)) from None
     with made as name:
         yield Path(name)
 
 
-def _no_room(where: str, told: str) -> str:
+def _no_room(where: str, why: str) -> str:
     return (
-        f"{where}: a check walks in a temporary folder, which cannot be written here: {told}, or "
+        f"{where}: a check walks in a temporary folder, which cannot be written here: {why}, or "
         "set TMPDIR to a folder on another disk; then run the same command again. The baseline is "
         "unchanged."
     )
@@ -402,7 +406,7 @@ def _walked(run: Run, baseline: Path, *, quick: bool) -> "Metrics":
 
     # `open_run` has written subject and configuration, and the metrics are to be found anew
     copy_files(baseline, run.folder, STORED_FILES[2:-1])
-    for stage in walking_stages(run, witness=not quick):
+    for stage in walking_stages(run, second_engine=not quick):
         run_stage(stage, run.folder, observer=run.observer)
     if quick:
         return metrics_of(run, pushes=None)
@@ -426,5 +430,5 @@ def remove_abandoned(folder: Path | None = None) -> None:
             # one of tomorrow is not new either: the clock has gone back
             old = abs(time.time() - about.st_mtime) > _ABANDONED
             if stat.S_ISDIR(about.st_mode) and old and user in (None, about.st_uid):
-                with held(left):
+                with locked(left):
                     shutil.rmtree(left)

@@ -21,7 +21,7 @@ def is_result(folder: Path) -> bool:
     return (folder / RESULT).is_file()
 
 
-class Figure(Protocol):
+class ResultFigure(Protocol):
     """A figure of a result: `quantity` and `unit`, `of` side and assumption, and its `value`."""
 
     @property
@@ -34,10 +34,10 @@ class Figure(Protocol):
     def value(self) -> float | None: ...  # noqa: D102
 
 
-FigureOf = TypeVar("FigureOf", bound=Figure)
+FigureOf = TypeVar("FigureOf", bound=ResultFigure)
 
 
-class Results(Protocol[FigureOf]):
+class DeviceResults(Protocol[FigureOf]):
     """What is asked of results of devices; see `gaitval.apps.devices.results`."""
 
     @property
@@ -60,7 +60,7 @@ class Results(Protocol[FigureOf]):
 
 
 def rows(
-    before: Sequence[Figure], now: Sequence[Figure], margins: Mapping[str, float]
+    before: Sequence[ResultFigure], now: Sequence[ResultFigure], margins: Mapping[str, float]
 ) -> list[Row]:
     """A row for every figure before or now. One that moved by more than its margin, in either
     direction, is another result, and so lost; so is one that is there in one of both only.
@@ -78,7 +78,7 @@ def rows(
     return found
 
 
-def check(folder: Path, known: Results[FigureOf]) -> list[Row]:
+def check(folder: Path, known: DeviceResults[FigureOf]) -> list[Row]:
     """The rows of a stored result, walked again as `known` does. Raises GaitvalError."""
     from gaitval.terminal import display
 
@@ -89,7 +89,7 @@ def check(folder: Path, known: Results[FigureOf]) -> list[Row]:
     return rows(stored, now, known.MARGINS)
 
 
-class Compared(NamedTuple):
+class ComparedResults(NamedTuple):
     """Results beside those before.
 
     Attributes
@@ -104,8 +104,8 @@ class Compared(NamedTuple):
 
 
 def compare(
-    out: Path, folders: Sequence[Path], before: Sequence[Path], known: Results[FigureOf]
-) -> Compared:
+    out: Path, folders: Sequence[Path], before: Sequence[Path], known: DeviceResults[FigureOf]
+) -> ComparedResults:
     """Write results side by side into `out`; what moved since those `before`, matched by person and
     name of the folder. Raises ArtefactError.
     """
@@ -113,7 +113,7 @@ def compare(
     results = {name: known.stored(folder) for name, folder in now.items()}
     known.write_side_by_side(out, "devices", results)
     if not then:
-        return Compared([], [], [])
+        return ComparedResults([], [], [])
     here, there = _by_key(now, "RUN", known), _by_key(then, "--before", known)
     both = [key for key in here if key in there]
     if not both:
@@ -126,7 +126,7 @@ def compare(
         of = f"{here[key]}: " if len(both) > 1 else ""
         moved = rows(known.stored(then[there[key]]), results[here[key]], known.MARGINS)
         found += [replace(row, target=f"{of}{row.target}") for row in moved]
-    return Compared(
+    return ComparedResults(
         found,
         [name for key, name in there.items() if key not in here],
         [name for key, name in here.items() if key not in there],
@@ -144,7 +144,7 @@ def _by_name(folders: Sequence[Path]) -> dict[str, Path]:
 
 
 def _by_key(
-    folders: Mapping[str, Path], which: str, known: Results[FigureOf]
+    folders: Mapping[str, Path], which: str, known: DeviceResults[FigureOf]
 ) -> dict[tuple[str, str], str]:
     """The names of results by person and folder. Raises ArtefactError if two are of one."""
     found: dict[tuple[str, str], str] = {}

@@ -28,7 +28,7 @@ from gaitval.errors import ArtefactError
 from gaitval.metrics.tolerances import load_registry
 from gaitval.metrics.typed import Count, OpenResult, Size
 
-Kind = Literal["check", "benchmark"]
+_CheckKind = Literal["check", "benchmark"]
 
 APPLICATION: Final = 0x67614974
 """Of the file, so that it is known whose it is ("gaIt"; PRAGMA application_id)."""
@@ -69,7 +69,7 @@ _TABLES: Final = {
 
 
 @dataclass(frozen=True)
-class Figure:
+class CheckedFigure:
     """One figure of a check.
 
     Attributes
@@ -103,13 +103,13 @@ class Check:
     subject : whose walk; of benchmarks nothing.
     """
 
-    kind: Kind
+    kind: _CheckKind
     revision: str
     revised: str | None
     time: str
     machine: str
     subject: str
-    figures: tuple[Figure, ...]
+    figures: tuple[CheckedFigure, ...]
 
 
 Commit = tuple[str, str | None]
@@ -130,7 +130,7 @@ def of_rows(rows: Sequence[Row], subject: str, commit: Commit | None = None) -> 
         machine=this_machine(),
         subject=subject,
         figures=tuple(
-            Figure(
+            CheckedFigure(
                 measure=row.measure,
                 target=row.target,
                 unit=row.unit,
@@ -149,12 +149,12 @@ def current_commit() -> Commit:
     read; "unknown" outside a git repository, except where a CI server says it (GITHUB_SHA,
     CI_COMMIT_SHA).
     """
-    told = os.environ.get("GITHUB_SHA") or os.environ.get("CI_COMMIT_SHA")
+    commit = os.environ.get("GITHUB_SHA") or os.environ.get("CI_COMMIT_SHA")
     # a user's settings may show signatures, whose check prints lines of its own
     found = _git("show", "--no-show-signature", "-s", "--format=%H %ct", "HEAD")
-    said = _COMMIT.fullmatch(found.splitlines()[-1]) if found else None
-    if said is None:
-        return told or "unknown", None
+    answer = _COMMIT.fullmatch(found.splitlines()[-1]) if found else None
+    if answer is None:
+        return commit or "unknown", None
     changed = (
         "+"
         if _git("status", "--porcelain", "--untracked-files=no", "--ignore-submodules=all")
@@ -162,8 +162,8 @@ def current_commit() -> Commit:
     )
     revised = None
     with suppress(ValueError, OverflowError, OSError):  # beyond the year 9999
-        revised = datetime.fromtimestamp(int(said["seconds"]), UTC).isoformat()
-    return f"{said['revision']}{changed}", revised
+        revised = datetime.fromtimestamp(int(answer["seconds"]), UTC).isoformat()
+    return f"{answer['revision']}{changed}", revised
 
 
 def _git(*arguments: str) -> str | None:
@@ -247,7 +247,7 @@ def read_benchmarks(path: Path) -> Check:
         machine=f"{about.system} {about.machine}, {brand} x {cores}",
         subject="",
         figures=tuple(
-            Figure(BENCHMARK, each.fullname, "s", each.stats.median, None, None, "lower")
+            CheckedFigure(BENCHMARK, each.fullname, "s", each.stats.median, None, None, "lower")
             for each in found.benchmarks
         ),
     )
@@ -348,7 +348,7 @@ def read(path: Path) -> list[Check]:
             f"history to show. `gaitval check --history {path}` begins one."
         )
     with _opened(path, write=False) as database:
-        figures: dict[int, list[Figure]] = {}
+        figures: dict[int, list[CheckedFigure]] = {}
         for number, *values in database.execute("SELECT * FROM figures ORDER BY rowid"):
             figures.setdefault(number, []).append(_figure(values, path))
         checks = [
@@ -422,13 +422,13 @@ def _look_over(database: sqlite3.Connection, path: Path, *, write: bool) -> None
             f"{path}: is a history of version {version}, but this gaitval reads version {VERSION}. "
             "Use the gaitval that wrote it, or begin another file."
         )
-    said = database.execute("PRAGMA quick_check(1)").fetchone()[0]
-    if said != "ok":
-        raise ArtefactError(f"{path}: is damaged ({str(said)[:80]}). {_FIX}")
+    answer = database.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if answer != "ok":
+        raise ArtefactError(f"{path}: is damaged ({str(answer)[:80]}). {_FIX}")
 
 
-def _figure(values: Sequence[Any], path: Path) -> Figure:
-    found = Figure(*values)
+def _figure(values: Sequence[Any], path: Path) -> CheckedFigure:
+    found = CheckedFigure(*values)
     texts = (found.measure, found.target, found.unit)
     numbers = (found.value, found.stored, found.margin)
     if (
@@ -446,7 +446,7 @@ def _finite(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _check(values: Sequence[Any], figures: tuple[Figure, ...], path: Path) -> Check:
+def _check(values: Sequence[Any], figures: tuple[CheckedFigure, ...], path: Path) -> Check:
     kind, revision, revised, time, machine, subject = values
     found = Check(kind, revision, revised, time, machine, subject, figures)
     texts = (found.kind, found.revision, found.time, found.machine, found.subject)
@@ -466,13 +466,13 @@ Key = tuple[str, str, str, str]
 """Subject, measure, target and machine of a series."""
 
 
-def series_of(checks: Sequence[Check]) -> Mapping[Key, list[tuple[Check, Figure]]]:
+def series_of(checks: Sequence[Check]) -> Mapping[Key, list[tuple[Check, CheckedFigure]]]:
     """The figures by subject, measure, target and machine, in the order of `checks`.
 
     Of accuracy the machine is empty: figures of all machines belong together, because margins are
     made for different rounding. Times of different machines cannot be compared.
     """
-    found: dict[Key, list[tuple[Check, Figure]]] = {}
+    found: dict[Key, list[tuple[Check, CheckedFigure]]] = {}
     for check in checks:
         machine = check.machine if check.kind == "benchmark" else ""
         for figure in check.figures:

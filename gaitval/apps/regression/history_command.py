@@ -11,7 +11,7 @@ from gaitval.terminal import display
 from gaitval.terminal.app import added_command
 
 if TYPE_CHECKING:
-    from gaitval.apps.regression.history_page import Found
+    from gaitval.apps.regression.history_page import FoundStep
 
 
 @added_command(
@@ -72,7 +72,7 @@ def history(
     )
 
 
-def _print_steps(steps: "Sequence[Found]") -> None:
+def _print_steps(steps: "Sequence[FoundStep]") -> None:
     """Print the commits at which a figure took a step, if there are any."""
     from gaitval.apps.regression.history_page import short, shown
 

@@ -13,7 +13,7 @@ from gaitval.apps.regression import change_points
 from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE
 from gaitval.apps.regression.csv_text import csv_text
 from gaitval.apps.regression.history import Check, Key, series_of
-from gaitval.apps.regression.history import Figure as Value
+from gaitval.apps.regression.history import CheckedFigure as Value
 from gaitval.artefacts import write_text
 from gaitval.metrics.verdicts import target_text
 from gaitval.reporting.drawing import new_figure, svg
@@ -31,7 +31,7 @@ _SAME: Final = 1e-5
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundStep:
     """A step of one figure, or where it could no longer be measured, or could be again.
 
     Attributes
@@ -59,7 +59,7 @@ class Found:
     change: str
 
 
-def find_steps(checks: Sequence[Check]) -> list[Found]:
+def find_steps(checks: Sequence[Check]) -> list[FoundStep]:
     """The steps in all series of a history (`checks`), in the order of their commits."""
     series = {
         key: measured
@@ -83,7 +83,7 @@ def _gaps(rows: Sequence[tuple[Check, Value]]) -> list[int]:
     return [place for place in range(1, len(there)) if there[place] != there[place - 1]]
 
 
-def _gap(key: Key, rows: Sequence[tuple[Check, Value]], place: int) -> Found:
+def _gap(key: Key, rows: Sequence[tuple[Check, Value]], place: int) -> FoundStep:
     before, after = rows[place - 1][1].value, rows[place][1].value
     step = change_points.Step(place, before or 0.0, after or 0.0, 0.0)
     change = "worse" if after is None else "better"
@@ -95,7 +95,7 @@ def _value(row: tuple[Check, Value]) -> float:
     return row[1].value
 
 
-def _found(key: Key, rows: Sequence[tuple[Check, Value]], step: change_points.Step) -> Found:
+def _found(key: Key, rows: Sequence[tuple[Check, Value]], step: change_points.Step) -> FoundStep:
     subject, measure, target, machine = key
     check, figure = rows[step.index]
     worse = step.after - step.before if figure.better == "lower" else step.before - step.after
@@ -103,7 +103,7 @@ def _found(key: Key, rows: Sequence[tuple[Check, Value]], step: change_points.St
         change = "within the margin"
     else:
         change = "worse" if worse > 0.0 else "better"
-    return Found(
+    return FoundStep(
         subject=subject,
         measure=measure,
         target=target,
@@ -120,7 +120,7 @@ def _found(key: Key, rows: Sequence[tuple[Check, Value]], step: change_points.St
     )
 
 
-def write_history(folder: Path, name: str, checks: Sequence[Check]) -> list[Found]:
+def write_history(folder: Path, name: str, checks: Sequence[Check]) -> list[FoundStep]:
     """Write the page of a history (`checks`) into `folder` as `name`.html, `name`.pdf and, with all
     values, `name`.csv; returns the steps, as `find_steps`.
     """
@@ -177,7 +177,7 @@ def _lost(figure: Value) -> bool:
     return worse > figure.margin
 
 
-def _step_row(step: Found) -> dict[str, Any]:
+def _step_row(step: FoundStep) -> dict[str, Any]:
     return {
         "revision": short(step.revision),
         "last": short(step.last),
@@ -198,7 +198,7 @@ def shown(value: float | None) -> str:
     return "not measured" if value is None else f"{value:.4g}".replace("-", "−")
 
 
-def _chance(step: Found) -> str:
+def _chance(step: FoundStep) -> str:
     if None in (step.before, step.after):
         return ""
     return f"{step.chance:.1g}" if step.chance >= 1e-6 else "< 0.000001"
@@ -219,7 +219,7 @@ def _unchanged(groups: Mapping[Key, Sequence[tuple[Check, Value]]]) -> int:
 def _drawn(
     checks: Sequence[Check],
     groups: Mapping[Key, Sequence[tuple[Check, Value]]],
-    steps: Sequence[Found],
+    steps: Sequence[FoundStep],
 ) -> list[dict[str, Any]]:
     """A drawing for each subject and machine, with a panel for each measure that ever changed."""
     revisions = list(dict.fromkeys(check.revision for check in checks))
@@ -257,7 +257,7 @@ def _drawn(
 def _small_multiples(
     panels: Mapping[str, Sequence[Key]],
     groups: Mapping[Key, Sequence[tuple[Check, Value]]],
-    steps: Sequence[Found],
+    steps: Sequence[FoundStep],
     at: Mapping[str, int],
     revisions: Sequence[str],
     name: str,
@@ -296,7 +296,7 @@ def _panel(
     axis: Axes,
     keys: Sequence[Key],
     groups: Mapping[Key, Sequence[tuple[Check, Value]]],
-    steps: Sequence[Found],
+    steps: Sequence[FoundStep],
     at: Mapping[str, int],
 ) -> None:
     for key in keys:

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitval.apps.regression.versions import Pair, StoredWalk
+from gaitval.apps.regression.versions import StoredWalk, WalkPair
 from gaitval.arrays import Array, sample_deviation
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject_file import load_subject
@@ -33,10 +33,10 @@ GRIDS: Final = {
     "forces": grids.FORCES,
 }
 
-Strides = Mapping[str, Array]
+_Strides = Mapping[str, Array]
 
 
-def pair_grids(pairs: Sequence[Pair]) -> list[dict[str, Any]]:
+def pair_grids(pairs: Sequence[WalkPair]) -> list[dict[str, Any]]:
     """For the template: of each of the first `PAIRS` people the subject, whether the curves were
     tested and with how many strides, and the figures by name.
     """
@@ -63,7 +63,7 @@ def pair_grids(pairs: Sequence[Pair]) -> list[dict[str, Any]]:
     return found
 
 
-def panels(pair: Pair, before: Strides, now: Strides) -> dict[str, list[list[Panel]]]:
+def panels(pair: WalkPair, before: _Strides, now: _Strides) -> dict[str, list[list[Panel]]]:
     """The panels of each of `GRIDS`; `before` and `now` are strides as `strides_of` has them."""
     normal = _norms(pair.now)
     return {
@@ -73,7 +73,7 @@ def panels(pair: Pair, before: Strides, now: Strides) -> dict[str, list[list[Pan
 
 
 def _panel(
-    pair: Pair, before: Strides, now: Strides, normal: Mapping[str, Norm], name: str
+    pair: WalkPair, before: _Strides, now: _Strides, normal: Mapping[str, Norm], name: str
 ) -> Panel:
     kind, _, curve = name.partition("/")
     curves: list[DrawnCurve] = []
@@ -99,7 +99,7 @@ def _panel(
     )
 
 
-def differing(before: Strides, now: Strides, key: str) -> list[tuple[float, float]]:
+def differing(before: _Strides, now: _Strides, key: str) -> list[tuple[float, float]]:
     """First and last % of the cycle where the curve `key`, "kind/name_side", of two walks differs,
     at 5 % over the whole cycle; of forces over the stance of either.
     """

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gaitval.metrics.results import Metrics
     from gaitval.metrics.tolerances import Measure
 
-Check = Callable[..., "list[Row]"]
+_CheckFixture = Callable[..., "list[Row]"]
 
 _MOVED: Final = pytest.StashKey[dict[str, list[str]]]()
 """What moved by more than its margin, lines by baseline, for the summary."""
@@ -58,7 +58,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture
 def gaitval_check(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Check:
+) -> _CheckFixture:
     """A function that fails the test if a stored walk has lost accuracy (for pytest's `request`, in
     folders of `tmp_path_factory`).
 

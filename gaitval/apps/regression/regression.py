@@ -13,7 +13,7 @@ from gaitval.metrics.origin import is_judged, measure_origin
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import UNITS, load_registry
 
-Outcome = Literal["lost", "kept", "improved", "new"]
+MeasureOutcome = Literal["lost", "kept", "improved", "new"]
 
 LONG_MEASURES = ("consecutive_cycles", "push_survival")
 """Measures that need longer rollouts than the compared one."""
@@ -56,11 +56,13 @@ class Row:
     baseline: float | None
     current: float | None
     margin: float
-    change: Outcome
+    change: MeasureOutcome
     origin: Origin | None = None
 
 
-def _change(baseline: float | None, current: float | None, margin: float, better: str) -> Outcome:
+def _change(
+    baseline: float | None, current: float | None, margin: float, better: str
+) -> MeasureOutcome:
     if current is None:
         return "kept" if baseline is None else "lost"
     if baseline is None:
@@ -151,8 +153,8 @@ def prepare_junit(path: Path) -> None:
         with scratch(path.parent):
             pass
     except ArtefactError as error:
-        told = str(error).replace("with --out", "for --junit")
-        raise ArtefactError(f"--junit {path}: {told}") from None
+        message = str(error).replace("with --out", "for --junit")
+        raise ArtefactError(f"--junit {path}: {message}") from None
 
 
 def write_junit(rows: Sequence[Row], path: Path, *, about: Mapping[str, str]) -> None:

@@ -180,18 +180,18 @@ def changes(found: Seal, before: "Metrics", now: "Metrics", code: Mapping[str, s
     not installed now did not change this walk.
     """
     then, here = (each.provenance.versions for each in (before, now))
-    told = [
+    messages = [
         f"{name} {then.get(name, 'not there')}, now {version}"
         for name, version in sorted(here.items())
         if then.get(name) != version
     ]
     if before.provenance.record != now.provenance.record:
-        told.append("the record as it is read now")
+        messages.append("the record as it is read now")
     if found.code is None:
-        told.append(UNKNOWN_CODE)
+        messages.append(UNKNOWN_CODE)
     else:
-        told += _changed_code(found.code, code)
-    return told
+        messages += _changed_code(found.code, code)
+    return messages
 
 
 def inputs_in_words(changed: Sequence[str]) -> str:

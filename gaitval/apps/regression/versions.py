@@ -55,7 +55,7 @@ class Flip:
 
 
 @dataclass(frozen=True)
-class Pair:
+class WalkPair:
     """The walks of one person before and now.
 
     Attributes
@@ -79,7 +79,7 @@ class Versions:
     only_before, only_now : subjects without a counterpart.
     """
 
-    pairs: tuple[Pair, ...]
+    pairs: tuple[WalkPair, ...]
     only_before: tuple[str, ...]
     only_now: tuple[str, ...]
 
@@ -118,9 +118,9 @@ def matched(before: Sequence[StoredWalk], now: Sequence[StoredWalk]) -> Versions
     )
 
 
-def _pair(before: StoredWalk, now: StoredWalk) -> Pair:
+def _pair(before: StoredWalk, now: StoredWalk) -> WalkPair:
     records = {walk.metrics.provenance.record for walk in (before, now)}
-    return Pair(
+    return WalkPair(
         before=before,
         now=now,
         rows=tuple(compare(before.metrics, now.metrics, margins=before.margins)),
@@ -128,7 +128,7 @@ def _pair(before: StoredWalk, now: StoredWalk) -> Pair:
     )
 
 
-def flips(pair: Pair) -> list[Flip]:
+def flips(pair: WalkPair) -> list[Flip]:
     """The limits, in both versions of a `pair`, whose verdicts differ."""
     then = {(row.id, row.target): row for row in pair.before.metrics.tolerances}
     return [

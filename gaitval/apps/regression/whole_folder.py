@@ -25,10 +25,10 @@ def writing_whole(target: Path) -> Iterator[Path]:
             yield new
             _move_in(new, target, replaced)
     except (GaitvalError, OSError) as error:
-        if (told := disk_says(error, target)) is None:
+        if (why := disk_message(error, target)) is None:
             raise
         raise ArtefactError(
-            f"{target}: cannot be written: {told}, or give another folder with --to; then run the "
+            f"{target}: cannot be written: {why}, or give another folder with --to; then run the "
             "same command again. What was there before is unchanged."
         ) from None
 
@@ -57,7 +57,7 @@ def _move_in(new: Path, target: Path, replaced: Path) -> None:
         raise
 
 
-def disk_says(error: Exception, folder: Path) -> str | None:
+def disk_message(error: Exception, folder: Path) -> str | None:
     """Why the disk did not take a file in `folder`, if an `error` is about that; else None."""
     if not isinstance(error, GaitvalError):
         return why_unwritable(error)

@@ -24,7 +24,7 @@ from gaitval.gait.accuracy import RecordAccuracy
 from gaitval.gait.cycle_curves import FORCES, JOINT_MOMENTS, PELVIS_ANGLES, Curves
 from gaitval.gait.mean_curves import MeanCurves
 from gaitval.gait.plate_correction import SHIFT_SIGNS
-from gaitval.gait.record import RECORDED_ANGLES, Curve, PeriodicCurve
+from gaitval.gait.record import RECORDED_ANGLES, FittedCurve, PeriodicCurve
 from gaitval.gait.sampling import SAMPLES
 from gaitval.identification.body_fit import angle_sd
 from gaitval.identification.prior import prior_sd
@@ -62,7 +62,7 @@ _OWN_KINETICS: Final = RecordAccuracy(
 )
 """Moments and forces are those that this body needs for its motion, within the scatter between
 people: a body that is made to walk with another's moments shows nothing of its own."""
-_HELD: Final = 1e-4
+_FIXED: Final = 1e-4
 """rad, SD of the lean of the trunk about the drawn one: it is a trait of the person and must not
 give way to the moments."""
 _PERCENT: Final = np.linspace(0.0, 1.0, SAMPLES)
@@ -115,7 +115,7 @@ def on_legs(person: Subject, leg: float, size: float) -> Subject:
     the size (Hof 1996).
     """
 
-    def larger(curve: Curve) -> Curve:
+    def larger(curve: FittedCurve) -> FittedCurve:
         cosine, sine = (tuple(size * each for each in part) for part in (curve.cosine, curve.sine))
         return curve.model_copy(update={"mean": size * curve.mean, "cosine": cosine, "sine": sine})
 
@@ -203,7 +203,7 @@ def walked(
         initial = another.motion(initial, body)
     accuracy = Accuracy(
         record=_OWN_KINETICS,
-        convention=INFERENCE.convention._replace(lean=_HELD),
+        convention=INFERENCE.convention._replace(lean=_FIXED),
         mean_lean=INFERENCE.convention.lean * random.standard_normal(),
     )
     reference = fitted(initial, record, body, contact, accuracy)

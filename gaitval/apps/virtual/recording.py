@@ -144,16 +144,16 @@ def recorded_person(
     body = apply_parameters(scale_subject(person, symmetric=symmetric).model, mu)
     measured = _measured(person, mu, symmetric=symmetric)
     marker_set = load_marker_set(MARKER_SET)
-    standing, worn = _standing(body, measured, marker_set, random)
+    standing, attached = _standing(body, measured, marker_set, random)
     rows = _part(walk, task)
     plates, positions, belt = _on_belts(walk, task, rows)
     shown = positions[::CAMERA_STEPS]
     rate = 1.0 / (CAMERA_STEPS * float(walk.time[1] - walk.time[0]))
-    markers = marker_positions(body, worn, shown)
+    markers = marker_positions(body, attached, shown)
     walking = Recording(
         source=f"virtual person {number} of seed {seed}",
         axes="laboratory",
-        names=tuple(marker.name for marker in worn),
+        names=tuple(marker.name for marker in attached),
         markers=markers + CAMERA_NOISE * random.standard_normal(markers.shape),
         marker_rate=rate,
         plates=tuple(_with_noise(plate, random) for plate in plates),
@@ -204,7 +204,7 @@ def _standing(
     frames = segment_frames(body, pose[None])[0]
     landmarks = landmarks_on(measured, frames)
     places: dict[str, Array] = {}
-    worn: list[ModelMarker] = []
+    attached: list[ModelMarker] = []
     for name, marker in marker_set.markers.items():
         frame = frames[SEGMENTS.index(marker.segment)]
         if marker.landmark is not None:
@@ -214,10 +214,10 @@ def _standing(
         if not marker.static_only:
             # A row vector times R is Rᵀ times the vector: from world axes to the segment's.
             local = (places[name] - frame[:3, 3]) @ frame[:3, :3]
-            worn.append(ModelMarker(name, marker.segment, local))
+            attached.append(ModelMarker(name, marker.segment, local))
     markers = np.tile(np.array(list(places.values())), (STANDING_FRAMES, 1, 1))
     markers = markers + CAMERA_NOISE * random.standard_normal(markers.shape)
-    return Recording("standing", "project", tuple(places), markers, 1.0), worn
+    return Recording("standing", "project", tuple(places), markers, 1.0), attached
 
 
 def _part(walk: Rollout, task: WalkingTask) -> slice:

@@ -152,7 +152,7 @@ class GravityCompensation(_Controller):
         return measured.forward * weight * self.arm * math.sin(measured.inclination)
 
 
-class Stage(_Controller):
+class ImpedanceStage(_Controller):
     """A stage of an `Impedance`: until which phase, stiffness Nm/rad, damping Nms/rad, rest rad."""
 
     until: Annotated[float, Field(gt=0, le=1)]
@@ -167,7 +167,7 @@ class Impedance(_Controller):
     """
 
     kind: Literal["impedance"] = "impedance"
-    stages: tuple[Stage, ...] = Field(min_length=1, max_length=20)
+    stages: tuple[ImpedanceStage, ...] = Field(min_length=1, max_length=20)
 
     @model_validator(mode="after")
     def _whole(self) -> "Impedance":

@@ -54,11 +54,11 @@ SHORT: Final = frozenset({"name", "sides", "search"})
 HEAVIEST: Final = 200.0
 """kg; no person carries more."""
 
-Mass = Annotated[float, Field(gt=0, le=HEAVIEST)]
-NotNegative = Annotated[float, Field(ge=0, le=1e6)]
-Positive = Annotated[float, Field(gt=0, le=1e6)]
-Fraction = Annotated[float, Field(ge=0, le=1)]
-Place = tuple[float, float, float]
+_Mass = Annotated[float, Field(gt=0, le=HEAVIEST)]
+_NotNegative = Annotated[float, Field(ge=0, le=1e6)]
+_Positive = Annotated[float, Field(gt=0, le=1e6)]
+_Fraction = Annotated[float, Field(ge=0, le=1)]
+_Place = tuple[float, float, float]
 
 
 def _one_of(value: str, known: Sequence[str], what: str) -> None:
@@ -80,9 +80,9 @@ class Part(Table):
 
     name: str = Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9_-]+$")
     segment: str
-    mass: Mass
-    along: Fraction = 0.0
-    centre: Place = (0.0, 0.0, 0.0)
+    mass: _Mass
+    along: _Fraction = 0.0
+    centre: _Place = (0.0, 0.0, 0.0)
     inertia: tuple[float, float, float, float, float, float] = (0.0,) * 6
 
     @model_validator(mode="after")
@@ -139,7 +139,7 @@ class Spring(Table):
         joint's coordinate.
     """
 
-    stiffness: Positive
+    stiffness: _Positive
     rest: Angle = 0.0
     pulls: Literal["both", "down", "up"] = "both"
 
@@ -157,7 +157,7 @@ class Clutch(Table):
     """
 
     during: Literal["loaded", "unloaded", "phase"] = Field(alias="while")
-    phases: tuple[Fraction, Fraction] = (0.0, 1.0)
+    phases: tuple[_Fraction, _Fraction] = (0.0, 1.0)
     ratchet: bool = False
 
 
@@ -173,12 +173,12 @@ class Motor(Table):
     noise : Nm, standard deviation of its torque.
     """
 
-    torque: Positive
-    speed: Positive
-    power: Positive
-    bandwidth: Positive = 20.0
+    torque: _Positive
+    speed: _Positive
+    power: _Positive
+    bandwidth: _Positive = 20.0
     delay: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    noise: NotNegative = 0.0
+    noise: _NotNegative = 0.0
 
 
 class StanceDamper(Table):
@@ -190,7 +190,7 @@ class StanceDamper(Table):
     until : ... and this side's phase is below this.
     """
 
-    damping: Positive
+    damping: _Positive
     until: Annotated[float, Field(gt=0, le=1)] = 1.0
 
 
@@ -204,8 +204,8 @@ class Strap(Table):
     """
 
     stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: Positive
-    inertia: NotNegative = 0.0
+    damping: _Positive
+    inertia: _NotNegative = 0.0
 
 
 class Socket(Table):
@@ -218,7 +218,7 @@ class Socket(Table):
     """
 
     stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: Positive
+    damping: _Positive
     play: Annotated[float, Field(ge=0, le=0.2)] = 0.0
 
 
@@ -235,7 +235,7 @@ class Hinge(Table):
     joint: str
     muscles: bool = True
     spring: Spring | None = None
-    damping: NotNegative = 0.0
+    damping: _NotNegative = 0.0
     clutch: Clutch | None = None
     stance_damper: StanceDamper | None = None
     motor: Motor | None = None
@@ -288,10 +288,10 @@ class Hinge(Table):
                 'Give spring.pulls = "down" or "up", or clutch.ratchet = false.'
             )
         if self.controller is not None and self.motor is not None:
-            asked = self.controller.largest
-            if asked is not None and asked > self.motor.torque:
+            wanted = self.controller.largest
+            if wanted is not None and wanted > self.motor.torque:
                 raise ValueError(
-                    f"hinge at {self.joint}: the controller asks for {asked:g} Nm, and the motor "
+                    f"hinge at {self.joint}: the controller asks for {wanted:g} Nm, and the motor "
                     f"has {self.motor.torque:g} Nm. Lower the controller's torque, or give "
                     "motor.torque of a stronger one."
                 )
@@ -317,7 +317,7 @@ class Device(Table):
     stumps: tuple[Stump, ...] = ()
     parts: tuple[Part, ...] = ()
     hinges: tuple[Hinge, ...] = ()
-    foot_switch: Positive = 40.0
+    foot_switch: _Positive = 40.0
     search: Aim | None = None
 
     @model_validator(mode="after")

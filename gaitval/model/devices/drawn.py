@@ -23,9 +23,9 @@ from gaitval.model.devices.composite import part_place
 from gaitval.model.devices.device import Device, Hinge, Part, devices_of
 from gaitval.model.urdf import read_urdf
 
-WORN: Final = "devices.toml"
+DEVICES_FILE: Final = "devices.toml"
 """The devices of a run, in its folder."""
-Shape = dict[str, Any]
+_Shape = dict[str, Any]
 """{segment, kind, position, size, turned}, m in the segment's frame: kind "box" with three lengths,
 "sphere" with a radius, "cylinder" (along z) with radius and length, all turned by a quaternion x,
 y, z, w if there is one; or {segment, kind: "skin"}, the segment itself."""
@@ -49,23 +49,25 @@ ACROSS: Final = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 """Quaternion x, y, z, w that turns z to y."""
 
 
-def drawn(folder: Path) -> list[Shape]:
+def drawn(folder: Path) -> list[_Shape]:
     """The shapes of the devices of a run `folder`; none without devices. Raises ConfigurationError,
     ModelError.
     """
-    devices = worn_in(folder)
+    devices = devices_in(folder)
     return shapes(read_urdf(folder / "model.urdf"), devices) if devices else []
 
 
-def worn_in(folder: Path) -> tuple[Device, ...]:
-    """The devices that a run `folder` was made with: of its `WORN`; none without that file."""
-    path = folder / WORN
+def devices_in(folder: Path) -> tuple[Device, ...]:
+    """The devices that a run `folder` was made with: of its `DEVICES_FILE`; none without that
+    file.
+    """
+    path = folder / DEVICES_FILE
     return devices_of(read_toml(path, ConfigurationError), str(path)) if path.is_file() else ()
 
 
-def shapes(model: BodyModel, devices: Sequence[Device]) -> list[Shape]:
+def shapes(model: BodyModel, devices: Sequence[Device]) -> list[_Shape]:
     """The shapes of `devices` on a `model`, in the frames of its segments."""
-    found: list[Shape] = []
+    found: list[_Shape] = []
     for device in devices:
         for part in device.parts:
             for segment in device.places(part.segment):
@@ -79,12 +81,12 @@ def shapes(model: BodyModel, devices: Sequence[Device]) -> list[Shape]:
     return found
 
 
-def solid(part: Part, segment: str, model: BodyModel, *, socket: bool = False) -> Shape:
+def solid(part: Part, segment: str, model: BodyModel, *, socket: bool = False) -> _Shape:
     """The ball, cylinder or box of even density with the mass and inertia of a `part`; a cylinder
     as thin as `DENSITY` makes it if it is no `socket`.
     """
     position, inertia = part_place(part, model[segment], model)
-    shape: Shape = {"segment": segment, "position": position.tolist()}
+    shape: _Shape = {"segment": segment, "position": position.tolist()}
     if not inertia.any():
         radius = (0.75 * part.mass / (math.pi * DENSITY)) ** (1.0 / 3.0)
         return shape | {"kind": "sphere", "size": [radius]}
@@ -108,7 +110,7 @@ def solid(part: Part, segment: str, model: BodyModel, *, socket: bool = False) -
     return shape | {"kind": "box", "size": lengths.tolist()} | turn
 
 
-def _ring(device: Device, part: Part, segment: str, model: BodyModel) -> Iterator[Shape]:
+def _ring(device: Device, part: Part, segment: str, model: BodyModel) -> Iterator[_Shape]:
     """The ring of the strap that holds a part beside a limb."""
     strapped = any(hinge.strap is not None for hinge in device.hinges)
     place, _ = part_place(part, model[segment], model)
@@ -122,7 +124,7 @@ def _ring(device: Device, part: Part, segment: str, model: BodyModel) -> Iterato
         }
 
 
-def _hinge(device: Device, hinge: Hinge, joint: str, model: BodyModel) -> Iterator[Shape]:
+def _hinge(device: Device, hinge: Hinge, joint: str, model: BodyModel) -> Iterator[_Shape]:
     """A disc at a joint that turns about the axis across, and rods to the parts on both sides."""
     if hinge.joint.removesuffix("_r").removesuffix("_l") not in BESIDE:
         return
@@ -146,7 +148,7 @@ def _hinge(device: Device, hinge: Hinge, joint: str, model: BodyModel) -> Iterat
                 yield from _rod(segment, start, place, ROD[lost])
 
 
-def _rod(segment: str, start: Array, end: Array, radius: float) -> Iterator[Shape]:
+def _rod(segment: str, start: Array, end: Array, radius: float) -> Iterator[_Shape]:
     length = float(np.linalg.norm(end - start))
     if length > 0.02:
         turn, _ = Rotation.align_vectors((end - start)[None], np.array([[0.0, 0.0, 1.0]]))

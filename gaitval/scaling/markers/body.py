@@ -241,10 +241,10 @@ def _leg(
     hip: Array,
     sign: float,
     angle: _Angle,
-    held: tuple[Array, Array, Array],
+    fixed: tuple[Array, Array, Array],
 ) -> dict[str, _Frame]:
-    """Segments of a leg below the `hip`, `held` as in `UPRIGHT`, rad. `sign` is that of y."""
-    stride, wide, bent = held
+    """Segments of a leg below the `hip`, `fixed` as in `UPRIGHT`, rad. `sign` is that of y."""
+    stride, wide, bent = fixed
     thigh = (
         _yaw(sign * angle(POSTURE["turn"]))
         @ _roll(sign * (wide + angle(POSTURE["abduction"])))
@@ -273,16 +273,16 @@ def _arm(
     torso: Array,
     sign: float,
     angle: _Angle,
-    held: Sequence[tuple[float, float]],
+    fixed: Sequence[tuple[float, float]],
 ) -> dict[str, _Frame]:
-    """Segments of an arm on the `torso` (its axes), which is `held` as in `HANG`."""
+    """Segments of an arm on the `torso` (its axes), which is `fixed` as in `HANG`."""
     at = [
         np.full(len(hips), -0.012),
         sign * lengths["shoulder_half_width"],
         lengths["trunk"] * 0.87,
     ]
     shoulder = hips + np.einsum("nij,nj->ni", torso, np.stack(at, axis=1))
-    abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in held)
+    abduction, flexion, bend, turn, inwards = (angle(sd, mean) for mean, sd in fixed)
     arm = torso @ _roll(sign * abduction) @ _pitch(-flexion) @ _yaw(-sign * inwards)
     elbow = shoulder - _up(arm, lengths["upper_arm"])
     carried = _roll(sign * angle(*CARRYING[::-1]))

@@ -14,7 +14,7 @@ from gaitval.scaling.markers.body import Site, sites
 from gaitval.scaling.markers.forefeet import FOREFOOT
 from gaitval.scaling.markers.frame import apart, stands, stood
 from gaitval.scaling.markers.match import Match, matched
-from gaitval.scaling.markers.names import Said, agreement, computed, likelihoods, read_names
+from gaitval.scaling.markers.names import ParsedName, agreement, computed, likelihoods, read_names
 
 CERTAIN: Final = 0.95
 """Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table
@@ -188,8 +188,8 @@ def places_of(walking: Recording, standing: Recording | None = None) -> Places:
 
 def draft_of(places: Places) -> Draft:
     """The draft: the names count if a body that they describe is as likely as the one without."""
-    said = read_names(places.names)
-    match, agree = _match(said, places)
+    parsed = read_names(places.names)
+    match, agree = _match(parsed, places)
     guesses = []
     taken = {match.sites[place].label for place in match.chosen if place >= 0}
     whole = all(site.label in taken for site in match.sites if site.there >= OF_EVERY_SET)
@@ -199,10 +199,10 @@ def draft_of(places: Places) -> Draft:
         (places.stood and whole) or agree >= NAMES_COUNT
     )
     on_other_side = {site.label: site for site in match.sites}
-    others = {i: site and on_other_side.get(site.mirrored) for i, site in _sites(said, match)}
-    mirrored = agree < NAMES_COUNT <= agreement(said, others)
+    others = {i: site and on_other_side.get(site.mirrored) for i, site in _sites(parsed, match)}
+    mirrored = agree < NAMES_COUNT <= agreement(parsed, others)
     recognised = recognised and not mirrored
-    for number, (name, word) in enumerate(zip(places.names, said, strict=True)):
+    for number, (name, word) in enumerate(zip(places.names, parsed, strict=True)):
         site = match.site(number)
         silent = not word.places or agree < NAMES_COUNT
         second = int(match.second[number])
@@ -229,30 +229,30 @@ def draft_of(places: Places) -> Draft:
     return Draft(tuple(guesses), places.computed, agree, match.stature, moved, mirrored)
 
 
-def _match(said: Sequence[Said], places: Places) -> tuple[Match, float]:
+def _match(parsed: Sequence[ParsedName], places: Places) -> tuple[Match, float]:
     """The assignment, with the names if they agree with it, and the share of those that do."""
     alone = places.match
-    agree = _agreement(said, alone)
+    agree = _agreement(parsed, alone)
     if np.isnan(agree):
         return alone, agree
-    told = likelihoods(said, sites())
+    likelihood = likelihoods(parsed, sites())
     if agree >= NAMES_COUNT:
-        return matched(places.points, told, places.moves), agree
+        return matched(places.points, likelihood, places.moves), agree
     # Places alone may have led astray: is the body of the names as likely?
-    named = matched(places.points, told, places.moves)
+    named = matched(places.points, likelihood, places.moves)
     where = np.flatnonzero(named.chosen >= 0)
-    by_places = named.score - float(told[where, named.chosen[where]].sum())
-    if _agreement(said, named) >= NAMES_COUNT and by_places > alone.score - AS_LIKELY:
-        return named, _agreement(said, named)
+    by_places = named.score - float(likelihood[where, named.chosen[where]].sum())
+    if _agreement(parsed, named) >= NAMES_COUNT and by_places > alone.score - AS_LIKELY:
+        return named, _agreement(parsed, named)
     return alone, agree
 
 
-def _agreement(said: Sequence[Said], match: Match) -> float:
-    return agreement(said, dict(_sites(said, match)))
+def _agreement(parsed: Sequence[ParsedName], match: Match) -> float:
+    return agreement(parsed, dict(_sites(parsed, match)))
 
 
-def _sites(said: Sequence[Said], match: Match) -> list[tuple[int, Site | None]]:
-    return [(i, match.site(i)) for i in range(len(said))]
+def _sites(parsed: Sequence[ParsedName], match: Match) -> list[tuple[int, Site | None]]:
+    return [(i, match.site(i)) for i in range(len(parsed))]
 
 
 def _moves(names: Sequence[str], walking: Recording) -> Array | None:

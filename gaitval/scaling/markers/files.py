@@ -92,10 +92,10 @@ def _line(guess: Guess, draft: Draft) -> str:
     if site.part in ("torso", "upper_arm", "forearm"):
         keys.append("optional = true")
     name = _quoted(guess.name)
-    return f"{name} = {{ {', '.join(keys)} }}  # {said_of(guess)}"
+    return f"{name} = {{ {', '.join(keys)} }}  # {sentence_of(guess)}"
 
 
-def said_of(guess: Guess) -> str:
+def sentence_of(guess: Guess) -> str:
     """The place and its certainty in words."""
     site = "on no known place" if guess.site is None else guess.site.label
     words = f"{site}, {guess.certainty:.0%}"

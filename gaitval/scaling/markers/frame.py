@@ -26,7 +26,7 @@ BENDS: Final = 0.08
 """Share of that height by which somebody who squats or sits becomes shorter; a walker's changes by
 a third of it."""
 
-HELD_S: Final = 0.5
+STILL_S: Final = 0.5
 """s. Least time for which somebody stands."""
 
 FRAMES: Final = 400
@@ -82,25 +82,25 @@ def _upright(about: Array, recording: Recording) -> tuple[Array, Array]:
     and whether they hold still then; none of a walk, in which the height hardly changes.
     """
     none = np.zeros(len(about), dtype=bool)
-    held = round(HELD_S * recording.marker_rate)
-    if held < 2 or len(about) <= held:
+    window = round(STILL_S * recording.marker_rate)
+    if window < 2 or len(about) <= window:
         return none, none
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # frames without a marker
-        went = np.linalg.norm(about[held:] - about[:-held], axis=2)
-        slow = np.nanmedian(went, axis=1) < STILL_M_S * HELD_S
+        went = np.linalg.norm(about[window:] - about[:-window], axis=2)
+        slow = np.nanmedian(went, axis=1) < STILL_M_S * STILL_S
     height = about[:, _often(about), _up_axis(np.nanmean(about, axis=0))]
     tall = np.ptp(height, axis=1)
     still = none.copy()
-    still[held // 2 : held // 2 + len(slow)] = slow
+    still[window // 2 : window // 2 + len(slow)] = slow
     still &= np.isfinite(tall)
     # Not the greatest height: somebody may raise an arm.
     low, most = np.nanpercentile(tall[still] if still.any() else tall, [10, 90])
     upright = np.abs(tall - most) < UPRIGHT * most
-    if (upright & still).sum() >= held:
+    if (upright & still).sum() >= window:
         return upright & still, upright & still
     bends = low < (1.0 - BENDS) * most
-    return upright if bends and upright.sum() >= held else none, none
+    return upright if bends and upright.sum() >= window else none, none
 
 
 def apart(recording: Recording) -> Array | None:

@@ -125,13 +125,13 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
     walking (`frame.apart`), or None.
     """
     seen = np.flatnonzero(np.isfinite(points).all(axis=1))
-    told = None if names is None else names[seen]
+    likelihood = None if names is None else names[seen]
     rigid = None if moves is None else moves[np.ix_(seen, seen)]
-    starts = sorted(_starts(points[seen], told), key=lambda start: start.cost)
+    starts = sorted(_starts(points[seen], likelihood), key=lambda start: start.cost)
     best: list[tuple[float, Index, _Search, _Start]] = []
 
     def refine(start: _Start) -> None:
-        search = _Search(start.points, start.people, told, rigid)
+        search = _Search(start.points, start.people, likelihood, rigid)
         so_far = max((each[0] for each in best), default=-np.inf)
         best.append((*search.refined(start.chosen, so_far), search, start))
 
@@ -151,11 +151,13 @@ def matched(points: Array, names: Array | None = None, moves: Array | None = Non
             tried.add(key)
             refine(start)
     # With a foot turned or ahead nobody is a mirror image: what was found says how they face.
-    _, chosen, search, begun = max(best, key=lambda each: each[0])
+    _, chosen, search, started = max(best, key=lambda each: each[0])
     yaw = search.yaw(chosen)
     if abs(yaw) > TURNED:
-        turned = begun.rotation_by(yaw)
-        again = sorted(_starts(points[seen], told, [(turned, 0.0)]), key=lambda start: start.cost)
+        turned = started.rotation_by(yaw)
+        again = sorted(
+            _starts(points[seen], likelihood, [(turned, 0.0)]), key=lambda start: start.cost
+        )
         for start in again[:FACINGS]:
             refine(start)
     score, chosen, search, _ = max(best, key=lambda each: each[0])
@@ -510,14 +512,14 @@ class _Search:
                 both = moves | {twin: across}
                 if taker is not None:
                     both |= {taker: old}
-                held = holder.get(across) if not self.many[across] else None
-                if held is not None and held not in both:
-                    both |= {held: int(chosen[twin])}
+                kept = holder.get(across) if not self.many[across] else None
+                if kept is not None and kept not in both:
+                    both |= {kept: int(chosen[twin])}
                 yield put(both)
-                if taker is not None or held is not None:
+                if taker is not None or kept is not None:
                     gone = {
                         each: free(each, {place, across})
-                        for each in (taker, held)
+                        for each in (taker, kept)
                         if each is not None and each not in (marker, twin)
                     }
                     yield put(both | gone)

@@ -47,7 +47,7 @@ AXES: Final = ("OALP", "XYZ")
 
 
 @dataclass(frozen=True)
-class Said:
+class ParsedName:
     """What a name says: the side ("R", "L"; "" where it says none) and the places, if any."""
 
     side: str
@@ -81,16 +81,19 @@ def computed(names: Sequence[str]) -> frozenset[str]:
     )
 
 
-def read_names(names: Sequence[str]) -> list[Said]:
+def read_names(names: Sequence[str]) -> list[ParsedName]:
     """What each of the names of a file says."""
     right, left = _sides_of([plain(name) for name in names])
-    return [_said(plain(name), right, left) for name in names]
+    return [_parsed(plain(name), right, left) for name in names]
 
 
-def likelihoods(said: Sequence[Said], sites: Sequence[Site]) -> Array:
+def likelihoods(parsed: Sequence[ParsedName], sites: Sequence[Site]) -> Array:
     """(N, K) logarithm of how likely each name is for each place, relative to a place it means."""
     return np.array(
-        [[0.0 if not each.places or each.fits(site) else -NAMED for site in sites] for each in said]
+        [
+            [0.0 if not each.places or each.fits(site) else -NAMED for site in sites]
+            for each in parsed
+        ]
     )
 
 
@@ -120,14 +123,14 @@ def _without(name: str, side: str, *, first: bool) -> str:
     return name.removesuffix(side) if name.endswith(side) else ""
 
 
-def _said(name: str, right: str, left: str) -> Said:
-    found: list[Said] = []
+def _parsed(name: str, right: str, left: str) -> ParsedName:
+    found: list[ParsedName] = []
     for first in (True, False):
         for side, word in (("R", right), ("L", left)):
             rest = _without(name, word, first=first)
             places = _places(rest) if rest else ()
             if places:
-                found.append(Said(side, places))
+                found.append(ParsedName(side, places))
     if found:
         return found[0]
     for side, word in (("R", right), ("L", left)):
@@ -135,8 +138,8 @@ def _said(name: str, right: str, left: str) -> Said:
         for at in [match.start() for match in re.finditer(word, name[1:-1])]:
             places = _places(name[: at + 1] + name[at + 1 + len(word) :]) if len(word) == 1 else ()
             if places and not _places(name):
-                return Said(side, places)
-    return Said("", _places(name))
+                return ParsedName(side, places)
+    return ParsedName("", _places(name))
 
 
 def _places(stem: str) -> tuple[str, ...]:
@@ -161,9 +164,9 @@ def _meanings() -> tuple[tuple[re.Pattern[str], tuple[str, ...]], ...]:
     return tuple(found)
 
 
-def agreement(said: Sequence[Said], chosen: Mapping[int, Site | None]) -> float:
+def agreement(parsed: Sequence[ParsedName], chosen: Mapping[int, Site | None]) -> float:
     """Share of the names that say a place, whose marker is there; NaN without such names."""
     known = [
-        said[i].fits(site) for i, site in chosen.items() if said[i].places and site is not None
+        parsed[i].fits(site) for i, site in chosen.items() if parsed[i].places and site is not None
     ]
     return float(np.mean(known)) if known else float("nan")

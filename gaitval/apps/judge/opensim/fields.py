@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from gaitval.arrays import Array
 from gaitval.errors import ModelError
 from gaitval.model.safe_xml import parse_xml
 from gaitval.plain_numbers import plain_float
-
-Element = ElementTree.Element
 
 LARGEST_FILE: Final = 50_000_000
 """Bytes; a full-body model with muscles has about 2,000,000."""

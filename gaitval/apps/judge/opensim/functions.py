@@ -6,7 +6,7 @@ coordinate follows another. Each is what OpenSim 4.6 computes, to rounding; the 
 
 from collections.abc import Callable, Mapping
 from typing import Final
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from scipy.interpolate import PPoly
@@ -16,17 +16,16 @@ from gaitval.apps.judge.opensim.fields import number, numbers
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
 
-Element = ElementTree.Element
-Function = Callable[[Array], Array]
+CoordinateFunction = Callable[[Array], Array]
 """Values (T,) at values (T,) of the variable."""
 
 
-def constant(value: float) -> Function:
+def constant(value: float) -> CoordinateFunction:
     """The function that is `value` everywhere."""
     return lambda x: np.full(np.shape(x), value)
 
 
-def read_function(element: Element, where: str) -> Function:
+def read_function(element: Element, where: str) -> CoordinateFunction:
     """The function of an `element` such as `<SimmSpline>`. Raises ModelError, which says `where`,
     if it is not known, or its numbers are missing or cannot be used.
     """
@@ -56,18 +55,18 @@ def slope_and_offset(element: Element, where: str) -> tuple[float, float] | None
     return float(found[0]), float(found[1])
 
 
-def _linear(element: Element, where: str) -> Function:
+def _linear(element: Element, where: str) -> CoordinateFunction:
     found = slope_and_offset(element, where)
     assert found is not None
     slope, offset = found
     return lambda x: slope * x + offset
 
 
-def _constant(element: Element, where: str) -> Function:
+def _constant(element: Element, where: str) -> CoordinateFunction:
     return constant(number(element, "value", where, default=0.0))
 
 
-def _polynomial(element: Element, where: str) -> Function:
+def _polynomial(element: Element, where: str) -> CoordinateFunction:
     # The highest power comes first.
     coefficients = numbers(element, "coefficients", where)
     if len(coefficients) == 0:
@@ -75,7 +74,7 @@ def _polynomial(element: Element, where: str) -> Function:
     return lambda x: np.asarray(np.polyval(coefficients, x), dtype=float)
 
 
-def _multiplier(element: Element, where: str) -> Function:
+def _multiplier(element: Element, where: str) -> CoordinateFunction:
     """A function times a number: how OpenSim scales a joint."""
     scale = number(element, "scale", where, default=1.0)
     inner = [part for child in element for part in (child, *child) if is_function(part)]
@@ -97,7 +96,7 @@ def _points(element: Element, where: str, fewest: int) -> tuple[Array, Array]:
     return x, y
 
 
-def _piecewise_linear(element: Element, where: str) -> Function:
+def _piecewise_linear(element: Element, where: str) -> CoordinateFunction:
     x, y = _points(element, where, 2)
     slopes = np.diff(y) / np.diff(x)
 
@@ -113,7 +112,7 @@ def _piecewise_linear(element: Element, where: str) -> Function:
     return value
 
 
-def _simm_spline(element: Element, where: str) -> Function:
+def _simm_spline(element: Element, where: str) -> CoordinateFunction:
     """SIMM's cubic spline, with the end conditions of Forsythe, Malcolm and Moler (1977, Computer
     Methods for Mathematical Computations, section 4.4): at either end the third derivative is that
     of the cubic through the four nearest points. Straight on beyond the ends.
@@ -142,7 +141,9 @@ def _simm_spline(element: Element, where: str) -> Function:
     return _straight_beyond(cubic, x, y, (float(begin[0]), float(last)))
 
 
-def _straight_beyond(spline: Function, x: Array, y: Array, slopes: tuple[float, float]) -> Function:
+def _straight_beyond(
+    spline: CoordinateFunction, x: Array, y: Array, slopes: tuple[float, float]
+) -> CoordinateFunction:
     def value(at: Array) -> Array:
         inside = spline(np.clip(at, x[0], x[-1]))
         before = np.where(at < x[0], y[0] + slopes[0] * (at - x[0]), inside)
@@ -151,7 +152,7 @@ def _straight_beyond(spline: Function, x: Array, y: Array, slopes: tuple[float, 
     return value
 
 
-_READERS: Final[Mapping[str, Callable[[Element, str], Function]]] = {
+_READERS: Final[Mapping[str, Callable[[Element, str], CoordinateFunction]]] = {
     "Constant": _constant,
     "LinearFunction": _linear,
     "PolynomialFunction": _polynomial,

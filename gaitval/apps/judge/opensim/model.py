@@ -15,18 +15,18 @@ from typing import Final, Literal
 
 import numpy as np
 
-from gaitval.apps.judge.opensim.functions import Function
+from gaitval.apps.judge.opensim.functions import CoordinateFunction
 from gaitval.arrays import Array
 
 GROUND: Final = "ground"
 
-Motion = Literal["rotational", "translational", "coupled"]
+MotionKind = Literal["rotational", "translational", "coupled"]
 """OpenSim's: only values of rotational coordinates are in degrees in a file in degrees. A
 coordinate that drives its joint by anything but a straight line of slope 1 is coupled."""
 
 
 @dataclass(frozen=True)
-class Body:
+class OpenSimBody:
     """A rigid body; mass kg, centre of mass m, inertia (3, 3) kg m² about it, in its frame."""
 
     name: str
@@ -51,7 +51,7 @@ class Coordinate:
     range: tuple[float, float]
     clamped: bool
     locked: bool
-    motion: Motion
+    motion: MotionKind
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class TransformAxis:
 
     coordinate: str | None
     axis: Array
-    function: Function
+    function: CoordinateFunction
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Joint:
+class OpenSimJoint:
     """A joint between frames of two bodies; `axes` are its three rotations and translations."""
 
     name: str
@@ -104,7 +104,7 @@ class Coupler:
 
     dependent: str
     independent: str
-    function: Function
+    function: CoordinateFunction
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,8 @@ class OsimModel:
     name: str
     version: int
     gravity: Array
-    bodies: Mapping[str, Body]
-    joints: tuple[Joint, ...]
+    bodies: Mapping[str, OpenSimBody]
+    joints: tuple[OpenSimJoint, ...]
     coordinates: Mapping[str, Coordinate]
     markers: tuple[Marker, ...]
     couplers: tuple[Coupler, ...]
@@ -138,12 +138,12 @@ class OsimModel:
         return -self.gravity / size if size > 0 else np.array([0.0, 1.0, 0.0])
 
     @cached_property
-    def tree(self) -> tuple[tuple[Joint, bool], ...]:
+    def tree(self) -> tuple[tuple[OpenSimJoint, bool], ...]:
         """The joints in an order in which one end of each is already placed; True where that
         end is the child's.
         """
         placed, left = {GROUND}, list(self.joints)
-        found: list[tuple[Joint, bool]] = []
+        found: list[tuple[OpenSimJoint, bool]] = []
         while left:
             ready = [j for j in left if (j.parent.body in placed) != (j.child.body in placed)]
             if not ready:
@@ -154,12 +154,12 @@ class OsimModel:
             placed |= {joint.parent.body, joint.child.body}
         return tuple(found)
 
-    def root(self) -> Joint | None:
+    def root(self) -> OpenSimJoint | None:
         """The joint that joins the model to the ground, if there is exactly one."""
         roots = [j for j in self.joints if GROUND in (j.parent.body, j.child.body)]
         return roots[0] if len(roots) == 1 else None
 
-    def joint_of(self, coordinate: str) -> Joint:
+    def joint_of(self, coordinate: str) -> OpenSimJoint:
         """The joint that a coordinate moves."""
         name = self.coordinates[coordinate].joint
         return next(joint for joint in self.joints if joint.name == name)

@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gaitval.apps.judge.opensim.fields import (
-    Element,
     child,
     flag,
     number,
@@ -34,13 +34,13 @@ from gaitval.apps.judge.opensim.functions import (
 )
 from gaitval.apps.judge.opensim.model import (
     GROUND,
-    Body,
     Coordinate,
     Coupler,
     Frame,
-    Joint,
     Marker,
-    Motion,
+    MotionKind,
+    OpenSimBody,
+    OpenSimJoint,
     OsimModel,
     TransformAxis,
 )
@@ -50,14 +50,14 @@ from gaitval.errors import ModelError
 OLDEST, BETWEEN, NEWEST = 20000, 30500, 40000
 """Versions of the file: before the first, and between the others, files had other forms."""
 
-UNSAID_RANGE: Final = (-10.0, 10.0)
+DEFAULT_RANGE: Final = (-10.0, 10.0)
 """rad or m, OpenSim's own of a coordinate without a range."""
 
 X, Y, Z = np.eye(3)
 NOWHERE: Final = (0.0, 0.0, 0.0)
-Axes = tuple[tuple[int, Array], ...]
+_Axes = tuple[tuple[int, Array], ...]
 
-SIMPLE: Final[Mapping[str, Axes]] = {
+SIMPLE: Final[Mapping[str, _Axes]] = {
     "WeldJoint": (),
     "PinJoint": ((0, Z),),
     "SliderJoint": ((3, X),),
@@ -80,7 +80,7 @@ class _Parts:
 
     path: Path
     frames: dict[str, Frame] = field(default_factory=dict)
-    joints: list[Joint] = field(default_factory=list)
+    joints: list[OpenSimJoint] = field(default_factory=list)
     coordinates: dict[str, Coordinate] = field(default_factory=dict)
 
     def where(self, element: Element) -> str:
@@ -137,8 +137,8 @@ def _version(path: Path, document: Element) -> int:
 # ---- Bodies and frames. ----
 
 
-def _bodies(parts: _Parts, model: Element, version: int) -> dict[str, Body]:
-    bodies: dict[str, Body] = {}
+def _bodies(parts: _Parts, model: Element, version: int) -> dict[str, OpenSimBody]:
+    bodies: dict[str, OpenSimBody] = {}
     parts.frames[GROUND] = Frame(GROUND, np.eye(3), np.zeros(3))
     for element in objects(model, "BodySet"):
         name, where = element.get("name", ""), parts.where(element)
@@ -151,7 +151,7 @@ def _bodies(parts: _Parts, model: Element, version: int) -> dict[str, Body]:
         mass = number(element, "mass", where)
         if mass < 0.0:
             raise ModelError(f"{where}: a mass of {mass:g} kg. OpenSim refuses it too: correct it.")
-        bodies[name] = Body(
+        bodies[name] = OpenSimBody(
             name,
             mass,
             numbers(element, "mass_center", where, count=3, default=NOWHERE),
@@ -229,7 +229,7 @@ def _joint(parts: _Parts, element: Element, body: str | None) -> None:
             f"{where}: this kind of joint is not understood; those that are: CustomJoint, "
             f"{', '.join(SIMPLE)}. Replace it by a CustomJoint."
         )
-    joint = Joint(
+    joint = OpenSimJoint(
         element.get("name", ""),
         parent,
         on,
@@ -284,7 +284,7 @@ def _coordinate(
     axes: Sequence[tuple[TransformAxis, bool]],
 ) -> Coordinate:
     name, where = element.get("name", ""), parts.where(element)
-    low, high = numbers(element, "range", where, count=2, default=UNSAID_RANGE)
+    low, high = numbers(element, "range", where, count=2, default=DEFAULT_RANGE)
     return Coordinate(
         name=name,
         joint=joint,
@@ -296,7 +296,7 @@ def _coordinate(
     )
 
 
-def _motion(name: str, axes: Sequence[tuple[TransformAxis, bool]]) -> Motion:
+def _motion(name: str, axes: Sequence[tuple[TransformAxis, bool]]) -> MotionKind:
     """As OpenSim decides it: by the last movement that is the coordinate itself."""
     for place, (axis, itself) in reversed(list(enumerate(axes))):
         if axis.coordinate == name and itself:

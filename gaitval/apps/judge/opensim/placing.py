@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitval.apps.judge.opensim.model import GROUND, Frame, Joint, Marker, OsimModel
+from gaitval.apps.judge.opensim.model import GROUND, Frame, Marker, OpenSimJoint, OsimModel
 from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.mot_writing import StorageTable
@@ -131,7 +131,7 @@ def centre_of_mass(model: OsimModel, poses: Poses) -> Array:
     return np.asarray(np.sum(moments, axis=0) / model.mass)
 
 
-def _across(joint: Joint, values: Mapping[str, Array], count: int) -> tuple[Array, Array]:
+def _across(joint: OpenSimJoint, values: Mapping[str, Array], count: int) -> tuple[Array, Array]:
     """From the parent's to the child's frame of a joint: rotation (T, 3, 3), origin (T, 3)."""
     still = np.zeros(count)
     rotation = np.tile(np.eye(3), (count, 1, 1))

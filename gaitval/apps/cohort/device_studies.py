@@ -9,11 +9,11 @@ from gaitval.apps.devices import of_subject
 from gaitval.apps.devices.results import summary
 from gaitval.datasets.subject import Subject
 
-Worn = str | dict[str, Any]
+DevicesSetting = str | dict[str, Any]
 """A device: its name or file, or its table."""
 
 
-def identity_of(devices: Sequence[Worn]) -> dict[str, Any]:
+def identity_of(devices: Sequence[DevicesSetting]) -> dict[str, Any]:
     """What walks with `devices` depend on. Raises ConfigurationError if there is no such device."""
     return {"tables": of_subject.tables(devices), "code": of_subject.code()}
 

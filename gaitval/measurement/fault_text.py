@@ -10,7 +10,7 @@ from gaitval.gait.quality_flags import QualityFlag
 from gaitval.measurement.estimate import (
     Cause,
     Examined,
-    Found,
+    FoundFault,
     alone,
     kind_of,
     likeness,
@@ -25,7 +25,7 @@ SECOND: Final = 0.05
 """Probability among all causes from which on a second one is named, too."""
 
 
-class Words(NamedTuple):
+class FaultText(NamedTuple):
     """How a kind of fault is said: factor and unit of its figure, what it is, what to do."""
 
     factor: float
@@ -54,79 +54,79 @@ LIKE_A_PLACE: Final = (
     "the wand look alike: measure the corners with markers before anything is corrected"
 )
 """What moves the centre of pressure under the foot as a plate's place does."""
-WORDS: Final[Mapping[str, Words]] = {
-    "delay": Words(
+WORDS: Final[Mapping[str, FaultText]] = {
+    "delay": FaultText(
         1000.0,
         "ms",
         "the forces come {later} than the markers",
         "synchronise force plates and cameras, or correct it with --correct delay",
     ),
-    "place": Words(
+    "place": FaultText(
         1000.0,
         "mm",
         "its place in the file is {size} of where the feet show it",
         f"{CORNERS}place",
     ),
-    "rotation": Words(
+    "rotation": FaultText(
         180.0 / np.pi, "deg", "it is turned by {size} about the vertical", f"{CORNERS}rotation"
     ),
-    "gain": Words(
+    "gain": FaultText(
         100.0,
         "%",
         "it shows forces {size} too {large}",
         "check its sensitivity and the range of its amplifier, or correct it with --correct gain",
     ),
-    "fore-aft gain": Words(
+    "fore-aft gain": FaultText(
         100.0,
         "%",
         "it shows forces along the walk {size} too {large}",
         "check its calibration matrix and the range of this channel's amplifier",
     ),
-    "cross-talk": Words(
+    "cross-talk": FaultText(
         100.0,
         "%",
         "it shows a share of the vertical force as a horizontal one: {size}",
         "check that it is level, and its calibration matrix, or correct it with --correct "
         "cross-talk",
     ),
-    "offset": Words(
+    "offset": FaultText(
         100.0,
         "% of the weight",
         "it adds {size} while it is loaded",
         "zero the plate before the trial",
     ),
-    "mass": Words(
+    "mass": FaultText(
         100.0,
         "%",
         "the body mass that was given is {size} too {large}, or the forces of all plates are too "
         "{small}",
         "weigh the person on the plates",
     ),
-    "scale": Words(
+    "scale": FaultText(
         100.0,
         "%",
         "the cameras' volume is {size} too {large} (length of the calibration wand)",
         "calibrate the cameras again",
     ),
-    "rate": Words(
+    "rate": FaultText(
         100.0,
         "%",
         "the frame rate of the file is {size} too {high}",
         "check the frame rate in the recording program",
     ),
-    "tilt": Words(
+    "tilt": FaultText(
         180.0 / np.pi,
         "deg",
         "the laboratory's vertical axis is tilted by {size}",
         "level the calibration frame of the cameras",
     ),
-    "forces low-passed": Words(
+    "forces low-passed": FaultText(
         5.0,
         "",
         "the forces were low-passed before, at a few Hz",
         "export the forces as they were recorded",
     ),
-    "markers low-passed": Words(
+    "markers low-passed": FaultText(
         3.0,
         "",
         "the markers were low-passed before, at a few Hz",
@@ -217,27 +217,27 @@ def unused(walks: Sequence[WalkingTrial]) -> QualityFlag:
     """A warning that of all forces which the plates of the `walks` show none is used, and why."""
     why = [finding for walk in walks for finding in walk.findings if finding.kind == "contact"]
     plates = [f"{', '.join(f.names)}: {f.action}" for f in why if f.names[0].startswith("plate")]
-    said = "; ".join(dict.fromkeys(plates)) or "no foot is on a plate by its markers"
+    seen = "; ".join(dict.fromkeys(plates)) or "no foot is on a plate by its markers"
     return QualityFlag(
         f"{CHECK}: forces not used",
         "all plates",
         0.0,
         1.0,
         "cycles",
-        f"they show a force, and no gait cycle with it can be used, so there are no moments ({said}"
+        f"they show a force, and no gait cycle with it can be used, so there are no moments ({seen}"
         "): check the corners of the plates in the file, and give a trial in which each foot lands "
         "whole on a plate of its own",
     )
 
 
-def named(found: Found) -> tuple[Cause, ...]:
+def named(found: FoundFault) -> tuple[Cause, ...]:
     """The cause of a warning, and the second if the data fit it nearly as well."""
     second = [cause for cause, share in found.others[:1] if share >= SECOND]
     return found.cause, *second
 
 
 def _warning(
-    found: Found, saturated: Sequence[str], corrected: Sequence[str], *, single: bool
+    found: FoundFault, saturated: Sequence[str], corrected: Sequence[str], *, single: bool
 ) -> QualityFlag:
     kind = kind_of(found.cause.name)
     words = WORDS[kind]

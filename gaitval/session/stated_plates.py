@@ -14,10 +14,10 @@ from gaitval.mocap.recording import Plate, Recording
 from gaitval.session.request import Request
 
 
-def as_said(recording: Recording, request: Request) -> Recording:
+def apply_options(recording: Recording, request: Request) -> Recording:
     """A `recording` with its plates as `request` says. Raises RecordError if one is not there."""
     found = without_plates(recording, request.no_plate)
-    return with_said_plates(found, request.plate, request.plate_axis)
+    return with_stated_plates(found, request.plate, request.plate_axis)
 
 
 def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
@@ -33,7 +33,7 @@ def without_plates(recording: Recording, names: Sequence[str]) -> Recording:
     return replace(recording, plates=kept)
 
 
-def with_said_plates(
+def with_stated_plates(
     recording: Recording, feet: Sequence[tuple[str, Side]], turned: Sequence[tuple[str, str]]
 ) -> Recording:
     """A `recording` whose plates have the feet that the user says (`--plate 2=right`), and no force

@@ -41,7 +41,7 @@ SHORTEST = 0.02
 """Of the cycle, between two landmarks: a curve is not stretched beyond measure."""
 
 
-def told_record(
+def known_record(
     subject: Subject, others: Sequence[Subject], model: BodyModel, amputation: Side | None = None
 ) -> GaitRecord:
     """The record of `subject` without kinetics, with those to expect from `others`, both as
@@ -49,8 +49,8 @@ def told_record(
     angles say where its feet are; `amputation` is the side whose ankle has no calf.
     """
     usual = expected_record(subject, others)
-    told = with_others_kinetics(subject, others)
-    record = over_stance(told, subject.stance_fraction.of_both())
+    known = with_others_kinetics(subject, others)
+    record = over_stance(known, subject.stance_fraction.of_both())
     moments, phase = dict(record.moments), np.arange(SAMPLES) / SAMPLES
     for side in SIDES:
         if side == amputation:
