@@ -159,5 +159,5 @@ def _cases(script: str, given: claims.Given, *arguments: object) -> list[dict[st
 
 
 def _environment() -> dict[str, str]:
-    paths = map(str, [ROOT, ROOT / "extras", ROOT / "tests" / "support"])
+    paths = map(str, [ROOT, ROOT / "tests" / "support"])
     return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(paths)}

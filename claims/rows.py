@@ -18,7 +18,7 @@ from .given import ROOT
 FOLDER: Final = ROOT / "reports" / "claims"
 COLUMNS: Final = ("what", "value", "unit", "n", "version", "commit", "date", "machine", "by")
 """`by` is the measurement, TOPIC.NAME, that writes the row: what a run skips is known from it."""
-MEASURED: Final = ("gaitval", "extras", "models", "claims", "experiments", "tests")
+MEASURED: Final = ("gaitval", "models", "claims", "experiments", "tests")
 UNCOMMITTED: Final = "+"
 """After a commit: what was measured was not, or not only, what that commit holds."""
 

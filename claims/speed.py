@@ -317,7 +317,7 @@ def _processor(*arguments: str) -> float:
     with as many threads as it takes by itself.
     """
     environment = {name: value for name, value in os.environ.items() if "_NUM_THREADS" not in name}
-    paths = os.pathsep.join(map(str, [ROOT, ROOT / "extras"]))
+    paths = str(ROOT)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
         [sys.executable, "-m", "gaitval", *arguments],

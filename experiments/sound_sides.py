@@ -27,7 +27,7 @@ from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
 
-FILE = Path(__file__).resolve().parent.parent / "extras" / "gaitval.apps.patients" / TABLE
+FILE = Path(__file__).resolve().parent.parent / "gaitval" / "apps" / "patients" / TABLE
 
 ENDED = 0.05
 """Of the largest plantarflexor moment, below which it has ended."""

@@ -26,7 +26,7 @@ from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "ten_shared.json"
-SHIPPED = ROOT / "extras" / "gaitval.identification" / "offsets.json"
+SHIPPED = ROOT / "gaitval" / "identification" / "offsets.json"
 
 
 def one(subject: Subject, offset: Array | None = None) -> dict[str, Any]:

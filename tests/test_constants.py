@@ -20,8 +20,8 @@ from gaitval.identification import legs
 from gaitval.measurement import sources
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE
 from gaitval.metrics.healthy_bands import BAND
-from gaitval.metrics.joint_power import BURSTS
 from gaitval.model.parameters import NOMINAL_DAMPING, NOMINAL_FRICTION
+from gaitval.quantities.joint_power import BURSTS
 from gaitval.scaling.anthropometry import (
     DE_LEVA,
     PAIRED,

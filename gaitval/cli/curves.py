@@ -139,7 +139,7 @@ def curves(
         "stride_time": stride_time,
         "stance": stance,
         "angle_unit": angle_unit,
-        "tell": display.plain,
+        "notify": display.plain,
     }
     if to is not None:
         path = add_trial(files, to, **trial)

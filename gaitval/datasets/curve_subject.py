@@ -78,8 +78,8 @@ def new_subject(files: Sequence[Path], out: Path, person: PersonDetails, **trial
         **_of_trial(files, **trial),
     }
     write_text(out, make_subject(values, str(out)).to_toml())
-    if known.guessed and trial.get("tell"):
-        trial["tell"](f"Assumed: {known.guessed}. Say so with --person and --laboratory.")
+    if known.guessed and trial.get("notify"):
+        trial["notify"](f"Assumed: {known.guessed}. Say so with --person and --laboratory.")
     return out
 
 

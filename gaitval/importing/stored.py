@@ -69,7 +69,7 @@ class Session(Displayed):
         return curve_frame(
             self._curve(column.removesuffix("_mean"))
             for column in self.curves.columns
-            if column.endswith("_mean")
+            if column.endswith("_mean") and column.partition("_")[0] in KINDS
         )
 
     def _curve(self, column: str) -> tuple[str, str, Array]:

@@ -28,6 +28,7 @@ from gaitval.mocap.text_table import (
     sound_rows,
     text_lines,
 )
+from gaitval.plain_numbers import plain_float
 
 VERSIONS: Final = ("0", "1", "2", "3")
 """Of the header: OpenSim 4.5 writes 1 (`Storage`) and 3 (`STOFileAdapter`), and reads those
@@ -152,7 +153,7 @@ def _header(path: Path, lines: Sequence[str]) -> tuple[dict[str, str], list[str]
 def _range(path: Path, value: str, rows: int) -> Array:
     """Times (`rows`,) s of a SIMM motion without them: evenly over its range."""
     try:
-        begin, end = map(float, value.split()[:2])
+        begin, end = map(plain_float, value.split()[:2])
     except ValueError:
         begin = end = np.nan
     if not begin < end < np.inf:
@@ -175,7 +176,7 @@ def _in_degrees(path: Path, header: Mapping[str, str], words: Sequence[str]) -> 
         return words[0] == "degrees"
     if value is None:
         try:
-            return float(header.get("version", "0")) < 1
+            return plain_float(header.get("version", "0")) < 1
         except ValueError:
             raise RecordError(
                 f"{path}: version is {header['version']!r}, which is no number, and nothing else "

@@ -85,7 +85,9 @@ def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.S
     monkeypatch.setattr("gaitval.importing.summary.scaling_methods", lambda found: [])
     monkeypatch.setattr("gaitval.importing.summary.spatiotemporal_rows", lambda trials: [])
     found: Any = SimpleNamespace(
-        weight_ratio=None, request=SimpleNamespace(identifier="S"), trials=()
+        weight_ratio=None,
+        request=SimpleNamespace(identifier="S", kinematics_only=True, aid=None),
+        trials=(),
     )
     display.print_import_verdict(found)
     assert "Limits: 2 passed, 1 FAILED, 3 not judged" in message.getvalue()

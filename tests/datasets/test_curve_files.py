@@ -240,7 +240,7 @@ def test_an_angle_of_the_wrong_sign_does_not_accuse_moments(good, tmp_path):
 
 def test_doubts_of_signs_reach_the_user(good, tmp_path):
     path, message = written(tmp_path, both("angle_pelvis_list", good)), []
-    new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, tell=message.append)
+    new_subject([path], tmp_path / "a.toml", PERSON, **TRIAL, notify=message.append)
     assert any(each.startswith("Warning: angle_pelvis_list_r") for each in message)
     with pytest.warns(RecordWarning, match="angle_pelvis_list_r"):
         new_subject([path], tmp_path / "b.toml", PERSON, **TRIAL)
@@ -355,7 +355,7 @@ def test_what_was_read_is_said(good, tmp_path):
     messages = []
     more = good.assign(note=1.0, angle_knee_angle_r_sd=2.0)
     files = [written(tmp_path, more)]
-    new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL | {"tell": messages.append})
+    new_subject(files, tmp_path / "mine.toml", PERSON, **TRIAL | {"notify": messages.append})
     sentence, who = messages
     assert 'Assumed: person "mine", the name of the subject; laboratory "own"' in who
     assert "right and left, 30 angles, 18 moments (Nm/kg), 6 forces (body weights)" in sentence

@@ -83,7 +83,7 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
     configuration = load_configuration(settings=["identification.method=rollouts"])
     run = SimpleNamespace(
         subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
-        folder=tmp_path, told=lambda: SimpleNamespace(record="record"),
+        folder=tmp_path, known_record=lambda: SimpleNamespace(record="record"),
     )  # fmt: skip
     assert identification_stages._searched(run, SD, tmp_path) == "found"
     assert wanted == [("fit", "record", "model", "walker", configuration, "told")]

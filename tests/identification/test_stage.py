@@ -42,7 +42,7 @@ def run_in(folder, method):
     subject = load_subject("S05")
     message = SimpleNamespace(record=subject.record())
     return SimpleNamespace(
-        folder=folder, subject=subject, configuration=configuration, told=lambda: message
+        folder=folder, subject=subject, configuration=configuration, known_record=lambda: message
     )
 
 

@@ -5,15 +5,14 @@ import pytest
 
 from gaitval.scaling.marker_sets import builtin_marker_sets
 from gaitval.scaling.markers.body import populations
+from gaitval.scaling.markers.forefeet import FOREFEET, forefeet_excess
 from gaitval.scaling.markers.match import (
     ABOVE,
     BESIDE,
-    FOREFEET,
     FOREFOOT,
     HAND_ALONE,
     NO_BACK,
     WITHOUT,
-    _forefeet,
     _Search,
 )
 from gaitval.scaling.markers.names import computed
@@ -34,13 +33,13 @@ def test_forefeet_are_half_as_known_sets_have_them_and_half_as_chance():
     alone = np.log([0.5 / 0.5, 0.4 / 0.6, 0.75 / 0.25, 0.3 / 0.7])
     bits = (np.arange(16)[:, None] >> np.arange(4)) & 1
     chance = np.exp(bits @ alone) / np.exp(bits @ alone).sum()
-    share = chance * np.exp(_forefeet(alone))
+    share = chance * np.exp(forefeet_excess(alone))
     share /= share.sum()
     for index in range(16):
         names = tuple(name for bit, name in enumerate(FOREFOOT) if index >> bit & 1)
         seen = FOREFEET.count(names) / len(FOREFEET)
         assert np.isclose(share[index], 0.5 * (seen + chance[index]))
-    assert _forefeet(alone)[0] == 0.0
+    assert forefeet_excess(alone)[0] == 0.0
     # One marker alone is sooner between the toes or on the outer side than by chance.
     for other in (2, 4):
         assert share[other] / share[1] > 1.5 * chance[other] / chance[1]

@@ -288,7 +288,8 @@ def test_the_median_swing_of_both_feet_counts():
         (1.2, 1.1, True),
         (1.2, 1.3, True),
         (1.2, -1.2, True),  # the other way
-        (0.4, 0.36, False),
+        (0.4, 0.375, False),
+        (0.4, 0.36, True),  # 10 %: more than 5 %, and than 3 cm/s
         (0.0, 0.0, False),
         (1.2, 0.0, True),  # over ground
     ],

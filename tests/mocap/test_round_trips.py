@@ -45,7 +45,7 @@ def test_c3d(walked: ExportedWalk, tmp_path: Path) -> None:
 
 def test_opensim(walked: ExportedWalk, tmp_path: Path) -> None:
     """The forces with markers of the same walk, as an import is given them."""
-    _, motion, _, reaction, _ = write_opensim(tmp_path, walked)
+    _, motion, _, reaction, *_ = write_opensim(tmp_path, walked)
     _, positions = read_motion(motion)
     assert relative(positions, walked.walk.positions[walked.rows]) < EQUAL
     markers = recording_of(walked)

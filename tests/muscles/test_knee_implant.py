@@ -14,12 +14,12 @@ import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
-from gaitval.importing.importing import request_of
+from gaitval.importing.importing import request_of, work_out
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.muscles import share
 from gaitval.session.request import ImportOptions, checked, silent
-from gaitval.session.session import ImportProgress, work_out
+from gaitval.session.session import ImportProgress
 
 TRIALS = ("ss1", "ss3", "ss11")
 MASS, HEIGHT = 75.0, 1.80

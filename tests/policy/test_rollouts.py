@@ -354,7 +354,7 @@ def test_a_walk_does_not_depend_on_those_beside_it(task):
 def test_a_group_that_is_no_longer_needed_gives_its_arrays_back(task):
     group = WalkingGroup([task] * 8)
     lanes = weakref.ref(group.beside.arrays.phase), weakref.ref(group.beside.account.moments)
-    wanted, seen = (np.zeros(each.shape, np.float32) for each in (group._asked, group._seen))
+    wanted, seen = (np.zeros(each.shape, np.float32) for each in (group._requested, group._seen))
     group.step(wanted, seen)
     assert np.isfinite(seen).all()
     assert seen.any()

@@ -122,7 +122,7 @@ def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
 
     english, german = drawn(draw), drawn(draw, "de")
     assert "<!-- Hip flexion moment, % BW -->" in english
-    assert "<!-- Moment der Hüftbeugung, % KG -->" in german
+    assert "<!-- Moment der Hüftflexion, % KG -->" in german
     assert "<!-- 0.4 -->" in english
     assert "<!-- 0,4 -->" in german
     assert "<!-- of somebody -->" in german
@@ -134,7 +134,7 @@ def test_figures_have_words_and_decimal_marks_of_the_language() -> None:
     [
         ("≤ 2.5 % BW", "≤ 2,5 % KG"),
         ("0.0779 Nm/kg", "0,0779 Nm/kg"),
-        ("right hip flexion: -0.0986; and 3 more", "Hüftbeugung rechts: -0,0986; und 3 weitere"),
+        ("right hip flexion: -0.0986; and 3 more", "Hüftflexion rechts: -0,0986; und 3 weitere"),
         ("right medial force", "mediale Kraft rechts"),
         ("left vertical force", "Vertikalkraft links"),
         ("the person's T06 at 1.29 m/s", "T06 der Person bei 1,29 m/s"),

@@ -25,7 +25,8 @@ FOLDERS = (
 )
 PAGES = [
     *ROOT.glob("*.md"),
-    *(ROOT / "docs").rglob("*.md"),
+    # the notebook is of the past: it names what was there then
+    *(page for page in (ROOT / "docs").rglob("*.md") if page.parent.name != "notebook"),
     *(ROOT / "reports").glob("*.md"),
     *(ROOT / "reports" / "recordings").glob("*.md"),
 ]
@@ -34,7 +35,7 @@ SOURCES = [
     for folder in FOLDERS
     for suffix in ("py", "sh", "toml", "md", "j2", "xacro")
     for path in (ROOT / folder).rglob(f"*.{suffix}")
-    if path != Path(__file__) and path not in PAGES
+    if path != Path(__file__) and path not in PAGES and path.parent.name != "notebook"
 ]
 PACKAGE = [*(ROOT / "gaitval").rglob("*.py")]
 OURS = [*PAGES, *SOURCES, ROOT / "Makefile", ROOT / "pyproject.toml"]
@@ -47,7 +48,19 @@ NAMES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*")}
 PACKAGES = {path.stem for path in (ROOT / "gaitval").iterdir() if path.suffix in ("", ".py")}
 
 
-FILES = (".py", ".osim", ".zip", ".toml", ".json", ".csv", ".npz", ".html", ".pdf", ".safetensors")
+FILES = (
+    ".sto",
+    ".py",
+    ".osim",
+    ".zip",
+    ".toml",
+    ".json",
+    ".csv",
+    ".npz",
+    ".html",
+    ".pdf",
+    ".safetensors",
+)
 
 
 def texts(files: list[Path]) -> Iterator[tuple[str, str]]:

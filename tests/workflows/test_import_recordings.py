@@ -147,8 +147,11 @@ def test_opensim_finds_the_exported_moments_from_the_exported_files(
     ours.pop("time")
     assert set(ours) < set(theirs)
     for name, values in ours.items():
-        apart = np.abs(values - theirs[name])[INSIDE].max()
-        assert apart < 1e-3 * np.abs(values).max(), name
+        # A leg whose force is not used has no moments there.
+        known = np.isfinite(values)
+        assert known[INSIDE].mean() > 0.5, name
+        apart = np.abs(values - theirs[name])[INSIDE][known[INSIDE]].max()
+        assert apart < 1e-3 * np.abs(values[known]).max(), name
 
 
 def test_the_accuracy_tables_say_what_the_stored_figures_say():
