@@ -93,7 +93,7 @@ TARGETS = {
     "trunk_motion": "mean tilt",
     "lumbar_moment_peak": "walk",
     "step_width": "walk",
-    "tendon_force_rmse": "achilles_tendon_r",
+    "tendon_force_rmse": "achilles_r",
     "power_burst_error": "A2_r",
     "joint_work_error": "hip_flexion_l",
     "centre_of_mass_rmse": "up",
