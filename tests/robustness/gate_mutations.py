@@ -35,6 +35,7 @@ from typing import Any, Final
 from gate_artefacts import FAULTS, Fault
 
 from claims.rows import STARTED
+from gaitval import __version__
 from gaitval.apps.regression import baseline as study
 from gaitval.apps.regression.regression import LONG_MEASURES, compare, lost
 from gaitval.apps.regression.seal import seal
@@ -172,6 +173,9 @@ def plant(fault: Json, package: Path) -> None:
 def sealed_baseline(folder: Path) -> Path:
     """A copy of the baseline that says which code it is of, as a new one does."""
     copy = Path(shutil.copytree(BASELINE, folder / "baseline"))
+    metrics = read_json(copy / METRICS)
+    metrics["provenance"]["versions"] |= {"gaitval": __version__}
+    write_json(copy / METRICS, metrics)
     seal(copy, code=study.installed_code())
     return copy
 

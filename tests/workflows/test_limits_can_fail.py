@@ -701,7 +701,7 @@ def test_a_walk_that_misses_a_goal_only_still_passes(name):
     assert missed(metrics) == {name} | GOALS[name].goals
     assert failed(metrics) == GOALS[name].drags
     counted = metrics["summary"]["goals_reached"] < metrics["summary"]["goals"]
-    assert counted == (OF_WALKS[name].role == "acceptance")
+    assert counted == any(OF_WALKS[each].role == "acceptance" for each in missed(metrics))
 
 
 @pytest.fixture
