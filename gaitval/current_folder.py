@@ -82,7 +82,7 @@ class _Finder(MetaPathFinder):
 
 
 def _for_gaitval(frame: FrameType | None) -> bool:
-    """Whether a module of gaitval or of its wings is on the way to `frame`, other than this one."""
+    """Whether a module of gaitval is on the way to `frame`, other than this one."""
     while frame is not None:
         name = str(frame.f_globals.get("__name__"))
         if name.partition(".")[0].partition("_")[0] == "gaitval" and name != __name__:

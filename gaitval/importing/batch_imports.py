@@ -71,7 +71,7 @@ def _program_folders() -> dict[str, _SessionsOf]:
 
 def read_batch(path: Path, notify: Notify = silent) -> tuple[BatchPerson, ...]:
     """The people of the session file `path`; of a folder, of every `session.toml` in or below it,
-    else of the program that wrote it, if a wing reads its folders.
+    else of the program that wrote it, if its folders can be read.
 
     `notify` is called with a sentence for each key of an earlier gaitval, what it is read as, and
     for each person of a program's folder, which of its files are read. Raises

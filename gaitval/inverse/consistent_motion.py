@@ -1,4 +1,4 @@
-"""What `gaitval import --consistent` finds; the wing that finds it registers itself as a part."""
+"""What `gaitval import --consistent` finds (`inverse.residual_reduction`)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

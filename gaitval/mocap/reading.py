@@ -38,13 +38,13 @@ def read_recording(
     faulty: bool = False,
     part: tuple[float, float] | None = None,
 ) -> Recording:
-    """Read a trial: C3D, TRC, a marker file of WBDS, or what a wing reads.
+    """Read a trial: C3D, TRC, a marker file of WBDS, or what `formats` reads.
 
     Parameters
     ----------
-    path : .c3d, .trc, `…mkr.txt` of WBDS, or with an ending that a wing registers.
+    path : .c3d, .trc, `…mkr.txt` of WBDS, or with another ending of `formats`.
     forces : ground reaction for a marker file that has none: .mot or .sto in OpenSim's convention,
-        `…grf.txt` of WBDS, or what a wing reads, in the same axes and on the same clock (WBDS: from
+        `…grf.txt` of WBDS, or of `formats`, in the same axes and on the same clock (WBDS: from
         the first frame).
     plates : read a C3D file's force plates, too.
     faulty : keep plates that cannot be used, which then have a `fault`.

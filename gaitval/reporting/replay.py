@@ -279,7 +279,7 @@ def scene(walk: ShownWalk, folder: Path, pushed: Sequence[ShownWalk] = ()) -> di
 
     Poses are those of the positions of `walk` in `gaitval.model.tree`; arrays are as in
     `ShownStrides` and `ShownWalk`, with the strides of the pushed walks behind those of the walk.
-    What wings draw on the body they find in the run `folder` (`model.devices.drawn`).
+    Devices are those of the run `folder` (`model.devices.drawn`).
     """
     walks = [walk, *pushed]
     ends = np.cumsum([len(each.strides.seconds) for each in walks]).tolist()

@@ -3,7 +3,8 @@
 In the plain world (`person`) a record errs as the identification's noise model says, so its
 intervals are right there by construction. Here soft tissue moves in phase with the joints, belt and
 clock are off, axes are tilted, and the body differs in what nobody identifies: masses, sole, arms,
-and legs that are not equal. Nothing here is taken from the fit; its priors are in another wing.
+and legs that are not equal. Nothing here is taken from the fit, whose
+priors are in `gaitval.identification`.
 
 | fault | size | source |
 |---|---|---|
