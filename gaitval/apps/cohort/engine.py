@@ -71,7 +71,7 @@ def require() -> None:
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if not missing:
         return
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     checkout = (root / "pyproject.toml").is_file()
     what = f"-c {root}/constraints.txt -e '{root}[cohort]'" if checkout else "'gaitval[cohort]'"
     raise ConfigurationError(
