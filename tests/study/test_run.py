@@ -359,8 +359,8 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
                         rows = "samples,wall_seconds,cycles\n10,1.5,2\n20,3.0,4\n"
                         write_text(run.folder / output, rows)
                     else:
-                        text = json.dumps({"stage": original.name, "values": original.values})
-                        write_text(run.folder / output, text)
+                        about = {"stage": original.name, "values": original.values, "measures": []}
+                        write_text(run.folder / output, json.dumps(about))
 
             return replace(original, run=write)
 

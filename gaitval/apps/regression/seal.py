@@ -94,7 +94,7 @@ def measures_known(baseline: Path) -> set[str] | None:
 
 def seal(baseline: Path, *, code: Mapping[str, str] | None) -> None:
     """Seal a stored `baseline` as it is, with the hashes of its `code` (see `Seal`)."""
-    stored = {row["measure"] for row in read_json(baseline / "metrics.json").get("measures", ())}
+    stored = {row["measure"] for row in read_json(baseline / "metrics.json")["measures"]}
     margins = installed_margins().items()
     values = {
         "version": VERSION,
