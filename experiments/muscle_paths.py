@@ -35,6 +35,8 @@ import opensim as osim
 from scipy.linalg import solve
 from scipy.stats import qmc
 
+from gaitval.scaling.joint_centres import hip_joint_centre
+
 COORDINATES = (
     "hip_flexion",
     "hip_adduction",
@@ -266,6 +268,7 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         turn.setRotationToBodyFixedXYZ(frame.get_orientation())
         return np.array([turn.get(i, 2) for i in range(3)])
 
+    hip = osim.PhysicalOffsetFrame.safeDownCast(leg.model.getJointSet().get("hip_r").getParentFrame())
     turn, knee = in_body("tibia_r", "femur_r")
     (_, talus), (_, calcaneus) = in_body("talus_r", "tibia_r"), in_body("calcn_r", "talus_r")
     (_, toes) = in_body("toes_r", "calcn_r")
@@ -276,6 +279,7 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         # As gaitval's regression (Harrington et al. 2007) finds it from this pelvis' ASIS: its own
         # hips are nearer to each other, and the person's pelvis would seem larger than it is.
         "hip_half_width": 0.33 * 2 * asis[2] + 0.0073,
+        "hip_from_regression": hip.get_translation().to_numpy() - regressed(asis, psis),
         "thigh": np.linalg.norm(KNEE_CENTRE),
         "shank": np.linalg.norm(shank),
         # From the ankle to the toes' joint, along the foot.
@@ -290,6 +294,18 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         "knee_zero": np.arctan2(shank[0], -shank[1]),
         "shank_axis": turn.T @ shank / np.linalg.norm(shank),
     }
+
+
+def regressed(asis: np.ndarray, psis: np.ndarray) -> np.ndarray:
+    """The right hip's centre by gaitval's regression from the right ASIS and PSIS, (3,) m each, in
+    the pelvis of the model (x forward, y up, z right).
+    """
+    forward = (asis - psis) * [1, 1, 0]
+    depth = float(np.linalg.norm(forward))
+    x = forward / depth
+    up = np.array([-x[1], x[0], 0.0])
+    ahead, left, above = hip_joint_centre(2 * asis[2], depth)
+    return asis * [1, 1, 0] + ahead * x + above * up + np.array([0.0, 0.0, -left])
 
 
 def least_squares(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:

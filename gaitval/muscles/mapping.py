@@ -4,7 +4,9 @@ The model that the muscles are of (`paths`) has another zero, a knee whose tibia
 femur as it bends, and oblique axes of ankle and subtalar joint:
 
 * pelvis and knee: gaitval's zero is at `MuscleSkeleton.hip_zero` and `knee_zero` of the model;
-* hips: same axes, so same moments, about the person's hip centre;
+* hips: same axes. Moments are about the centre about which the muscles have their arms: on the
+  published pelvis gaitval's regression puts the hip 15 mm to the side of where the model has it, and
+  moments about the one with arms about the other would not be balanced by the forces found;
 * knee: the moment that the muscles must make is by virtual work that of the intersegmental moment
   and force on the tibia, which turns *and shifts* per rate of the angle;
 * ankle and subtalar joint: the angles that turn the foot to where it is, as nearly as two axes can;
@@ -78,6 +80,8 @@ class LegLoads:
     moments : (T, 6) Nm about them.
     moment_per_shift : (T, 6, 3) N: how `moments` change with a shift of the hip's centre, pelvis
         axes.
+    hip_shift : (3,) m, from the body's hip centre to that of the muscles, pelvis axes; `moments`
+        are about the latter, `moment` is about the former.
     force : (T, 4, 3) N, intersegmental, on what is beyond hip, knee, patella (0) and ankle; axes of
         `paths.JOINTS`.
     moment : (T, 4, 3) Nm, likewise, about the joints' centres.
@@ -87,6 +91,7 @@ class LegLoads:
     angles: Array
     moments: Array
     moment_per_shift: Array
+    hip_shift: Array
     force: Array
     moment: Array
     unturned: Array
@@ -120,7 +125,10 @@ def leg_loads(model: BodyModel, positions: Array, dynamics: InverseDynamics, sid
 
     angles, unturned = _angles(positions, turned, side, bones)
     moments, per_shift = _moments(angles, force, moment, own, bones)
-    return LegLoads(angles, moments, per_shift, force, moment, unturned)
+    shift = own.pelvis * bones.hip_from_regression
+    return LegLoads(
+        angles, moments + per_shift @ shift, per_shift, shift, force, moment, unturned
+    )
 
 
 def _angles(

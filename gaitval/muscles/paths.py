@@ -70,6 +70,8 @@ class MuscleSkeleton:
     ----------
     hip_half_width, thigh, shank, foot : half the distance of the hips; hip to knee and knee to
         ankle centre; ankle centre to the toes' joint, forward.
+    hip_from_regression : (3,) from where gaitval's regression puts the hip's centre on this pelvis
+        to where the model has it, about which its muscles have their arms; pelvis.
     ankle_in_shank : (3,) from the ankle centre (between the malleoli) to the ankle's axis, tibia.
     ankle_axis : (3,) tibia.
     subtalar_in_talus, subtalar_axis : (3,) from the ankle's axis to the subtalar one, talus.
@@ -84,6 +86,7 @@ class MuscleSkeleton:
     thigh: float
     shank: float
     foot: float
+    hip_from_regression: Array
     ankle_in_shank: Array
     ankle_axis: Array
     subtalar_in_talus: Array
@@ -201,6 +204,7 @@ def table() -> PathTable:
             thigh=float(arrays["thigh"]),
             shank=float(arrays["shank"]),
             foot=float(arrays["foot"]),
+            hip_from_regression=arrays["hip_from_regression"],
             ankle_in_shank=arrays["ankle_in_shank"],
             ankle_axis=arrays["ankle_axis"],
             subtalar_in_talus=arrays["subtalar_in_talus"],
