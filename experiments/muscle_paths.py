@@ -268,7 +268,9 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         turn.setRotationToBodyFixedXYZ(frame.get_orientation())
         return np.array([turn.get(i, 2) for i in range(3)])
 
-    hip = osim.PhysicalOffsetFrame.safeDownCast(leg.model.getJointSet().get("hip_r").getParentFrame())
+    hip = osim.PhysicalOffsetFrame.safeDownCast(
+        leg.model.getJointSet().get("hip_r").getParentFrame()
+    )
     turn, knee = in_body("tibia_r", "femur_r")
     (_, talus), (_, calcaneus) = in_body("talus_r", "tibia_r"), in_body("calcn_r", "talus_r")
     (_, toes) = in_body("toes_r", "calcn_r")

@@ -43,6 +43,8 @@ class Spreads:
     hip : m, of the hip's centre, each axis.
     moment : Nm/kg, of each moment while the leg is loaded; in swing a quarter of it.
     moment_time : s, over which an error of a moment changes.
+    pelvis_zero : rad, of the angle of the pelvis at which muscles are as long as published.
+    mass : of the logarithm of the mass of a stranger's scales, of moments and of strength.
     tone : mean of the least activation, which is drawn from an exponential distribution.
     model_share, model_force : of contact forces, what such models were off by at implants: the
         logarithm of a factor, and body weights.
@@ -55,6 +57,8 @@ class Spreads:
     hip: float = 0.010
     moment: float = 0.06
     moment_time: float = 0.10
+    pelvis_zero: float = 0.087
+    mass: float = 0.01
     tone: float = 0.01
     model_share: float = 0.12
     model_force: float = 0.10
@@ -64,7 +68,9 @@ SPREADS: Final = Spreads()
 """Adults: strengths of people of equal size differ by about a quarter (Handsfield et al. 2014:
 volumes of single muscles by 10 to 20 % after mass and stature); slack lengths are known to a few
 hundredths of the fibre (Ackland et al. 2012); arms of a scaled model to a tenth (Scheys et al.
-2008); hip centres by regression to a centimetre (Harrington et al. 2007). The moments' is what
+2008); hip centres by regression to a centimetre (Harrington et al. 2007); the plane of the ASIS and
+PSIS is tilted by 5 degrees more or less in pelves that lie alike (Preece et al. 2008, read about).
+The moments' is what
 docs/how-to/measurement.md finds against five people whose truth is known; give their own where it
 is known. 0.01 is the tone that OpenSim assumes of everybody. The last two are no knowledge of the
 parts: at implanted knees of other people such models are 0.3 to 0.5 body weights off (Thelen et al.
@@ -113,7 +119,7 @@ def draw(
     not known.
     """
     leg: LegForces = found.legs[side]  # type: ignore[index]
-    paths = geometry(leg.loads.angles)
+    published = geometry(leg.loads.angles)
     random = np.random.default_rng(seed)
     weight = found.mass_kg * GRAVITY
     parts: list[tuple[Array, Array, Contact]] = []
@@ -130,14 +136,23 @@ def draw(
             max_force=muscles.max_force * np.exp(log_force),
             tendon_slack=muscles.tendon_slack + slack,
         )
-        arms = leg.arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
+        paths, length, own_arms, changes = published, leg.length, leg.arms, speed
+        if spreads.pelvis_zero:
+            angles = loads.angles.copy()
+            angles[:, 0] += spreads.pelvis_zero * random.normal()
+            paths = geometry(angles)
+            length = paths.length @ muscles.sizes.factors
+            own_arms = -(paths.slope @ muscles.sizes.factors)
+            changes = rate(found.time, length)
+        arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
         shift = spreads.hip * random.normal(size=3)
         moments = loads.moments + loads.moment_per_shift @ shift
+        moments = moments * np.exp(spreads.mass * random.normal())
         error = spreads.moment * found.mass_kg * _wandering(found.time, spreads.moment_time, random)
         loads = replace(loads, moments=moments + error * _loaded(loads))
         shared = capacity_shares(
-            leg.length,
-            speed,
+            length,
+            changes,
             arms,
             loads,
             paths,
@@ -146,9 +161,8 @@ def draw(
             weight,
             lowest=min(spreads.tone * random.exponential(), 0.1),
         )
-        parts.append(
-            (shared.activation, shared.force, contact(loads, paths, shared.force, muscles.sizes))
-        )
+        carried = contact(loads, paths, shared.force, muscles.sizes)
+        parts.append((shared.activation, shared.force, carried))
     contacts = [part[2] for part in parts]
     factor = np.exp(spreads.model_share * random.normal(size=(draws, 1)))
     more = spreads.model_force * weight * random.normal(size=(draws, 1))

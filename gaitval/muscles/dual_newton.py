@@ -11,7 +11,7 @@ _ENOUGH = 1e-6
 
 
 @njit
-def _activation(pull: float, weight: float, exponent: float, lowest: float) -> float:
+def _activation(pull: float, weight: float, exponent: float) -> float:
     """Where Σ w aᵖ rises as fast as `pull`, without limits."""
     if pull <= 0.0:
         return 0.0
@@ -40,36 +40,48 @@ def share_frames(
     weights: Array,
     exponent: float,
     lowest: float,
+    favour: Array,
+    fall: float,
+    rise: float,
     precision: float,
     multipliers: Array,
     activations: Array,
     solved: Flags,
 ) -> None:
-    """Solve N frames: `rows` (N, r, m), `wanted` (N, r), `softness` 1/ρ (N, r), `weights` (N, m).
+    """Solve N frames: `rows` (N, r, m), `wanted` (N, r), `softness` 1/ρ (N, r), `weights` (N, m),
+    `favour` (N, m). From frame to frame an activation loses at most the share `fall` of itself, and
+    gains at most `rise` of what is left to 1; 1 each for no such limit.
     `multipliers` (N, r) in: where to start, out: of the rows; `activations` (N, m) and `solved`
     (N,) out.
     """
     frames, count, muscles = rows.shape
+    low, high = np.empty(muscles), np.empty(muscles)
     pull, slope = np.empty(muscles), np.empty(muscles)
     gradient, step = np.empty(count), np.empty(count)
     hessian, trial = np.empty((count, count)), np.empty(count)
     for n in range(frames):
         a, x = activations[n], multipliers[n]
+        for i in range(muscles):
+            low[i], high[i] = lowest, 1.0
+            if n > 0:
+                before = activations[n - 1, i]
+                low[i] = max(lowest, before * (1.0 - fall))
+                high[i] = max(min(1.0, before + (1.0 - before) * rise), low[i])
         scale = 1.0
         for j in range(count):
             scale = max(scale, 1.0 + abs(wanted[n, j]))
         for _ in range(_STEPS):
             value = 0.0
             for i in range(muscles):
-                pull[i] = 0.0
+                pull[i] = favour[n, i]
             for j in range(count):
                 for i in range(muscles):
                     pull[i] += rows[n, j, i] * x[j]
             for i in range(muscles):
-                free = _activation(pull[i], weights[n, i], exponent, lowest)
-                a[i] = min(max(free, lowest), 1.0)
+                free = _activation(pull[i], weights[n, i], exponent)
+                a[i] = min(max(free, low[i]), high[i])
                 slope[i] = 0.0
-                if lowest < free < 1.0:
+                if low[i] < free < high[i]:
                     slope[i] = free / (pull[i] * (exponent - 1.0))
                 value += pull[i] * a[i] - weights[n, i] * _power(a[i], exponent)
             largest = 0.0
@@ -121,11 +133,11 @@ def share_frames(
                     trial[j] = x[j] + length * step[j]
                     reached += (0.5 * softness[n, j] * trial[j] - wanted[n, j]) * trial[j]
                 for i in range(muscles):
-                    total = 0.0
+                    total = favour[n, i]
                     for j in range(count):
                         total += rows[n, j, i] * trial[j]
-                    free = _activation(total, weights[n, i], exponent, lowest)
-                    free = min(max(free, lowest), 1.0)
+                    free = _activation(total, weights[n, i], exponent)
+                    free = min(max(free, low[i]), high[i])
                     reached += total * free - weights[n, i] * _power(free, exponent)
                 if reached <= value + 1e-4 * length * falls + 1e-13 * (1.0 + abs(value)):
                     break

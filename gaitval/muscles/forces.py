@@ -1,8 +1,8 @@
 """Muscle activations and forces, and what the joints carry, of a motion whose moments are known."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Final, NamedTuple
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -37,9 +37,32 @@ AT_LIMIT: Final = 0.99
 FARTHEST: Final = np.radians(20.0)
 """How far an angle may be beyond the table of paths, in a frame."""
 
+RISE, FALL = 0.010, 0.040
+"""s, time constants of a muscle's activation as it rises and as it falls (Zajac 1989)."""
+
 _ELASTIC_STEPS, _ELASTIC_ENOUGH = 30, 2e-3
 _SHORTEST = 0.3
 """Of the optimal fibre's length: shorter fibres are held here, where they have no force."""
+
+
+class RecordedActivation(NamedTuple):
+    """What a leg's muscles were seen to do.
+
+    Attributes
+    ----------
+    activation : (T, 40) 0 to 1; anything where there is no weight.
+    weight : (T, 40) of its distance's square against that of an activation; 0 where nothing was
+        seen.
+    """
+
+    activation: Array
+    weight: Array
+
+
+def change_limits(time: Array) -> tuple[float, float]:
+    """Shares by which activations may fall and rise from frame to frame of `time` (T,) s."""
+    step = float(np.median(np.diff(time))) if len(time) > 1 else np.inf
+    return float(-np.expm1(-step / FALL)), float(-np.expm1(-step / RISE))
 
 
 @dataclass(frozen=True)
@@ -76,6 +99,25 @@ class LegForces:
     contact: Contact
     outside: Flags
     solved: Flags
+
+    def part(self, rows: Array) -> "LegForces":
+        """The frames `rows` of it."""
+        count = len(self.activation)
+
+        def cut(of: Any) -> dict[str, Array]:
+            values = {each.name: getattr(of, each.name) for each in fields(of)}
+            return {
+                name: value[rows]
+                for name, value in values.items()
+                if isinstance(value, np.ndarray) and value.ndim and len(value) == count
+            }
+
+        loads = replace(
+            self.loads, **{k: v for k, v in cut(self.loads).items() if k != "hip_shift"}
+        )
+        return replace(
+            self, **cut(self), loads=loads, contact=replace(self.contact, **cut(self.contact))
+        )
 
     def reserve_share(self) -> Array:
         """(6,) largest reserve over the largest moment, of each of `paths.COORDINATES`."""
@@ -161,6 +203,9 @@ def share(
     criterion: str | Criterion = "squares",
     sides: Sequence[Side] = ("right", "left"),
     strength: Mapping[str, float] | float = 1.0,
+    lost: Mapping[Side, Collection[str]] | None = None,
+    dynamics_of_activation: bool = False,
+    recorded: Mapping[Side, RecordedActivation] | None = None,
 ) -> MuscleForces:
     """Share the moments of a motion out to the muscles.
 
@@ -173,6 +218,11 @@ def share(
     criterion : one of `sharing.CRITERIA`, or one of your own.
     sides : legs to look at.
     strength : factor on all muscles, or on some by name.
+    lost : coordinates (`paths.COORDINATES`) of joints that a prosthesis has, by side: what muscles
+        that span them had to do is left out.
+    dynamics_of_activation : whether activations rise and fall no faster than muscles can
+        (`RISE`, `FALL`).
+    recorded : activations to stay near, such as of EMG, by side.
 
     Raises
     ------
@@ -186,11 +236,19 @@ def share(
     for side in sides:
         loads = leg_loads(model, positions, dynamics, side[0])
         _check_angles(dynamics.time, loads, side)
+        gone = () if lost is None else lost.get(side, ())
         muscles = leg_muscles(
-            sizes(model, side[0]), mass=model.mass, height=height, strength=strength
+            sizes(model, side[0]), mass=model.mass, height=height, strength=strength, lost=gone
         )
         legs[side] = share_leg(
-            dynamics.time, loads, geometry(loads.angles), muscles, chosen, model.mass
+            dynamics.time,
+            loads.without(gone),
+            geometry(loads.angles),
+            muscles,
+            chosen,
+            model.mass,
+            dynamics_of_activation=dynamics_of_activation,
+            recorded=None if recorded is None else recorded.get(side),
         )
     return MuscleForces(dynamics.time, model.mass, chosen, legs)
 
@@ -232,6 +290,9 @@ def share_leg(
     muscles: LegMuscles,
     criterion: Criterion,
     mass: float,
+    *,
+    dynamics_of_activation: bool = False,
+    recorded: RecordedActivation | None = None,
 ) -> LegForces:
     """Share the `loads` of one leg at `time` (T,) s, whose paths are `paths`, of a person of `mass`
     kg.
@@ -239,7 +300,16 @@ def share_leg(
     length = paths.length @ muscles.sizes.factors
     arms = -(paths.slope @ muscles.sizes.factors)
     shared = capacity_shares(
-        length, rate(time, length), arms, loads, paths, muscles, criterion, mass * GRAVITY
+        length,
+        rate(time, length),
+        arms,
+        loads,
+        paths,
+        muscles,
+        criterion,
+        mass * GRAVITY,
+        limits=change_limits(time) if dynamics_of_activation else (1.0, 1.0),
+        recorded=recorded,
     )
     return LegForces(
         muscles=muscles,
@@ -297,7 +367,8 @@ def capacity(
     fixed = length - slack <= _SHORTEST * muscles.optimal_fibre
     active = np.where(fixed, 0.0, active_length(normal) * velocity(fast))
     passive = passive_length(normal, muscles.passive_from, muscles.passive_to)
-    return Capacity(muscles.max_force * active * slope, muscles.max_force * passive * slope, normal)
+    most = np.where(muscles.present, muscles.max_force, 0.0)
+    return Capacity(most * active * slope, most * passive * slope, normal)
 
 
 class _Spared(NamedTuple):
@@ -351,13 +422,27 @@ def capacity_shares(
     criterion: Criterion,
     weight: float,
     lowest: float = LOWEST,
+    limits: tuple[float, float] = (1.0, 1.0),
+    recorded: RecordedActivation | None = None,
 ) -> SharedFrames:
     """Share `loads` to muscles of whole `length` (T, 40) m, that change by `speed` m/s, with `arms`
-    (T, 40, 6) m, in a body of `weight` N; none is less active than `lowest`.
+    (T, 40, 6) m, in a body of `weight` N; none is less active than `lowest`. `limits` are
+    `change_limits`; `recorded` activations are stayed near.
+
+    Raises ModelError for recorded activations and a criterion that is not of squares.
     """
     weights = np.array([criterion.weights.get(name, 1.0) for name in muscles.names])
     if criterion.by_volume:
         weights = weights * muscles.volume / muscles.volume.mean()
+    favour = None
+    if recorded is not None:
+        if criterion.exponent != 2.0:
+            raise ModelError(
+                f"Recorded activations cannot be kept near with the criterion {criterion.name!r}, "
+                "whose cost is no square. Choose another, such as 'contact'."
+            )
+        weights = weights + recorded.weight
+        favour = 2.0 * recorded.weight * recorded.activation
     # A fibre behind a long tendon is nearly isometric in stance, while its speed by differences of
     # the tendon's stretch is mostly noise: as Uhlrich et al. (2022), it is taken to be 0.
     speed = np.where(muscles.elastic, 0.0, speed)
@@ -379,6 +464,8 @@ def capacity_shares(
             weights,
             exponent=criterion.exponent,
             lowest=lowest,
+            favour=favour,
+            limits=limits,
             start=start,
         )
         force, start = shares.activations * able.active + able.passive, shares.multipliers
@@ -391,4 +478,4 @@ def capacity_shares(
     return SharedFrames(shares.activations, force, able, shares.solved)
 
 
-__all__ = ["LOWEST", "LegForces", "MuscleForces", "share", "share_leg"]
+__all__ = ["LOWEST", "LegForces", "MuscleForces", "RecordedActivation", "share", "share_leg"]

@@ -4,9 +4,9 @@ The model that the muscles are of (`paths`) has another zero, a knee whose tibia
 femur as it bends, and oblique axes of ankle and subtalar joint:
 
 * pelvis and knee: gaitval's zero is at `MuscleSkeleton.hip_zero` and `knee_zero` of the model;
-* hips: same axes. Moments are about the centre about which the muscles have their arms: on the
-  published pelvis gaitval's regression puts the hip 15 mm to the side of where the model has it, and
-  moments about the one with arms about the other would not be balanced by the forces found;
+* hips: same axes. Moments are about the centre about which the muscles have their arms, which on
+  the published pelvis is 15 mm nearer to the middle than where gaitval's regression puts it: with
+  arms about one point and moments about another the forces would be wrong;
 * knee: the moment that the muscles must make is by virtual work that of the intersegmental moment
   and force on the tibia, which turns *and shifts* per rate of the angle;
 * ankle and subtalar joint: the angles that turn the foot to where it is, as nearly as two axes can;
@@ -17,7 +17,8 @@ femur as it bends, and oblique axes of ankle and subtalar joint:
 A left leg becomes a right one in the mirror.
 """
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from gaitval.coordinates import COORDINATES as ALL
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.muscles.paths import KNEE, MuscleSkeleton, table
+from gaitval.muscles.paths import COORDINATES, KNEE, MuscleSkeleton, table
 
 _TO_OPENSIM = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """x forward, y left, z up to x forward, y up, z right."""
@@ -96,6 +97,15 @@ class LegLoads:
     moment: Array
     unturned: Array
 
+    def without(self, lost: Collection[str]) -> "LegLoads":
+        """The loads of a leg in which no muscle has anything to do about the coordinates `lost`."""
+        kept = np.array([0.0 if name in lost else 1.0 for name in COORDINATES])
+        return replace(
+            self,
+            moments=kept * self.moments,
+            moment_per_shift=kept[:, None] * self.moment_per_shift,
+        )
+
 
 def leg_loads(model: BodyModel, positions: Array, dynamics: InverseDynamics, side: str) -> LegLoads:
     """Loads of the leg `side` ("r" or "l") of a motion `positions` (T, 31) with its `dynamics`."""
@@ -126,9 +136,7 @@ def leg_loads(model: BodyModel, positions: Array, dynamics: InverseDynamics, sid
     angles, unturned = _angles(positions, turned, side, bones)
     moments, per_shift = _moments(angles, force, moment, own, bones)
     shift = own.pelvis * bones.hip_from_regression
-    return LegLoads(
-        angles, moments + per_shift @ shift, per_shift, shift, force, moment, unturned
-    )
+    return LegLoads(angles, moments + per_shift @ shift, per_shift, shift, force, moment, unturned)
 
 
 def _angles(

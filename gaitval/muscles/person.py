@@ -7,7 +7,7 @@ stature is that of the published model, over the fibre's length. It is of 24 hea
 children, and for the old or the ill, it says little (`bands.SPREADS`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,7 +16,7 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
 from gaitval.muscles.mapping import BoneSizes
-from gaitval.muscles.paths import geometry, table
+from gaitval.muscles.paths import COORDINATES, geometry, table
 
 SPECIFIC_TENSION: Final = 60e4
 """N/m² (Rajagopal et al. 2016)."""
@@ -46,6 +46,7 @@ class LegMuscles:
     passive_from, passive_to : fibre strains, as in `paths.Muscle`.
     volume : of the fibres, the largest being 1.
     elastic : (40,) whether the tendon stretches.
+    present : (40,) whether the person has the muscle.
     """
 
     names: tuple[str, ...]
@@ -58,6 +59,7 @@ class LegMuscles:
     passive_to: Array
     volume: Array
     elastic: Array
+    present: Array
 
 
 def muscle_volume(mass: float, height: float) -> float:
@@ -72,10 +74,12 @@ def leg_muscles(
     mass: float,
     height: float,
     strength: Mapping[str, float] | float = 1.0,
+    lost: Collection[str] = (),
 ) -> LegMuscles:
     """The muscles of a leg with bones of the sizes `own`, of a person of `mass` kg and `height` m.
 
-    `strength` is a factor on the force of all, or of muscles by name (without side).
+    `strength` is a factor on the force of all, or of muscles by name (without side). `lost` are
+    coordinates of `paths.COORDINATES` of joints that a prosthesis has: no muscle moves them.
 
     Raises ModelError for a mass or height that no person has, a bone that is not within a factor of
     two and a half of an adult's, or a muscle that is not known.
@@ -112,6 +116,12 @@ def leg_muscles(
         passive_to=np.array([each.passive_to for each in found.muscles]),
         volume=volume / volume.max(),
         elastic=np.array([name in ELASTIC for name in names]),
+        present=np.array(
+            [
+                not any(COORDINATES[i] in lost for i in muscle.coordinates)
+                for muscle in found.muscles
+            ]
+        ),
     )
 
 

@@ -1,6 +1,9 @@
 """How the moments of the joints are shared out to muscles: a convex problem in each frame.
 
-    minimise  Σᵢ wᵢ aᵢᵖ + ½ Σⱼ ρⱼ (bⱼ - Σᵢ Aⱼᵢ aᵢ)²   with  lowest ≤ aᵢ ≤ 1
+    minimise  Σᵢ wᵢ aᵢᵖ - Σᵢ fᵢ aᵢ + ½ Σⱼ ρⱼ (bⱼ - Σᵢ Aⱼᵢ aᵢ)²   with  lowest ≤ aᵢ ≤ 1
+
+f is 0 but where a recorded activation is to be kept near (λ (a - e)² is λ a² - 2 λ e a). With
+activation dynamics, limits of a frame follow from the activation of the one before.
 
 Rows j are the moments that muscles have to make, with so large a weight ρ that what is left, the
 reserve, is nearly nothing; or a contact force, with a small one, if the criterion wants it low.
@@ -113,10 +116,14 @@ def solve(
     *,
     exponent: float = 2.0,
     lowest: float = LOWEST,
+    favour: Array | None = None,
+    limits: tuple[float, float] = (1.0, 1.0),
     start: Array | None = None,
 ) -> Shares:
     """Share N frames: `rows` A (N, r, m), `wanted` b (N, r), `stiffness` ρ (r,) or (N, r),
-    `weights` w (m,) or (N, m). `start` (N, r) are multipliers to begin at.
+    `weights` w (m,) or (N, m), `favour` f (N, m). `limits` are the largest share of itself that an
+    activation loses from frame to frame, and of what is left to 1 that it gains. `start` (N, r) are
+    multipliers to begin at.
 
     Raises ValueError for shapes that do not fit, exponents below 2 and values that are not finite.
     """
@@ -135,8 +142,9 @@ def solve(
     if exponent > 2.0:
         lowest = max(lowest, _LOWEST_OF_ROOTS)
     rows, wanted = np.ascontiguousarray(rows), np.ascontiguousarray(wanted)
+    favoured = np.zeros((count, m)) if favour is None else np.array(favour, float)
     share_frames(
-        rows, wanted, softness, weights, exponent, lowest, _PRECISION,
+        rows, wanted, softness, weights, exponent, lowest, favoured, *limits, _PRECISION,
         multipliers, activations, solved,
     )  # fmt: skip
     left = wanted - np.einsum("nri,ni->nr", rows, activations)
