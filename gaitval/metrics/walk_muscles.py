@@ -12,11 +12,13 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED, LEG, SIDES, Side
+from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.model.body import BodyModel
 from gaitval.muscles.gait import RATE, LoadedMotion
+from gaitval.muscles.paths import COORDINATES
 from gaitval.simulation.rollout import Rollout
 
 CUTOFF: Final = 10.0
@@ -24,6 +26,21 @@ CUTOFF: Final = 10.0
 
 LEAST_N: Final = 20.0
 """Vertical force below which a foot is off the ground: the filter spreads a force."""
+
+
+def lost_joints(subject: Subject) -> dict[Side, Collection[str]]:
+    """Coordinates of the joints of a leg that a prosthesis of the `subject` has: those of hinges
+    without muscles of its devices, and the whole leg where only its side is known.
+    """
+    found: dict[Side, set[str]] = {}
+    for device in subject.devices:
+        for side in device.sides:
+            gone = {each.joint for each in device.hinges if not each.muscles}
+            found.setdefault(side, set()).update(gone)
+    for side in SIDES:
+        if subject.prosthesis == side and not found.get(side):
+            found[side] = set(COORDINATES)
+    return {side: gone for side, gone in found.items() if gone}
 
 
 def walk_motion(

@@ -352,7 +352,7 @@ def _leg(
     kept = [name for name in CONTACTS if _has(first, name)]
     contact = {
         name: np.stack(
-            [over(_contact(leg, name), f, t)[0] / weight
+            [over(contact_curve(leg, name), f, t)[0] / weight
              for (leg, f), t in zip(legs, times, strict=True)]
         )
         for name in kept
@@ -405,7 +405,8 @@ def _has(leg: LegForces, contact: str) -> bool:
     return bool(np.abs(leg.arms[:, leg.muscles.present, at]).max(initial=0.0) > 1e-6)
 
 
-def _contact(leg: LegForces, name: str) -> Array:
+def contact_curve(leg: LegForces, name: str) -> Array:
+    """(T,) N, of a leg, one of `CONTACTS`."""
     if name in ("knee", "medial", "lateral"):
         return np.asarray(getattr(leg.contact, _FIELD.get(name, name)))
     return leg.contact.size(name)

@@ -7,12 +7,26 @@ is in `QUANTITIES`, and nothing else has to know a new one. See docs/how-to/quan
 from collections.abc import Mapping
 from typing import Final
 
+from gaitval.quantities.joint_contact import JOINT_CONTACT
 from gaitval.quantities.joint_power import JOINT_POWER
+from gaitval.quantities.muscle_activation import MUSCLE_ACTIVATION
 from gaitval.quantities.quantity import Found, Quantity
 from gaitval.quantities.tendon_force import TENDON_FORCE
 
-QUANTITIES: Final[tuple[Quantity, ...]] = (JOINT_POWER, TENDON_FORCE)
+QUANTITIES: Final[tuple[Quantity, ...]] = (
+    JOINT_POWER,
+    TENDON_FORCE,
+    MUSCLE_ACTIVATION,
+    JOINT_CONTACT,
+)
 
 BY_NAME: Final[Mapping[str, Quantity]] = {each.name: each for each in QUANTITIES}
 
-__all__ = ["BY_NAME", "QUANTITIES", "Found", "Quantity"]
+__all__ = [
+    "BY_NAME",
+    "JOINT_CONTACT",
+    "MUSCLE_ACTIVATION",
+    "QUANTITIES",
+    "Found",
+    "Quantity",
+]
