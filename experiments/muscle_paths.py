@@ -1,6 +1,6 @@
 """Compute the muscle paths that gaitval ships, from a published model, with OpenSim.
 
-    python experiments/muscle_paths.py MODEL.osim gaitval/muscles/paths.npz
+    python experiments/muscle_paths.py MODEL.osim gaitval/musculature/paths.npz
 
 MODEL is Rajagopal et al. (2016) IEEE Trans Biomed Eng 63:2068-2079 with the changes of Lai et al.
 (2017) Ann Biomed Eng 45:2762-2774 and Uhlrich et al. (2022) Sci Rep 12:9842
@@ -248,7 +248,7 @@ def knee_motion(leg: Leg) -> dict[str, np.ndarray]:
 
 
 def bones(leg: Leg) -> dict[str, np.ndarray]:
-    """Joints and axes of the model, and its zero: see `gaitval.muscles.paths.MuscleSkeleton`."""
+    """Joints and axes of the model, and its zero: see `gaitval.musculature.paths.MuscleSkeleton`."""
     leg.pose(np.zeros(6))
     bodies = leg.model.getBodySet()
 

@@ -25,7 +25,7 @@ from gaitval.mocap.mot_writing import StorageTable
 from gaitval.model.body import BodyModel
 from gaitval.model.safe_xml import parse_xml
 from gaitval.model.urdf import read_urdf
-from gaitval.muscles.gait import LoadedMotion
+from gaitval.musculature.gait import LoadedMotion
 from gaitval.opensim.coordinates import (
     OPENSIM_COORDINATES,
     PELVIS_TRANSLATIONS,

@@ -18,7 +18,7 @@ from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.inverse.marker_placement import MarkerPlacement
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
 from gaitval.metrics.tolerances import Verdict, evaluate, measured
-from gaitval.muscles.gait import MuscleGait, muscles_of
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.reporting import recording_report as page
 from gaitval.session.loaded import loaded_motion
 from gaitval.session.one_side import ONE_SIDE

@@ -10,7 +10,7 @@ from pydantic import Field
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import Curve, Number, Result, Size, array, named, number, numbers, sided
-from gaitval.muscles.gait import MuscleGait
+from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.joint_power import BURSTS, JOINT_POWER, JOINTS
 from gaitval.quantities.quantity import StrideTimes

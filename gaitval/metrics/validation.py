@@ -91,7 +91,7 @@ from gaitval.metrics.walk_results import (
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.muscles.gait import MuscleGait, muscles_of
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.prediction.known import is_predicted, is_unrecorded, quantities_recorded
 from gaitval.simulation.rollout import Rollout
 

@@ -17,8 +17,8 @@ from gaitval.gait.filters import low_pass_simulated
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.metrics.cycles import GaitCycles, step_of
 from gaitval.model.body import BodyModel
-from gaitval.muscles.gait import RATE, LoadedMotion
-from gaitval.muscles.paths import COORDINATES
+from gaitval.musculature.gait import RATE, LoadedMotion
+from gaitval.musculature.paths import COORDINATES
 from gaitval.simulation.rollout import Rollout
 
 CUTOFF: Final = 10.0

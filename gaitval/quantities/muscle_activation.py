@@ -1,6 +1,6 @@
 """Activation of nine groups of muscles over the gait cycle, by sharing the moments of the joints.
 
-See `gaitval.muscles`: needs the body, its motion and its loads, so it is worked out while those are
+See `gaitval.musculature`: needs the body, its motion and its loads, so it is worked out while those are
 at hand, and stored.
 """
 
@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.muscles.gait import GROUPS, MuscleGait
+from gaitval.musculature.gait import GROUPS, MuscleGait
 from gaitval.quantities.quantity import FigureTable, Found, Quantity
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED
 from gaitval.gait.cycle_curves import Curves
-from gaitval.muscles.gait import MuscleGait
+from gaitval.musculature.gait import MuscleGait
 from gaitval.prediction.known import RecordedQuantity
 
 StrideTimes = Mapping[str, float | None]

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.muscles.gait import CONTACTS, GROUPS, MuscleGait
+from gaitval.musculature.gait import CONTACTS, GROUPS, MuscleGait
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH

@@ -20,7 +20,7 @@ from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.quantity_results import found_quantities
 from gaitval.metrics.recording_limits import State
-from gaitval.muscles.gait import MuscleGait
+from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION, Found
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures

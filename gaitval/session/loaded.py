@@ -9,8 +9,8 @@ from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.body import BodyModel
-from gaitval.muscles.gait import LoadedMotion
-from gaitval.muscles.paths import COORDINATES
+from gaitval.musculature.gait import LoadedMotion
+from gaitval.musculature.paths import COORDINATES
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
 LEAST_SPAN_S: Final = 0.25

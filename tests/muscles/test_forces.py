@@ -12,11 +12,11 @@ from gaitval.errors import ModelError, RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
-from gaitval.muscles import CRITERIA, share
-from gaitval.muscles.bands import Spreads, draw
-from gaitval.muscles.curves import tendon_strain
-from gaitval.muscles.mapping import leg_loads
-from gaitval.muscles.paths import COORDINATES, JOINTS, geometry
+from gaitval.musculature import CRITERIA, share
+from gaitval.musculature.bands import Spreads, draw
+from gaitval.musculature.curves import tendon_strain
+from gaitval.musculature.mapping import leg_loads
+from gaitval.musculature.paths import COORDINATES, JOINTS, geometry
 
 
 @pytest.fixture(scope="module")

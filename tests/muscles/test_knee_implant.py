@@ -17,7 +17,7 @@ from gaitval.constants import GRAVITY
 from gaitval.importing.importing import request_of, work_out
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.muscles import share
+from gaitval.musculature import share
 from gaitval.session.request import ImportOptions, checked, silent
 from gaitval.session.session import ImportProgress
 

@@ -68,7 +68,7 @@ def muscles(
     from gaitval.coordinates import SIDES
     from gaitval.errors import ConfigurationError
     from gaitval.folder_lock import locked
-    from gaitval.muscles.gait import muscles_of
+    from gaitval.musculature.gait import muscles_of
 
     if side is not None and side not in SIDES:
         raise ConfigurationError(f"--side {side}: give right or left, or leave it out for both.")

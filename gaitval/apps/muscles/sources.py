@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gaitval.errors import ArtefactError
-from gaitval.muscles.gait import LoadedMotion
+from gaitval.musculature.gait import LoadedMotion
 
 
 def motions_in(folder: Path, *, height: float | None = None) -> list[LoadedMotion]:

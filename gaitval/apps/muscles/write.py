@@ -12,9 +12,9 @@ from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES
 from gaitval.importing.write import write_table
 from gaitval.mocap.mot_writing import StorageTable, write_storage
-from gaitval.muscles.forces import MuscleForces
-from gaitval.muscles.gait import CONTACTS, GROUPS, MuscleGait, contact_curve
-from gaitval.muscles.paths import COORDINATES
+from gaitval.musculature.forces import MuscleForces
+from gaitval.musculature.gait import CONTACTS, GROUPS, MuscleGait, contact_curve
+from gaitval.musculature.paths import COORDINATES
 from gaitval.reporting.muscle_figures import DrawnMuscles
 
 RESULT: Final = "muscles.json"

@@ -14,11 +14,11 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
-from gaitval.muscles.contact import Contact, contact
-from gaitval.muscles.forces import LegForces, MuscleForces, capacity_shares, rate
-from gaitval.muscles.mapping import LegLoads
-from gaitval.muscles.paths import COORDINATES, Geometry, geometry
-from gaitval.muscles.sharing import CRITERIA
+from gaitval.musculature.contact import Contact, contact
+from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares, rate
+from gaitval.musculature.mapping import LegLoads
+from gaitval.musculature.paths import COORDINATES, Geometry, geometry
+from gaitval.musculature.sharing import CRITERIA
 
 CRITERIA_OF_BANDS: Final = (
     *("contact", "spared knee", "contact", "squares"),

@@ -16,10 +16,10 @@ from gaitval.display import Displayed
 from gaitval.errors import RecordError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
-from gaitval.muscles.bands import SPREADS, Draws, Spreads, draw
-from gaitval.muscles.forces import LegForces, MuscleForces, RecordedActivation, share
-from gaitval.muscles.paths import COORDINATES, table
-from gaitval.muscles.sharing import Criterion
+from gaitval.musculature.bands import SPREADS, Draws, Spreads, draw
+from gaitval.musculature.forces import LegForces, MuscleForces, RecordedActivation, share
+from gaitval.musculature.paths import COORDINATES, table
+from gaitval.musculature.sharing import Criterion
 
 if TYPE_CHECKING:
     import pandas as pd

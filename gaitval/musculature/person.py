@@ -15,8 +15,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.errors import ModelError
-from gaitval.muscles.mapping import BoneSizes
-from gaitval.muscles.paths import COORDINATES, geometry, table
+from gaitval.musculature.mapping import BoneSizes
+from gaitval.musculature.paths import COORDINATES, geometry, table
 
 SPECIFIC_TENSION: Final = 60e4
 """N/m² (Rajagopal et al. 2016)."""

@@ -22,7 +22,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags
-from gaitval.muscles.dual_newton import share_frames
+from gaitval.musculature.dual_newton import share_frames
 
 LOWEST: Final = 0.0
 """Least activation. OpenSim's 0.01 of all muscles about the knee presses it with a third of a body

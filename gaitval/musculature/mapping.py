@@ -27,7 +27,7 @@ from gaitval.coordinates import COORDINATES as ALL
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import segment_frames
-from gaitval.muscles.paths import COORDINATES, KNEE, MuscleSkeleton, table
+from gaitval.musculature.paths import COORDINATES, KNEE, MuscleSkeleton, table
 
 _TO_OPENSIM = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """x forward, y left, z up to x forward, y up, z right."""

@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array, Flags
-from gaitval.muscles.mapping import BoneSizes, LegLoads, tibia_axes
-from gaitval.muscles.paths import JOINTS, KNEE, Geometry
+from gaitval.musculature.mapping import BoneSizes, LegLoads, tibia_axes
+from gaitval.musculature.paths import JOINTS, KNEE, Geometry
 
 PLATEAUS: Final = 0.040
 """Distance of the points of contact of a knee, m, of a tibia of the published size; 38 to 46 mm in

@@ -13,18 +13,18 @@ from gaitval.coordinates import Side
 from gaitval.errors import ModelError, RecordError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
-from gaitval.muscles.contact import Contact, contact, knee_compression
-from gaitval.muscles.curves import (
+from gaitval.musculature.contact import Contact, contact, knee_compression
+from gaitval.musculature.curves import (
     FASTEST,
     active_length,
     passive_length,
     tendon_strain,
     velocity,
 )
-from gaitval.muscles.mapping import LegLoads, leg_loads, sizes
-from gaitval.muscles.paths import COORDINATES, JOINTS, Geometry, geometry, table
-from gaitval.muscles.person import LegMuscles, leg_muscles
-from gaitval.muscles.sharing import CRITERIA, LOWEST, Criterion, solve
+from gaitval.musculature.mapping import LegLoads, leg_loads, sizes
+from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry, table
+from gaitval.musculature.person import LegMuscles, leg_muscles
+from gaitval.musculature.sharing import CRITERIA, LOWEST, Criterion, solve
 
 RESERVE: Final = 0.3
 """A reserve of so many Nm is as dear as a whole muscle at full activation."""

@@ -166,7 +166,10 @@ class _Member(NamedTuple):
 @cache
 def table() -> PathTable:
     """The shipped muscles and their paths."""
-    with files("gaitval.muscles").joinpath("paths.npz").open("rb") as file, np.load(file) as stored:
+    with (
+        files("gaitval.musculature").joinpath("paths.npz").open("rb") as file,
+        np.load(file) as stored,
+    ):
         arrays = {name: stored[name] for name in stored.files}
     rows = json.loads(arrays["about"].tobytes().decode())["muscles"]
     muscles: list[Muscle] = []
