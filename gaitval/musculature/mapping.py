@@ -147,9 +147,34 @@ def _angles(
         found[:, i] = positions[:, ALL.index(f"{name}_{side}")]
     found[:, 0] += bones.hip_zero
     found[:, KNEE] += bones.knee_zero
-    # The foot in the tibia's axes, made of two turns, by Newton's method on what is left to turn.
-    foot = np.einsum("tji,tjk->tik", turned["tibia"], turned["foot"])
-    ankle = np.zeros((len(positions), 2))
+    found[:, 4:], unturned = _foot_angles(
+        np.einsum("tji,tjk->tik", turned["tibia"], turned["foot"]), bones
+    )
+    return found, unturned
+
+
+def published_angles(leg: Array) -> Array:
+    """`paths.COORDINATES` (N, 6) of the published model at gaitval's own coordinates `leg` (N, 6),
+    rad, of the same names.
+    """
+    bones = table().skeleton
+    found = np.array(leg, dtype=float)
+    found[:, 0] += bones.hip_zero
+    found[:, KNEE] += bones.knee_zero
+    # In OpenSim's axes dorsiflexion turns about z, inversion about x.
+    foot = _about(np.array([0.0, 0.0, 1.0]), leg[:, 4]) @ _about(
+        np.array([1.0, 0.0, 0.0]), leg[:, 5]
+    )
+    shank = _least_turn(np.array([0.0, -1.0, 0.0]), bones.shank_axis)
+    found[:, 4:], _ = _foot_angles(shank @ foot, bones)
+    return found
+
+
+def _foot_angles(foot: Array, bones: MuscleSkeleton) -> tuple[Array, Array]:
+    """Ankle and subtalar angle (T, 2) of a `foot` (T, 3, 3) in the tibia's axes, by Newton's method
+    on what is left to turn, and the size of what is left in the end, (T,) rad.
+    """
+    ankle = np.zeros((len(foot), 2))
     for _ in range(8):
         first = _about(bones.ankle_axis, ankle[:, 0])
         made = first @ _about(bones.subtalar_axis, ankle[:, 1])
@@ -161,8 +186,7 @@ def _angles(
         ankle += np.linalg.solve(
             axes.transpose(0, 2, 1) @ axes, np.einsum("tij,ti->tj", axes, left)[..., None]
         )[..., 0]
-    found[:, 4:] = ankle
-    return found, np.linalg.norm(left, axis=1)
+    return ankle, np.linalg.norm(left, axis=1)
 
 
 def _moments(
