@@ -60,6 +60,10 @@ def walk_motion(
     the joints; the muscles have to make what is left.
     """
     dynamics, positions = walk_dynamics(rollout, model, torques)
+    assist = None
+    if torques is not None:
+        given = low_pass_simulated(torques, step=step_of(rollout), frequency=CUTOFF)
+        assist = given[_thinned(step_of(rollout))]
     return LoadedMotion(
         name=name,
         model=model,
@@ -75,7 +79,12 @@ def walk_motion(
             for side in SIDES
         },
         lost=lost or {},
+        assist=assist,
     )
+
+
+def _thinned(step: float) -> slice:
+    return slice(None, None, max(1, round(1.0 / (step * RATE))))
 
 
 def walk_dynamics(
@@ -83,7 +92,7 @@ def walk_dynamics(
 ) -> tuple[InverseDynamics, Array]:
     """Inverse dynamics of a `rollout` at about `RATE`, and its low-passed positions (T, 31)."""
     step = step_of(rollout)
-    every = slice(None, None, max(1, round(1.0 / (step * RATE))))
+    every = _thinned(step)
     positions = low_pass_simulated(rollout.positions, step=step, frequency=CUTOFF)[every]
     force = low_pass_simulated(rollout.ground_reaction, step=step, frequency=CUTOFF)
     point = rollout.centre_of_pressure.copy()

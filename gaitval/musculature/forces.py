@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 
 from gaitval.arrays import Array, Flags
 from gaitval.constants import GRAVITY
-from gaitval.coordinates import Side
+from gaitval.coordinates import ACTUATED, Side
 from gaitval.errors import ModelError, RecordError
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
@@ -206,6 +206,7 @@ def share(
     lost: Mapping[Side, Collection[str]] | None = None,
     dynamics_of_activation: bool = False,
     recorded: Mapping[Side, RecordedActivation] | None = None,
+    assist: Array | None = None,
 ) -> MuscleForces:
     """Share the moments of a motion out to the muscles.
 
@@ -223,6 +224,8 @@ def share(
     dynamics_of_activation : whether activations rise and fall no faster than muscles can
         (`RISE`, `FALL`).
     recorded : activations to stay near, such as of EMG, by side.
+    assist : (T, 25) Nm that devices make at the joints (`coordinates.ACTUATED`), which muscles need
+        not.
 
     Raises
     ------
@@ -236,6 +239,10 @@ def share(
     for side in sides:
         loads = leg_loads(model, positions, dynamics, side[0])
         _check_angles(dynamics.time, loads, side)
+        if assist is not None:
+            loads = loads.assisted(
+                assist[:, [ACTUATED.index(f"{name}_{side[0]}") for name in COORDINATES]]
+            )
         gone = () if lost is None else lost.get(side, ())
         muscles = leg_muscles(
             sizes(model, side[0]), mass=model.mass, height=height, strength=strength, lost=gone

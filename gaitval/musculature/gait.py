@@ -81,6 +81,7 @@ class LoadedMotion:
     cycles : s, starts and ends of whole gait cycles with moments of each side.
     spans : s, when a side's moments are known, where there is no cycle.
     lost : coordinates (`paths.COORDINATES`) of joints that a prosthesis has, by side.
+    assist : (T, 25) Nm of devices at the joints; None without.
     """
 
     name: str
@@ -91,6 +92,7 @@ class LoadedMotion:
     cycles: Mapping[Side, Sequence[tuple[float, float]]]
     spans: Mapping[Side, Sequence[tuple[float, float]]] = field(default_factory=dict)
     lost: Mapping[Side, Collection[str]] = field(default_factory=dict)
+    assist: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -317,6 +319,7 @@ def _share_span(
         lost=motion.lost,
         dynamics_of_activation=dynamics_of_activation,
         recorded=None if recorded is None else {side: recorded},
+        assist=None if motion.assist is None else motion.assist[rows],
     )
 
 

@@ -97,6 +97,21 @@ class LegLoads:
     moment: Array
     unturned: Array
 
+    def assisted(self, torques: Array) -> "LegLoads":
+        """The loads of a leg whose devices make `torques` (T, 6) Nm about gaitval's coordinates of
+        these names, beside its muscles.
+        """
+        bones, moments = table().skeleton, self.moments.copy()
+        moments[:, :4] -= torques[:, :4]
+        # A device at the ankle turns about gaitval's axes: dorsiflexion about z, inversion about x
+        # of the foot. What it takes off is its part about the oblique axes.
+        turned = _about(np.array([0.0, 0.0, 1.0]), self.angles[:, 4])[:, :, 0]
+        vector = torques[:, 4, None] * np.array([0.0, 0.0, 1.0]) + torques[:, 5, None] * turned
+        talus = _about(bones.ankle_axis, self.angles[:, 4])
+        moments[:, 4] -= vector @ bones.ankle_axis
+        moments[:, 5] -= (vector * (talus @ bones.subtalar_axis)).sum(axis=1)
+        return replace(self, moments=moments)
+
     def without(self, lost: Collection[str]) -> "LegLoads":
         """The loads of a leg in which no muscle has anything to do about the coordinates `lost`."""
         kept = np.array([0.0 if name in lost else 1.0 for name in COORDINATES])

@@ -1,7 +1,7 @@
 """Activation of nine groups of muscles over the gait cycle, by sharing the moments of the joints.
 
-See `gaitval.musculature`: needs the body, its motion and its loads, so it is worked out while those are
-at hand, and stored.
+See `gaitval.musculature`: needs the body, its motion and its loads, so it is worked out while those
+are at hand, and stored.
 """
 
 from typing import Final
