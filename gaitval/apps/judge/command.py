@@ -43,6 +43,24 @@ def judge(
     external_loads: Annotated[
         Path | None, _file("--external-loads", "Which force acts on which foot, .xml.")
     ] = None,
+    activations: Annotated[
+        Path | None, _file("--activations", "Of static optimisation: …_activation.sto.")
+    ] = None,
+    muscle_forces: Annotated[
+        Path | None, _file("--muscle-forces", "Of static optimisation: …_force.sto, for reserves.")
+    ] = None,
+    reactions: Annotated[
+        Path | None, _file("--reactions", "Of JointReaction: …_ReactionLoads.sto.")
+    ] = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            "--beside",
+            metavar="FOLDER",
+            help="Of `gaitval muscles`, same walk.",
+            show_default=False,
+        ),
+    ] = None,
     mass: Annotated[
         float | None, typer.Option("--mass", help="Of the person, kg.", show_default=False)
     ] = None,
@@ -88,7 +106,8 @@ def judge(
     request = JudgeRequest(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
         ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,
-        reduced=reduced,
+        reduced=reduced, activations=activations, muscle_forces=muscle_forces,
+        reactions=reactions, beside=beside,
     )  # fmt: skip
     found = judged(request)
     with locked(out):  # or the page of one and the numbers of another could lie side by side
