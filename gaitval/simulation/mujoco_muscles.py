@@ -20,7 +20,7 @@ from gaitval.musculature.curves import FASTEST, passive_length
 from gaitval.musculature.forces import FALL, RISE
 from gaitval.musculature.mapping import sizes
 from gaitval.musculature.person import LegMuscles, leg_muscles
-from gaitval.musculature.strands import SEGMENTS, Tendon, tendons
+from gaitval.musculature.strands import SEGMENTS, Tendon, own_tendons
 from gaitval.simulation.mujoco_body import mjcf
 
 _SHORT, _LONG = 0.5, 1.5
@@ -28,6 +28,10 @@ _SHORT, _LONG = 0.5, 1.5
 _WORKS: Final = (0.44, 1.6)
 """Of the optimal fibre length: where MuJoCo's muscles have active force, about as Millard's."""
 _ECCENTRIC: Final = 1.4
+DAMPING, ARMATURE, TOES = 1.0, 0.01, 25.0
+"""Nms/rad and kg m² of every joint, and Nm/rad of the toes, so that limp limbs can be integrated;
+convention."""
+OPTION: Final = 'timestep="0.001" integrator="implicitfast"'
 _COLOUR: Final = "0.75 0.15 0.12 1"
 
 
@@ -36,13 +40,18 @@ def muscle_mjcf(
     *,
     height: float,
     lost: Mapping[Side, Collection[str]] | None = None,
-    option: str = "",
+    option: str = OPTION,
 ) -> ElementTree.Element:
     """The body `model` as MJCF, with a floor, the feet's spheres and the muscles of both legs, of a
     person of `height` m; `lost` are coordinates of joints that a prosthesis has. `option` has
     attributes of MuJoCo's <option>.
     """
     root = ElementTree.fromstring(mjcf(model, option=option, floor=True))
+    for joint in root.iter("joint"):
+        joint.set("damping", repr(DAMPING))
+        joint.set("armature", repr(ARMATURE))
+        if joint.attrib["name"].startswith("mtp_angle"):
+            joint.set("stiffness", repr(TOES))
     every = ElementTree.SubElement(root, "tendon")
     actuators = ElementTree.SubElement(root, "actuator")
     for side in SIDES:
@@ -51,9 +60,10 @@ def muscle_mjcf(
         muscles = leg_muscles(own, mass=model.mass, height=height, lost=gone)
         bodies = _bodies(root, side[0])
         hip = model[f"thigh_{side[0]}"].joint_position
+        tendons = own_tendons(own.factors)
         for i, name in enumerate(muscles.names):
             if muscles.present[i]:
-                _tendon(every, bodies, tendons()[name], f"{name}_{side[0]}", own.factors, hip)
+                _tendon(every, bodies, tendons[name], f"{name}_{side[0]}", hip)
                 _actuator(actuators, muscles, i, f"{name}_{side[0]}")
     return root
 
@@ -74,11 +84,9 @@ def _tendon(
     bodies: Mapping[str, ElementTree.Element],
     tendon: Tendon,
     name: str,
-    factors: Array,
     hip: Array,
 ) -> None:
     spatial = ElementTree.SubElement(every, "spatial", name=name, width="0.003", rgba=_COLOUR)
-    size = dict(zip(SEGMENTS, factors, strict=True))
     mirror = np.array([1.0, 1.0 if name.endswith("_r") else -1.0, 1.0])
 
     def site(segment: str, place: Array, label: str) -> None:
@@ -92,13 +100,12 @@ def _tendon(
         if len(tendon.strands) > 1:
             ElementTree.SubElement(spatial, "pulley", divisor=str(len(tendon.strands)))
         for at, (segment, place) in enumerate(strand):
-            own = size[segment] * mirror * np.asarray(place)
+            own = mirror * np.asarray(place)
             if segment == "pelvis":
                 own = own + hip
             site(segment, own, f"{name}_{number}_{at}")
     # What no straight strand has of the length lies on the pelvis, where nothing moves it.
-    more = tendon.more * float(np.mean([size[segment] for segment, _ in tendon.strands[0]]))
-    if more > 0.0:
+    if (more := tendon.more) > 0.0:
         ElementTree.SubElement(spatial, "pulley", divisor="1")
         site("pelvis", hip, f"{name}_more_0")
         site("pelvis", hip + np.array([0.0, 0.0, more]), f"{name}_more_1")

@@ -9,7 +9,9 @@ from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
 from gaitval.coordinates import ROOT
+from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.mocap.recording import FootForces
+from gaitval.musculature.gait import muscles_of
 from gaitval.opensim.motion import (
     write_external_loads,
     write_forces,
@@ -17,6 +19,7 @@ from gaitval.opensim.motion import (
     write_motion,
     write_quantities,
 )
+from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
 from gaitval.quantities.quantity import OverTime
 from gaitval.simulation.ground_wrenches import ground_wrenches
@@ -25,17 +28,24 @@ LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""
 FILES: Final = (
     "model.osim", "walk.mot", "moments.sto", "ground_reaction.mot", "loads.xml", "quantities.sto",
+    "model_with_muscles.osim",
 )  # fmt: skip
 
 
 def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError or ModelError."""
     paths = [folder / name for name in FILES]
-    model, motion, moments, reaction, loads, quantities = paths
+    model, motion, moments, reaction, loads, quantities, with_muscles = paths
     rows, walk = walked.rows, walked.walk
     time, positions = walk.time[rows] - walk.time[rows.start], walk.positions[rows]
     contact = walked.stored.configuration.contact
     write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
+    subject = walked.stored.subject
+    lost = lost_joints(subject)
+    write_osim(
+        with_muscles, walked.body, virtual_markers(walked), contact, walked.friction,
+        height=subject.height_m, lost=lost,
+    )  # fmt: skip
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
     of_joints = walk.moments[walked.acting]
@@ -44,6 +54,14 @@ def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     write_quantities(quantities, time, OverTime(positions[:, len(ROOT) :], of_joints, powers))
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
+    muscles = muscles_of(
+        [
+            walk_motion(
+                walk, walked.cycles, walked.body, height=subject.height_m, name="walk", lost=lost
+            )
+        ]
+    )
+    paths += write_storages(folder, muscles, start=float(walk.time[rows.start]))
     return paths
 
 

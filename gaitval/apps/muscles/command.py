@@ -61,7 +61,8 @@ def muscles(
 
     Static optimisation over 40 muscles a leg, from the moments of the import or the walk. One cycle
     of one side suffices. Writes muscles.html, muscles.pdf, curves.csv, muscles.json, and for each
-    stretch activations, forces and contact forces over time as .sto, which OpenSim opens.
+    stretch activations, forces and contact forces over time as .sto, which OpenSim opens, with the
+    person as an OpenSim model with muscles.
     """
     from gaitval.apps.muscles.sources import motions_in
     from gaitval.apps.muscles.write import PAGE, RESULT, write_muscles
@@ -89,7 +90,7 @@ def muscles(
     target = folder / "muscles" if out is None else out
     about = {"strength": strength, "activation_dynamics": activation_dynamics}
     with locked(target):
-        written = write_muscles(target, found, about)
+        written = write_muscles(target, found, about, motions[0])
     rows = [["contact force, BW", "side", "peak", "at, %", *(["90 %"] if bands else [])]]
     for leg_side, leg in found.legs.items():
         for name, curve in leg.contact.items():

@@ -1,6 +1,5 @@
 """Files of the muscles of a gait: tables, OpenSim's storage files, figures, a page."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,27 +8,39 @@ import pandas as pd
 
 from gaitval.artefacts import versions, write_json
 from gaitval.build_info import now, source_commit
+from gaitval.configuration import ContactSettings
 from gaitval.coordinates import SIDES
 from gaitval.importing.write import write_table
-from gaitval.mocap.mot_writing import StorageTable, write_storage
-from gaitval.musculature.forces import MuscleForces
-from gaitval.musculature.gait import CONTACTS, GROUPS, MuscleGait, contact_curve
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.musculature.gait import CONTACTS, GROUPS, LoadedMotion, MuscleGait
 from gaitval.musculature.paths import COORDINATES
+from gaitval.opensim.muscle_motion import write_storages
+from gaitval.opensim.osim import write_osim
 from gaitval.reporting.muscle_figures import DrawnMuscles
 
 RESULT: Final = "muscles.json"
 PAGE: Final = "muscles"
 VERSION: Final = 1
+MODEL: Final = "model_with_muscles.osim"
 
 
-def write_muscles(folder: Path, found: MuscleGait, about: dict[str, Any]) -> list[Path]:
+def write_muscles(
+    folder: Path, found: MuscleGait, about: dict[str, Any], motion: LoadedMotion
+) -> list[Path]:
     """Write everything of `found` into `folder`; returns the files. `about` says what was asked
-    for. Raises ArtefactError if it cannot be written to.
+    for; `motion` has the body, which becomes an OpenSim model with muscles. Raises ArtefactError
+    if it cannot be written to.
     """
     from gaitval.reporting.page import write_page
 
     folder.mkdir(parents=True, exist_ok=True)
     written = list(write_storages(folder, found))
+    friction = float(nominal_parameters()[PARAMETERS.index("friction")])
+    write_osim(
+        folder / MODEL, motion.model, (), ContactSettings(), friction,
+        height=motion.height, lost=motion.lost,
+    )  # fmt: skip
+    written.append(folder / MODEL)
     if found.legs:
         written.append(write_table(folder / "curves.csv", curve_table(found)))
         drawn = DrawnMuscles.of(found)
@@ -111,44 +122,3 @@ def result(found: MuscleGait, about: dict[str, Any]) -> dict[str, Any]:
         },
         "remarks": list(found.remarks),
     }
-
-
-def write_storages(folder: Path, found: MuscleGait) -> Iterator[Path]:
-    """Activations, forces and contact forces over time as OpenSim's storage files, one for each
-    stretch of a trial that was shared: both sides together where they cover the same times.
-    """
-    stretches: dict[tuple[str, float, float], list[tuple[str, MuscleForces]]] = {}
-    for trial, side, piece in found.pieces:
-        key = (trial, round(float(piece.time[0]), 4), round(float(piece.time[-1]), 4))
-        stretches.setdefault(key, []).append((side, piece))
-    several = len(stretches) > 1
-    for number, ((trial, *_), parts) in enumerate(stretches.items(), start=1):
-        stem = Path(trial).stem if trial else "trial"
-        start = f"{stem}_{number}" if several else stem
-        for kind in ("activation", "force", "contact"):
-            path = folder / f"{start}_{kind}.sto"
-            columns, values = [], []
-            for side, piece in parts:
-                names, table = _columns(kind, side, piece)
-                columns += names
-                values.append(table)
-            title = {"activation": "StaticOptimization", "force": "StaticOptimization"}.get(
-                kind, "Joint contact forces, N"
-            )
-            table = StorageTable(tuple(columns), parts[0][1].time, np.hstack(values), name=title)
-            write_storage(path, table)
-            yield path
-
-
-def _columns(kind: str, side: str, piece: MuscleForces) -> tuple[list[str], Any]:
-    leg = piece.legs[side]  # type: ignore[index]
-    end = f"_{side[0]}"
-    if kind == "contact":
-        return (
-            [f"{name}{end}_contact" for name in CONTACTS],
-            np.column_stack([contact_curve(leg, name) for name in CONTACTS]),
-        )
-    present = leg.muscles.present
-    names = [f"{name}{end}" for name, kept in zip(leg.muscles.names, present, strict=True) if kept]
-    values = leg.activation if kind == "activation" else leg.force
-    return names, values[:, present]
