@@ -24,15 +24,15 @@ def write_storages(folder: Path, found: MuscleGait, *, start: float = 0.0) -> It
     several = len(stretches) > 1
     for number, ((trial, *_), parts) in enumerate(stretches.items(), start=1):
         stem = Path(trial).stem if trial else "trial"
-        start = f"{stem}_{number}" if several else stem
+        label = f"{stem}_{number}" if several else stem
         for kind in ("activation", "force", "contact"):
-            path = folder / f"{start}_{kind}.sto"
+            path = folder / f"{label}_{kind}.sto"
             columns = list[str]()
             values = list[Array]()
             for side, piece in parts:
-                names, table = _columns(kind, side, piece)
+                names, own = _columns(kind, side, piece)
                 columns += names
-                values.append(table)
+                values.append(own)
             title = {"activation": "StaticOptimization", "force": "StaticOptimization"}.get(
                 kind, "Joint contact forces, N"
             )

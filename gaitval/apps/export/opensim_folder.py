@@ -1,5 +1,6 @@
 """The person and the walk as OpenSim reads them: model, motion, moments, ground reaction, loads."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -8,7 +9,7 @@ import numpy as np
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
-from gaitval.coordinates import ROOT
+from gaitval.coordinates import ROOT, SIDES
 from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.mocap.recording import FootForces
 from gaitval.musculature.gait import muscles_of
@@ -28,14 +29,14 @@ LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""
 FILES: Final = (
     "model.osim", "walk.mot", "moments.sto", "ground_reaction.mot", "loads.xml", "quantities.sto",
-    "model_with_muscles.osim",
+    "model_with_muscles.osim", "walk_activation.sto", "walk_force.sto", "walk_contact.sto",
 )  # fmt: skip
 
 
 def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError or ModelError."""
     paths = [folder / name for name in FILES]
-    model, motion, moments, reaction, loads, quantities, with_muscles = paths
+    model, motion, moments, reaction, loads, quantities, with_muscles, *_ = paths
     rows, walk = walked.rows, walked.walk
     time, positions = walk.time[rows] - walk.time[rows.start], walk.positions[rows]
     contact = walked.stored.configuration.contact
@@ -54,14 +55,11 @@ def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     write_quantities(quantities, time, OverTime(positions[:, len(ROOT) :], of_joints, powers))
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
-    muscles = muscles_of(
-        [
-            walk_motion(
-                walk, walked.cycles, walked.body, height=subject.height_m, name="walk", lost=lost
-            )
-        ]
-    )
-    paths += write_storages(folder, muscles, start=float(walk.time[rows.start]))
+    whole = walk_motion(walk, walked.cycles, walked.body, height=subject.height_m, lost=lost)
+    start, end = float(walk.time[rows.start]), float(walk.time[rows.stop - 1])
+    # Both legs over the rows of the motion, so that one file has both.
+    over = replace(whole, cycles={}, spans=dict.fromkeys(SIDES, ((start, end),)))
+    list(write_storages(folder, muscles_of([over]), start=start))
     return paths
 
 
