@@ -69,8 +69,8 @@ def own_tendons(factors: Array) -> Mapping[str, Tendon]:
 
 @cache
 def _own_tendons(sizes: tuple[float, ...]) -> Mapping[str, Tendon]:
-    """The tendons of a leg with bones of these `sizes`, 4 factors, by the name of the muscle: sites are in
-    m of this leg, moved so far (least squares) that lengths are those of its muscles.
+    """The tendons of a leg with bones of these `sizes`, 4 factors, by the name of the muscle: sites
+    are in m of this leg, moved so far (least squares) that lengths are those of its muscles.
     """
     factors, angles = np.array(sizes), gait_poses()
     lengths, _ = own_lengths(angles, factors)
