@@ -96,13 +96,13 @@ def walk_dynamics(
     positions = low_pass_simulated(rollout.positions, step=step, frequency=CUTOFF)[every]
     force = low_pass_simulated(rollout.ground_reaction, step=step, frequency=CUTOFF)
     point = rollout.centre_of_pressure.copy()
-    for side in range(2):
-        known = np.isfinite(point[:, side, 0])
+    for foot in range(2):
+        known = np.isfinite(point[:, foot, 0])
         if known.any():
             for axis in range(3):
-                values = np.interp(rollout.time, rollout.time[known], point[known, side, axis])
-                point[:, side, axis] = low_pass_simulated(values, step=step, frequency=CUTOFF)
-        point[force[:, side, 2] <= LEAST_N, side] = np.nan
+                values = np.interp(rollout.time, rollout.time[known], point[known, foot, axis])
+                point[:, foot, axis] = low_pass_simulated(values, step=step, frequency=CUTOFF)
+        point[force[:, foot, 2] <= LEAST_N, foot] = np.nan
     time, force, point = rollout.time[every], force[every], point[every]
     vertical = np.zeros_like(force)
     without = inverse_dynamics(model, time, positions, force, point, vertical)

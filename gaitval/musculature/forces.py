@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from gaitval.arrays import Array, Flags
+from gaitval.arrays import Array, Flags, Index
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, Side
 from gaitval.errors import ModelError, RecordError
@@ -100,11 +100,11 @@ class LegForces:
     outside: Flags
     solved: Flags
 
-    def part(self, rows: Array) -> "LegForces":
+    def part(self, rows: Index) -> "LegForces":
         """The frames `rows` of it."""
         count = len(self.activation)
 
-        def cut(of: Any) -> dict[str, Array]:
+        def cut(of: Any) -> dict[str, Any]:
             values = {each.name: getattr(of, each.name) for each in fields(of)}
             return {
                 name: value[rows]

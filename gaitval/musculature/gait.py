@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Index
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.display import Displayed
@@ -323,7 +323,7 @@ def _share_span(
     )
 
 
-def part_of(dynamics: InverseDynamics, rows: Array) -> InverseDynamics:
+def part_of(dynamics: InverseDynamics, rows: Index) -> InverseDynamics:
     """The frames `rows` of `dynamics`."""
     count = len(dynamics.time)
     own = {each.name: getattr(dynamics, each.name) for each in fields(dynamics)}

@@ -48,7 +48,7 @@ class PlainPath(NamedTuple):
 
     def lengths(self, angles: Array) -> Array:
         """(N,) m at `angles` (N, x) rad of `coordinates`."""
-        return _terms(angles, self.powers) @ self.coefficients
+        return np.asarray(_terms(angles, self.powers) @ self.coefficients)
 
 
 @cache

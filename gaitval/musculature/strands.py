@@ -86,7 +86,8 @@ def _own_tendons(sizes: tuple[float, ...]) -> Mapping[str, Tendon]:
         def length(x: Array, segments: list[list[str]] = segments) -> Array:
             sites = iter(x[:-1].reshape(-1, 3))
             strands = [[(segment, next(sites)) for segment in strand] for strand in segments]
-            return strand_lengths(angles, strands, factors, scaled=True) / len(strands) + x[-1]
+            made = strand_lengths(angles, strands, factors, scaled=True) / len(strands)
+            return np.asarray(made + x[-1])
 
         start = x
 

@@ -176,7 +176,8 @@ def _mean(
     total = sum(weights[name] for name in columns)
     values = np.sum([weights[n] * v for n, v in columns.items()], axis=0) / total
     at = np.linspace(0.0, 1.0, 101)
-    return np.mean([np.interp(c.start + at * c.duration, time, values) for c in inside], axis=0)
+    each = [np.interp(c.start + at * c.duration, time, values) for c in inside]
+    return np.asarray(np.mean(each, axis=0))
 
 
 def _reserves(
@@ -210,8 +211,8 @@ def _peaks(
     parts: dict[str, dict[str, Array]] = {}
     for column in read.columns:
         if (seen := _REACTION.search(column)) is not None:
-            joint, side, axis = seen.groups()
-            parts.setdefault(f"{joint}_{side}", {})[axis] = read.column(column)
+            joint, end, axis = seen.groups()
+            parts.setdefault(f"{joint}_{end}", {})[axis] = read.column(column)
     whole = {name: each for name, each in parts.items() if len(each) == 3}
     if not whole:
         raise RecordError(

@@ -82,7 +82,7 @@ def muscles(
     found = muscles_of(
         motions,
         criterion=criterion,
-        sides=SIDES if side is None else (side,),  # type: ignore[arg-type]
+        sides=SIDES if side is None else (side,),
         strength=strength,
         dynamics_of_activation=activation_dynamics,
         draws=200 if bands else 0,
