@@ -115,8 +115,10 @@ class Measurement:
         if self.bands is None:
             return {}
         lengths = {f"length_{name}": np.array([m]) for name, m in self.bands.lengths.items()}
+        again = self.bands.again
         return {
             name: {"half": values.tolist(), "sources": dict(self.bands.shares[name])}
+            | ({"again": again[name].tolist()} if name in again else {})
             for name, values in (self.bands.half | lengths).items()
         }
 
