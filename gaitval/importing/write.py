@@ -158,10 +158,7 @@ def cycle_curves(summary: RecordingSummary) -> dict[str, Array]:
     """The curves (n, 101) of the n gait cycles that are in the means, by "angles/knee_angle_r": rad,
     Nm/kg, body weights, as `RecordingSummary.strides`; halved in size by single precision.
     """
-    return {
-        name: np.asarray(curves).astype(np.float32)
-        for name, curves in summary.strides.items()
-    }
+    return {name: np.asarray(curves).astype(np.float32) for name, curves in summary.strides.items()}
 
 
 def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame:

@@ -208,9 +208,7 @@ def _summed(
     names = sorted({name for of in parts.values() for name in of})
     total = {name: sum(of[name] for of in parts.values() if name in of) for name in names}
     own = {
-        name: sum(
-            of[name] for s, of in parts.items() if name in of and not s.startswith(LASTING)
-        )
+        name: sum(of[name] for s, of in parts.items() if name in of and not s.startswith(LASTING))
         for name in names
     }
     shares = {}

@@ -125,6 +125,11 @@ class Change:
     notes: tuple[str, ...]
     profiles: tuple[GaitProfile, GaitProfile] | None
 
+    @property
+    def judged(self) -> bool:
+        """Whether anything could be called changed."""
+        return self.test is not None or self.at_once is not None
+
     def findings(self) -> list[tuple[CurveChange, Region]]:
         """All regions: first what is more than re-measuring would be, then the rest, by size."""
         ranks = {"changed": 0, None: 1, "perhaps": 2, "re-measuring": 3}
@@ -215,7 +220,10 @@ def _check_conventions(before: Visit, after: Visit) -> None:
     if before.processing is None or after.processing is None:
         return
     other = {
-        name: (before.processing.get(name, "by regression"), after.processing.get(name, "by regression"))
+        name: (
+            before.processing.get(name, "by regression"),
+            after.processing.get(name, "by regression"),
+        )
         for name in sorted({*before.processing, *after.processing})
         if before.processing.get(name) != after.processing.get(name)
     }
@@ -240,8 +248,8 @@ def _of_speed(before: Visit, after: Visit) -> str:
         return ""
     return (
         f"Walking speed differs: {before.speed:.2f} m/s before, {after.speed:.2f} m/s after "
-        f"({100 * share:+.0f} %). Speed changes every curve; the column “by speed” has what this "
-        "difference does to healthy adults."
+        f"({100 * share:+.0f} %). Speed changes every curve; “by speed alone” is what this difference "
+        "does to healthy adults, where they walked at both."
     )
 
 
@@ -321,7 +329,12 @@ def _by_speed(before: Visit, after: Visit) -> Mapping[str, Array]:
     then, now = (
         norms_at(visit.speed, before.leg_length_m, before.age_years) for visit in (before, after)
     )
-    return {n: now[n].mean - then[n].mean for n in now if n.partition("/")[0] in UNITS}
+    return {
+        n: now[n].mean - then[n].mean
+        for n in now
+        # beyond the speeds of the norms nothing is known of it
+        if n.partition("/")[0] in UNITS and not (then[n].beyond or now[n].beyond)
+    }
 
 
 def _curve(

@@ -67,6 +67,8 @@ def change(
         display.plain(f"{line}.")
     if len(said) > SHOWN:
         display.plain(f"And {len(said) - SHOWN} more changes, on the page.")
-    if not said:
+    if not found.judged:
+        display.plain("Not judged: too few cycles, and no bands.")
+    elif not said:
         display.plain("No curve changed by more than measuring again would.")
     display.plain(page)

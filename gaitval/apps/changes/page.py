@@ -29,6 +29,7 @@ def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None
     perhaps = [one for one in every if one[1].level == "perhaps"]
     context = {
         "result": result,
+        "judged": found.judged,
         "before": _head(found.before),
         "after": _head(found.after),
         "changed": [_row(*one, found) for one in changed][:SHOWN],
@@ -36,9 +37,9 @@ def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None
         "perhaps": [_row(*one, found) for one in perhaps],
         "rest": len(every) - len(changed) - len(perhaps),
         "rows": [_row(*one, found) for one in every],
-        "parameters": result.parameters,
+        "parameters": _parameters(result),
         "sagittal": [
-            (side, _grid(found, grids.SAGITTAL, side, f"sagittal-{side}", 1.12))
+            (side, _grid(found, grids.SAGITTAL, side, f"sagittal-{side}", 0.84))
             for side in SIDES
             if any(name.endswith(f"_{side[0]}") for name in found.curves)
         ],
@@ -54,6 +55,44 @@ def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None
         "written": now(),
     }  # fmt: skip
     write_page(folder, "change", "gaitval.apps.changes:change.html.j2", context)
+
+
+_NAMES: Final = {
+    "walking_speed": ("Walking speed, m/s", 2),
+    "cadence": ("Cadence, steps/min", 1),
+    "stride_time": ("Stride time, s", 2),
+    "step_length": ("Step length, m", 2),
+    "step_width": ("Step width, m", 3),
+    "stance_fraction": ("Stance, share of the cycle", 3),
+    "double_support_fraction": ("Double support, share of the cycle", 3),
+}
+"""Title and decimals of a parameter."""
+
+
+def _parameters(result: ChangeResult) -> list[dict[str, Any]]:
+    """A row of each parameter, and of the Gait Profile Score: cells of right, left and both sides,
+    each before, after and their difference.
+    """
+    known = {row.name: row for row in result.parameters}
+    rows = []
+    for name, (title, digits) in _NAMES.items():
+        cells = [known.get(f"{name}{suffix}") for suffix in ("_r", "_l", "")]
+        if any(cells):
+            values = [
+                cell and (cell.before, cell.before_sd, cell.after, cell.after_sd) for cell in cells
+            ]
+            rows.append({"title": title, "digits": digits, "cells": values})
+    if result.profile is not None:
+        before, after = result.profile.before, result.profile.after
+        values = [
+            (getattr(before, which), None, getattr(after, which), None)
+            for which in ("right", "left", "total")
+        ]
+        least = result.profile.smallest_difference
+        title = f"Gait Profile Score, ° ({least} matters)"
+        rows.append({"title": title, "digits": 1, "cells": values})
+    both = any(row["cells"][2] for row in rows)
+    return [row | {"cells": row["cells"] if both else row["cells"][:2]} for row in rows]
 
 
 def _head(visit: Visit) -> dict[str, Any]:
@@ -76,6 +115,7 @@ def _head(visit: Visit) -> dict[str, Any]:
 def _row(curve: Any, region: Any, found: Change) -> dict[str, Any]:
     return {
         "words": sentence(curve, region, found),
+        "short": sentence(curve, region, found).partition("), ")[0] + ")",
         "by_speed": region.by_speed,
         "unit": curve.unit,
         "digits": 2 if curve.unit == "Nm/kg" else 1,

@@ -155,7 +155,9 @@ def _curves_table(result: ChangeResult) -> str:
     ]
     for name, curve in result.curves.items():
         for at in range(101):
-            rest = [None if each is None else each[at] for each in (curve.half, curve.limit, curve.t)]
+            rest = [
+                None if each is None else each[at] for each in (curve.half, curve.limit, curve.t)
+            ]
             before, after = curve.before[at], curve.after[at]
             rows.append([name, at, curve.unit, before, after, round(after - before, 6), *rest])
     return _text(rows)
