@@ -155,8 +155,8 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
 
 
 def cycle_curves(summary: RecordingSummary) -> dict[str, Array]:
-    """The curves (n, 101) of the n gait cycles that are in the means, by "angles/knee_angle_r": rad,
-    Nm/kg, body weights, as `RecordingSummary.strides`; halved in size by single precision.
+    """The curves (n, 101) of the n gait cycles in the means, by "angles/knee_angle_r": rad, Nm/kg,
+    body weights, as `RecordingSummary.strides`; in single precision, which halves the file.
     """
     return {name: np.asarray(curves).astype(np.float32) for name, curves in summary.strides.items()}
 
@@ -225,7 +225,7 @@ def _record(found: Import) -> dict[str, Any]:
         ],
         "measurement": [] if seen is None else [asdict(row) for row in seen.faults],
         "bands": {} if seen is None else seen.band_records(),
-        "bands_at_once": None if seen is None or seen.bands is None else seen.bands.at_once,
+        "bands_at_once": None if seen is None else seen.at_once(),
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": [joint.record() for joint in found.functional],
     }

@@ -90,7 +90,7 @@ def against_healthy(person: Session | Subject) -> CaseResult:
     Examples
     --------
     >>> import gaitval as gv
-    >>> found = gv.against_healthy(gv.load_subject(5))
+    >>> found = gv.against_healthy(gv.load_subject(1))
     >>> sorted(found.regions), found.people
     ([], 42)
     """

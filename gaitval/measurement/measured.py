@@ -110,6 +110,10 @@ class Measurement:
         """Rows of the page's table of bands."""
         return [] if self.bands is None else band_rows(self.curves, self.bands)
 
+    def at_once(self) -> float | None:
+        """`Bands.at_once`; None without bands."""
+        return None if self.bands is None else self.bands.at_once
+
     def band_records(self) -> dict[str, dict[str, object]]:
         """The bands by curve and length (m), with the sources of their variance: `import.json`."""
         if self.bands is None:

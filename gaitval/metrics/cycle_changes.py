@@ -1,10 +1,11 @@
 """Which curves of a person differ between two sets of gait cycles: one test of all curves at once.
 
 Cycles change sets (a permutation test); each time the largest |t| of all points of all curves is
-kept. A point differs where its |t| is above what only a share `ALPHA` of the relabellings exceed
-anywhere, so the probability of calling even one point of one curve of the person different by
-chance is `ALPHA` at most, if cycles of one session are exchangeable: a walk that drifts within its
-session, as on a treadmill that a person is still getting used to, is not.
+kept, and of their means over the cycle. A point differs where its |t| is above what only a share
+`ALPHA` of the relabellings exceed anywhere, so the probability of calling even one point of one
+curve of the person different by chance is `ALPHA` at most, if cycles of one session are
+exchangeable: a walk that drifts within its session, as on a treadmill that a person is still
+getting used to, is not.
 
 Few cycles show their own spread badly at each point, so the variance of t is the mean of the
 point's and of the whole curve's (a moderated t, in the manner of Tusher et al. 2001, PNAS 98:5116;
@@ -31,6 +32,9 @@ PERMUTATIONS: Final = 2_000
 """All are tried where there are at most so many, else so many at random: the SD of an estimated p
 of 0.05 is then 0.005."""
 
+_TOGETHER: Final = 50
+"""Permutations worked out at a time, so that some MB suffice."""
+
 
 @dataclass(frozen=True)
 class CurveDifference:
@@ -38,9 +42,10 @@ class CurveDifference:
 
     Attributes
     ----------
-    t : (n,) moderated t at each point, positive where the second set is larger.
+    t : (n + 1,) moderated t at each point, positive where the second set is larger; the last is
+        that of the mean over the cycle.
     p : of its largest |t|, among the largest of all curves.
-    regions : where it differs; first and last point, and p.
+    regions : where it differs; first and last point, and p. All of it where only its mean does.
     """
 
     t: Array
@@ -93,13 +98,11 @@ def differing_curves(
         values = np.stack([np.concatenate([before[n], after[n]]) for n in names], axis=1)
         # the mean over the cycle is one more point
         values = np.concatenate([values, values.mean(axis=-1, keepdims=True)], axis=-1)
-        members = labels[key]
-        peaks = np.empty(len(members))
-        for row, chosen in enumerate(members):
-            found = _moderated(values, chosen)
-            peaks[row] = np.abs(found).max()
-            if row == 0:
-                t |= dict(zip(names, found, strict=True))
+        shape = (-1, len(names), values.shape[-1])
+        parts = np.array_split(labels[key], -(-len(labels[key]) // _TOGETHER))
+        found = [_moderated(values, part).reshape(shape) for part in parts]
+        t |= dict(zip(names, found[0][0], strict=True))
+        peaks = np.concatenate([np.abs(each).max(axis=(1, 2)) for each in found])
         # Groups are relabelled independently; the first relabelling of each is the data's own.
         order = np.random.default_rng(number).integers(len(peaks), size=count)
         order[0] = 0
@@ -128,7 +131,9 @@ def _difference(t: Array, threshold: float | None, ordered: Array) -> CurveDiffe
     found = np.zeros(len(t), dtype=bool)
     if threshold is not None:
         found = np.abs(t) > threshold * (1.0 + 1e-9)
-    above = found[:-1] | found[-1]
+    above = found[:-1]
+    if found[-1] and not above.any():  # all of it a little, and no point of it by itself
+        above = np.ones(len(t) - 1, dtype=bool)
     regions = tuple(
         Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
         for first, end in zip(*runs(above), strict=True)
@@ -136,31 +141,36 @@ def _difference(t: Array, threshold: float | None, ordered: Array) -> CurveDiffe
     return CurveDifference(t, p(float(np.abs(t).max())), regions)
 
 
-def _labels(first: int, second: int, permutations: int) -> list[np.ndarray]:
-    """Which of the cycles are in the second set, the data's own labelling first."""
+def _labels(first: int, second: int, permutations: int) -> Array:
+    """(k, cycles) 1 for those of the second set, else 0; the data's own labelling first."""
     count = first + second
-    own = np.arange(count) >= first
+    own = (np.arange(count) >= first).astype(float)
     if math.comb(count, second) <= permutations:
-        every = []
-        for chosen in combinations(range(count), second):
-            members = np.zeros(count, dtype=bool)
-            members[list(chosen)] = True
-            every.append(members)
+        chosen = np.array(list(combinations(range(count), second)))
+        every = np.zeros((len(chosen), count))
+        np.put_along_axis(every, chosen, 1.0, axis=1)
         # combinations are in order, so the last is the own one
         return every[::-1]
     random = np.random.default_rng(0)
-    return [own, *(random.permuted(own) for _ in range(permutations - 1))]
+    drawn = random.permuted(np.tile(own, (permutations - 1, 1)), axis=1)
+    return np.concatenate([own[None], drawn])
 
 
-def _moderated(values: Array, second: np.ndarray) -> Array:
-    """t (curves, n) of cycles `values` (N, curves, n) of which some are in the `second` set."""
-    one, other = values[~second], values[second]
-    freedom = len(values) - 2
-    between = other.mean(axis=0) - one.mean(axis=0)
-    within = (one.var(axis=0) * len(one) + other.var(axis=0) * len(other)) / freedom
-    points = within[:, :-1]
-    within[:, :-1] = 0.5 * (points + points.mean(axis=-1, keepdims=True))
-    error = np.sqrt(within * (1.0 / len(one) + 1.0 / len(other)))
+def _moderated(values: Array, second: Array) -> Array:
+    """t (k, curves, n) of cycles `values` (N, curves, n) for each of the labellings `second`."""
+    count, curves, points = values.shape
+    centred = (values - values.mean(axis=0)).reshape(count, -1)
+    sizes = count - second[0].sum(), second[0].sum()
+    # centred cycles sum to nothing, so the first set's sum is the second's with another sign
+    sums = second @ centred
+    between = sums * (1.0 / sizes[0] + 1.0 / sizes[1])
+    squares = np.sum(centred**2, axis=0)
+    within = squares - sums**2 * (1.0 / sizes[0] + 1.0 / sizes[1])
+    within = np.clip(within, 0.0, None).reshape(-1, curves, points) / (count - 2)
+    cycle = within[..., :-1]
+    within[..., :-1] = 0.5 * (cycle + cycle.mean(axis=-1, keepdims=True))
+    error = np.sqrt(within * (1.0 / sizes[0] + 1.0 / sizes[1]))
     # what does not move at all differs by rounding only
     still = error <= 1e-9 * np.abs(values).max(axis=(0, 2))[:, None]
-    return np.where(still, 0.0, between / np.where(still, 1.0, error))
+    between = between.reshape(error.shape)
+    return np.asarray(np.where(still, 0.0, between / np.where(still, 1.0, error)))

@@ -156,9 +156,8 @@ def grid(
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
-    by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by `spread`;
-    of its own cycles if nothing is said. `linked` panels show the moment of the
-    replay.
+    by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by
+    `spread`. `linked` panels show the moment of the replay.
     """
     with new_figure(height * len(panels) + 0.45, placed=True) as figure:
         every = _subplots(figure, panels)

@@ -7,7 +7,7 @@ both (`measurement.bands.LASTING`). Where both sessions have the same standing t
 stayed where they were, and the test is all that is asked.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -20,7 +20,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
 from gaitval.gait.healthy_controls import load_controls
 from gaitval.gait.mean_curves import STANCE_THRESHOLD
-from gaitval.measurement.bands import NINETY
+from gaitval.measurement.sources import NINETY
 from gaitval.metrics.curve_statistics import ALPHA
 from gaitval.metrics.cycle_changes import FamilyTest, differing_curves
 from gaitval.metrics.gait_profile import gait_profile
@@ -179,7 +179,7 @@ def change_between(before: Visit, after: Visit, *, same_person: bool = False) ->
         known,
         at_once,
         _of_speed(before, after),
-        tuple(_notes(before, after, known, names, same_markers=same_markers)),
+        tuple(_notes(before, after, known, same_markers=same_markers)),
         _profiles(curves),
     )
 
@@ -219,13 +219,11 @@ def _check_person(before: Visit, after: Visit, *, trusted: bool) -> None:
 def _check_conventions(before: Visit, after: Visit) -> None:
     if before.processing is None or after.processing is None:
         return
+    first, second = before.processing, after.processing
     other = {
-        name: (
-            before.processing.get(name, "by regression"),
-            after.processing.get(name, "by regression"),
-        )
-        for name in sorted({*before.processing, *after.processing})
-        if before.processing.get(name) != after.processing.get(name)
+        name: (first.get(name, "by regression"), second.get(name, "by regression"))
+        for name in sorted({*first, *second})
+        if first.get(name) != second.get(name)
     }
     if other:
         listed = "; ".join(f"{name}: {one} and {two}" for name, (one, two) in other.items())
@@ -248,8 +246,8 @@ def _of_speed(before: Visit, after: Visit) -> str:
         return ""
     return (
         f"Walking speed differs: {before.speed:.2f} m/s before, {after.speed:.2f} m/s after "
-        f"({100 * share:+.0f} %). Speed changes every curve; “by speed alone” is what this difference "
-        "does to healthy adults, where they walked at both."
+        f"({100 * share:+.0f} %). Speed changes every curve; “by speed alone” is what this "
+        "difference does to healthy adults, where they walked at both."
     )
 
 
@@ -257,7 +255,6 @@ def _notes(
     before: Visit,
     after: Visit,
     test: FamilyTest | None,
-    names: list[str] | tuple[str, ...],
     *,
     same_markers: bool,
 ) -> list[str]:
@@ -312,7 +309,7 @@ def _counts(visit: Visit) -> str:
     return " and ".join(found)
 
 
-def _at_once(before: Visit, after: Visit, names: list[str] | tuple[str, ...]) -> float | None:
+def _at_once(before: Visit, after: Visit, names: Sequence[str]) -> float | None:
     """Standard deviations of the difference for all curves together."""
     if not (before.again and after.again):
         return None
@@ -445,8 +442,8 @@ def _profiles(curves: Mapping[str, CurveChange]) -> tuple[GaitProfile, GaitProfi
 
 _LEVELS: Final[Mapping[Level | None, str]] = {
     "changed": "more than re-measuring would",
-    "perhaps": "perhaps: outside the band of 90 % of this curve, but in so many curves re-measuring "
-    "may do that to one",
+    "perhaps": "perhaps: outside the band of 90 % of this curve, but in so many curves "
+    "re-measuring may do that to one",
     "re-measuring": "no more than re-measuring would",
     None: "what re-measuring would do is not known",
 }
@@ -483,7 +480,7 @@ def sentence(curve: CurveChange, region: Region, change: Change) -> str:
 
 
 def _phase(name: str, region: Region, change: Change) -> str:
-    """ " in swing" or " in stance", where all of a region is in one."""
+    """In swing or in stance, where all of a region is in one; else nothing."""
     toe_off = change.after.parameters.get(f"stance_fraction_{name[-1]}")
     if toe_off is None or not np.isfinite(toe_off.mean):
         return ""

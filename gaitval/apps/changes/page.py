@@ -74,7 +74,7 @@ def _parameters(result: ChangeResult) -> list[dict[str, Any]]:
     each before, after and their difference.
     """
     known = {row.name: row for row in result.parameters}
-    rows = []
+    rows: list[dict[str, Any]] = []
     for name, (title, digits) in _NAMES.items():
         cells = [known.get(f"{name}{suffix}") for suffix in ("_r", "_l", "")]
         if any(cells):
@@ -148,12 +148,9 @@ def _panel(found: Change, name: str, side: Side, known: Any) -> Panel:
     if not name or key not in found.curves:
         return Panel(name)
     change = found.curves[key]
-    curves = tuple(
-        DrawnCurve(side, mean, _band(found, visit, key), which=which)
-        for mean, visit, which in (
-            (change.before, found.before, "record"),
-            (change.after, found.after, "walk"),
-        )
+    curves = (
+        DrawnCurve(side, change.before, _band(found, found.before, key), which="record"),
+        DrawnCurve(side, change.after, _band(found, found.after, key), which="walk"),
     )
     shown = [r for r in change.regions if r.level in ("changed", None)]
     regions = {side: [(float(r.first), float(r.last)) for r in shown]} if shown else {}

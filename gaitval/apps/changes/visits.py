@@ -15,7 +15,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.importing.stored import Session
 from gaitval.importing.write import CYCLES, FOLDER, RECORD
-from gaitval.measurement.bands import LASTING, NINETY
+from gaitval.measurement.bands import LASTING
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.typed import array
@@ -193,7 +193,9 @@ def _without_lasting(band: Mapping[str, Any]) -> Array:
 
 
 def _cycles(path: Path, names: Sequence[str]) -> dict[str, Array]:
-    """Of each of the curves `names`, in the units of the page; none where an older import did not store them."""
+    """Of each of the curves `names`, in the units of the page; none where an older import
+    did not store them.
+    """
     if not path.is_file():
         return {}
     stored = read_arrays(path, (), names)
