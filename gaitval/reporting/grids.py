@@ -137,6 +137,9 @@ def title(name: str) -> str:
     return _ANGLES.get(curve, curve.replace("_", " ").capitalize())
 
 
+SPREAD: Final = "± SD of the cycles"
+"""What the band about a curve is, unless a page has another."""
+
 UNITS: Final = {
     "angles": "angle, °",
     "moments": "moment, Nm/kg",
@@ -152,7 +155,7 @@ def grid(
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
     norm: str = "",
-    spread: str = "± SD of the cycles",
+    spread: str = SPREAD,
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
@@ -218,7 +221,7 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
 
 
 def _handles(
-    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str
+    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = SPREAD
 ) -> list[Line2D | Patch]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}

@@ -41,9 +41,10 @@ def test_the_curve_that_changed_is_found_and_no_other():
 
 
 def test_an_offset_is_found_by_the_mean_over_the_cycle():
-    """Less than any point shows: points have a standard error of .45, the mean of .13."""
-    before, after = cycles(10, 3), cycles(10, 4)
-    after["angles/hip_r"] += 0.8
+    """Points alternate, so none shows the offset, and the mean over the cycle does."""
+    random = np.random.default_rng(0)
+    before, after = ({name: random.normal(size=(8, 101)) for name in NAMES} for _ in range(2))
+    after["angles/hip_r"] += 0.5
     found = differing_curves(before, after, permutations=500).curves["angles/hip_r"]
     assert [(each.first, each.last) for each in found.regions] == [(0, 100)]
     assert np.abs(found.t[-1]) > np.abs(found.t[:-1]).max()
