@@ -82,16 +82,17 @@ def _parameters(result: ChangeResult) -> list[dict[str, Any]]:
                 cell and (cell.before, cell.before_sd, cell.after, cell.after_sd) for cell in cells
             ]
             rows.append({"title": title, "digits": digits, "cells": values})
+    both = any(row["cells"][2] for row in rows)
     if result.profile is not None:
         before, after = result.profile.before, result.profile.after
-        values = [
+        right, left, total = (
             (getattr(before, which), None, getattr(after, which), None)
             for which in ("right", "left", "total")
-        ]
-        least = result.profile.smallest_difference
-        title = f"Gait Profile Score, ° ({least} matters)"
-        rows.append({"title": title, "digits": 1, "cells": values})
-    both = any(row["cells"][2] for row in rows)
+        )
+        title = f"Gait Profile Score, ° ({result.profile.smallest_difference} matters)"
+        rows.append({"title": title, "digits": 1, "cells": [right, left, total]})
+        if not both:
+            rows.append({"title": "of both sides", "digits": 1, "cells": [total, None, None]})
     return [row | {"cells": row["cells"] if both else row["cells"][:2]} for row in rows]
 
 
