@@ -70,5 +70,6 @@ def change(
     if not found.judged:
         display.plain("Not judged: too few cycles, and no bands.")
     elif not said:
-        display.plain("No curve changed by more than measuring again would.")
+        chance = "strides differ by chance" if found.same_markers else "measuring again would"
+        display.plain(f"No curve changed by more than {chance}.")
     display.plain(page)
