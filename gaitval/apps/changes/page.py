@@ -39,7 +39,7 @@ def write_change_page(found: Change, result: ChangeResult, folder: Path) -> None
         "rows": [_row(*one, found) for one in every],
         "parameters": _parameters(result),
         "sagittal": [
-            (side, _grid(found, grids.SAGITTAL, side, f"sagittal-{side}", 0.84))
+            (side, _grid(found, grids.SAGITTAL, side, f"sagittal-{side}", 0.79))
             for side in SIDES
             if any(name.endswith(f"_{side[0]}") for name in found.curves)
         ],
