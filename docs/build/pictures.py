@@ -193,7 +193,9 @@ PICTURES: Final = {
     "device": Picture("device", "S05-ankle_spring/device.html", device),
     "body": Picture("body", "body.html", beginning),
     "compare": Picture("compare", "compare/comparison.html", beginning),
+    "change": Picture("change", "change/change.html", beginning),
     "judge": Picture("judge", "judged/judge.html", beginning),
+    "muscles": Picture("muscles", "muscles/muscles.html", beginning),
     "events": Picture("events", "events.svg", whole),
     "markers": Picture("markers", "my.svg", left_half),
     "recording": Picture("treadmill", "treadmill/recording/recording.html", recording),
@@ -215,12 +217,24 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
         "--out",
         "compare",
     ),
+    "first-half": (
+        *("import", "--static", "{data}/wbds/raw/WBDS01static1.c3d"),
+        *("--trial", "{data}/wbds/raw/WBDS01walkT01.c3d", "--trial-time", "0:15"),
+        *("--mass", "74.3", "--height", "1.725", "--sex", "M", "--out", "first-half"),
+    ),
+    "second-half": (
+        *("import", "--static", "{data}/wbds/raw/WBDS01static1.c3d"),
+        *("--trial", "{data}/wbds/raw/WBDS01walkT01.c3d", "--trial-time", "15:30"),
+        *("--mass", "74.3", "--height", "1.725", "--sex", "M", "--out", "second-half"),
+    ),
+    "change": ("change", "first-half", "second-half", "--out", "change"),
     "judge": (
         *("judge", "imported/recording/model.osim", "--out", "judged"),
         *("--ik", "imported/recording/trial1_ik.mot", "--id", "imported/recording/trial1_id.sto"),
         *("--markers", "imported/recording/trial1_markers.trc"),
         *("--external-loads", "imported/recording/trial1_external_loads.xml"),
     ),
+    "muscles": ("muscles", "imported", "--bands", "--out", "muscles"),
     "events": (
         *("events", "sample/walking.c3d", "--standing", "sample/standing.c3d"),
         *("--out", "events.svg"),
@@ -246,7 +260,15 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
     ),
 }
 """The command of each step, run in the work folder."""
-BEFORE: Final = {"judge": "imported", "events": "sample", "markers": "sample", "imported": "sample"}
+BEFORE: Final = {
+    "judge": "imported",
+    "muscles": "imported",
+    "events": "sample",
+    "markers": "sample",
+    "imported": "sample",
+    "second-half": "first-half",
+    "change": "second-half",
+}
 """The step that another one needs."""
 DISSIPATION: Final = "contact.dissipation"
 """What the law of contact reads, for `softened`."""
