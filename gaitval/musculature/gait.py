@@ -5,7 +5,7 @@ Where a recording shows no whole cycle, or that of one side only, what it shows 
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -327,14 +327,12 @@ def part_of(dynamics: InverseDynamics, rows: Index) -> InverseDynamics:
     """The frames `rows` of `dynamics`."""
     count = len(dynamics.time)
     own = {each.name: getattr(dynamics, each.name) for each in fields(dynamics)}
-    return replace(
-        dynamics,
-        **{
-            name: value[rows]
-            for name, value in own.items()
-            if isinstance(value, np.ndarray) and len(value) == count
-        },
-    )
+    cut: dict[str, Any] = {
+        name: value[rows]
+        for name, value in own.items()
+        if isinstance(value, np.ndarray) and len(value) == count
+    }
+    return replace(dynamics, **cut)
 
 
 def _leg(

@@ -48,7 +48,8 @@ class PlainPath(NamedTuple):
 
     def lengths(self, angles: Array) -> Array:
         """(N,) m at `angles` (N, x) rad of `coordinates`."""
-        return np.asarray(_terms(angles, self.powers) @ self.coefficients)
+        found: Array = _terms(angles, self.powers) @ self.coefficients
+        return found
 
 
 @cache
