@@ -63,7 +63,7 @@ def _poses() -> Array:
     found[:, COORDINATES.index("knee_angle")] -= table().skeleton.knee_zero
     # The foot's own axes turn less about the shank's than the oblique ones may.
     found[:, 4:] *= 0.9
-    return found
+    return np.asarray(found)
 
 
 def plain_paths(factors: Array) -> tuple[PlainPath, ...]:
