@@ -78,6 +78,7 @@ def angles_in_mujoco(walked: "ExportedWalk", cycles: int) -> tuple[dict[str, flo
         ground_reaction=found["ground_reaction"],
         velocities=np.zeros_like(found["positions"]),
         centre_of_pressure=np.zeros((count, 2, 3)),
+        free_moment=np.zeros((count, 2)),
         centre_of_mass=found["positions"][:, 3:6],
         root_force=np.zeros((count, 6)),
         mu=walked.mu,
