@@ -11,6 +11,7 @@ from scipy.ndimage import binary_dilation
 
 from gaitval.apps.judge import markers as of_markers
 from gaitval.apps.judge.angle_units import check_unit
+from gaitval.apps.judge.beside_import import OfImport, with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid, weight_ratio
 from gaitval.apps.judge.loads import read_loads
@@ -64,6 +65,7 @@ class JudgeRequest:
     ik_setup : says which markers inverse kinematics used.
     grf, external_loads : ground reaction.
     mass, height : of the person, kg and m; None if not known.
+    belt : speed of the treadmill's belt, m/s; None if it is to be found from the flat feet.
     reduced : whether the motion comes from residual reduction (RRA), so that the limits in N and
         Nm apply.
     """
@@ -78,6 +80,7 @@ class JudgeRequest:
     external_loads: Path | None = None
     mass: float | None = None
     height: float | None = None
+    belt: float | None = None
     reduced: bool = False
 
     def files(self) -> Iterator[tuple[str, Path]]:
@@ -95,6 +98,8 @@ class Judgement:
 
     request: JudgeRequest
     skeleton: Skeleton
+    of_import: OfImport | None = None
+    """Whose folder the model lies in; what nobody gave is in `request` then."""
     measures: list[Measure] = field(default_factory=list)
     motion: Motion | None = None
     gait: JudgedGait | None = None
@@ -165,7 +170,8 @@ def judge(request: JudgeRequest) -> Judgement:
 
 def _judged(request: JudgeRequest) -> Judgement:
     model = read_model(request.model)
-    found = Judgement(request, skeleton(model))
+    request, of_import = with_import(request, model.name)
+    found = Judgement(request, skeleton(model), of_import)
     _model(found)
     if request.ik is None:
         unused = [
@@ -329,7 +335,7 @@ def _walk(found: Judgement) -> None:
             found.not_judged.append("Forces: they cannot be put on feet without legs.")
         return
     loads = read_loads(request.grf, request.external_loads, known)
-    found.gait = find_gait(known, motion, loads)
+    found.gait = find_gait(known, motion, loads, belt=request.belt)
     found.findings += found.gait.findings
     ratio = weight_ratio(found.gait, found.model.mass)
     if np.isfinite(ratio):
