@@ -94,7 +94,7 @@ def test_each_study_says_how_many_limits_it_kept_and_which_failed(tmp_path):
     messages = {name: (row.failed, row.cells[5], row.cells[-1]) for name, row in rows.items()}
     assert messages == {"good": (False, "10 of 10", ""), "bad": (True, "7 of 10", "angles")}
     # what decides is named as such: the others are not counted
-    assert "1 of 2 finished studies fail an acceptance limit" in " ".join(plain(page).split())
+    assert "1 of 2 finished studies fails an acceptance limit" in " ".join(plain(page).split())
     assert "Every limit" not in page
 
 

@@ -16,11 +16,12 @@ from verdict_words import headline, rows_of, says
 import gaitval.apps.judge
 from gaitval import cli
 from gaitval.apps.judge import gait
-from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, JudgeRequest, judge
+from gaitval.apps.judge.judge import SHOWN_ONLY, Judgement, judge
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.markers import logged_errors
 from gaitval.apps.judge.moments import bands, speed_group
 from gaitval.apps.judge.opensim.model_file import read_model
+from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES

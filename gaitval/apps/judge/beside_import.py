@@ -3,14 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from gaitval.apps.judge.request import JudgeRequest
 from gaitval.artefacts import read_json
 from gaitval.importing.results import ImportResult, TrialResult
 from gaitval.importing.write import RECORD
-
-if TYPE_CHECKING:
-    from gaitval.apps.judge.judge import JudgeRequest
 
 TRIAL: Final = "trial{}_"
 """What the names of a trial's files begin with."""
@@ -32,7 +30,7 @@ class OfImport:
     solved_largest: float | None = None
 
 
-def with_import(request: "JudgeRequest", name: str) -> tuple["JudgeRequest", OfImport | None]:
+def with_import(request: JudgeRequest, name: str) -> tuple[JudgeRequest, OfImport | None]:
     """The `request` with what the import of its model, of this `name`, knows and nobody gave: mass
     and height of the person, and the speed of the belt; None where the model lies in no folder of
     an import.
@@ -62,7 +60,7 @@ def _first(given: float | None, otherwise: Callable[[], float | None]) -> float 
     return otherwise() if given is None else given
 
 
-def _trial(found: ImportResult, request: "JudgeRequest") -> TrialResult | None:
+def _trial(found: ImportResult, request: JudgeRequest) -> TrialResult | None:
     """The trial whose motion is judged, by the name of the file."""
     motion: Path | None = request.ik
     if motion is None or motion.parent.resolve() != request.model.parent.resolve():

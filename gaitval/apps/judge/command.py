@@ -85,8 +85,8 @@ def judge(
     decides has failed, or if nothing of what was given could be judged: limits that are kept say
     nothing then.
     """
-    from gaitval.apps.judge.judge import JudgeRequest
     from gaitval.apps.judge.judge import judge as judged
+    from gaitval.apps.judge.request import JudgeRequest
     from gaitval.apps.judge.write import NAME, write_judgement, write_result
     from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
     from gaitval.errors import ConfigurationError

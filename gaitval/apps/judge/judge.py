@@ -1,9 +1,8 @@
 """`gaitval judge`: a model of OpenSim and its results against the limits of this project."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
@@ -19,6 +18,7 @@ from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
 from gaitval.apps.judge.opensim.model import OsimModel
 from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
+from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.residuals import residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
 from gaitval.arrays import Array, Flags
@@ -51,45 +51,6 @@ EDGE_SECONDS: Final = 0.05
 stance beside the plates, its force may be missing."""
 LOG_AGREES: Final = 1e-3
 """m. Marker errors that differ more from the log are of other markers, weights or another model."""
-
-
-@dataclass(frozen=True)
-class JudgeRequest:
-    """What is judged.
-
-    Attributes
-    ----------
-    ik, id : motion of inverse kinematics, forces of inverse dynamics.
-    markers : trial that inverse kinematics was run on, TRC or C3D, in the axes of the model.
-    marker_errors : log of inverse kinematics.
-    ik_setup : says which markers inverse kinematics used.
-    grf, external_loads : ground reaction.
-    mass, height : of the person, kg and m; None if not known.
-    belt : speed of the treadmill's belt, m/s; None if it is to be found from the flat feet.
-    reduced : whether the motion comes from residual reduction (RRA), so that the limits in N and
-        Nm apply.
-    """
-
-    model: Path
-    ik: Path | None = None
-    id: Path | None = None
-    markers: Path | None = None
-    marker_errors: Path | None = None
-    ik_setup: Path | None = None
-    grf: Path | None = None
-    external_loads: Path | None = None
-    mass: float | None = None
-    height: float | None = None
-    belt: float | None = None
-    reduced: bool = False
-
-    def files(self) -> Iterator[tuple[str, Path]]:
-        """The files that were given, by role."""
-        for role in ("model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf",
-                     "external_loads"):  # fmt: skip
-            path = getattr(self, role)
-            if path is not None:
-                yield role, path
 
 
 @dataclass
