@@ -183,7 +183,7 @@ def test_three_studies_have_no_outlier_and_no_panels(tmp_path):
     folder = tmp_path / "cohort"
     folder.mkdir()
     page = write_report(folder, store, outcomes).read_text()
-    assert "<h1>Cohort of 3 people</h1>" in page
+    assert "<h1>Cohort of 1 person</h1>" in page
     # the rows of what was not fitted are one sentence
     assert page.count("a random effect needs 5") == 1
     assert "<th>Coefficient</th>" not in page
