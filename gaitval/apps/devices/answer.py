@@ -98,9 +98,13 @@ def _changes(now: WalkCurves, before: WalkCurves) -> Iterator[_Change]:
     of_legs = [sum(each.work.values()) for each in (now, before)]
     yield from _change(LEGS, {"": of_legs}, WORK)
     for joint in JOINTS:
-        pairs = {side: [each.work[joint, side] for each in (now, before)] for side in SIDES}
+        pairs: dict[str, list[float]] = {
+            side: [each.work[joint, side] for each in (now, before)] for side in SIDES
+        }
         yield from _change(f"{TITLES[joint]} positive work", pairs, WORK)
-    peaks = {side: [float(each.forces[side].max()) for each in (now, before)] for side in SIDES}
+    peaks: dict[str, list[float]] = {
+        side: [float(each.forces[side].max()) for each in (now, before)] for side in SIDES
+    }
     yield from _change("vertical peak", peaks, "BW")
 
 
@@ -118,9 +122,9 @@ def _change(what: str, pairs: dict[str, list[float]], unit: str) -> Iterator[_Ch
 
 def _in_words(change: _Change) -> str:
     """Such as "left hip positive work −35 %"."""
-    values = change.percent
-    if len(values) == 2 and abs(np.subtract(*values.values())) <= ALIKE:
-        return f"{change.what} {_percent(float(np.mean(list(values.values()))))} on both sides"
+    values, of_sides = change.percent, list(change.percent.values())
+    if len(values) == 2 and abs(of_sides[0] - of_sides[1]) <= ALIKE:
+        return f"{change.what} {_percent(float(np.mean(of_sides)))} on both sides"
     return ", ".join(
         f"{side} {change.what} {_percent(percent)}".strip() for side, percent in values.items()
     )

@@ -105,7 +105,8 @@ def _lines(
     """The curve of a joint and side (`of`) by each assumption."""
     for assumption, each in curves.items():
         curve = factor * getattr(each, kind)[of]
-        axes.plot(np.linspace(0.0, 100.0, 101), curve, label=assumption, **LINES[assumption])
+        look: Any = LINES[assumption]
+        axes.plot(np.linspace(0.0, 100.0, 101), curve, label=assumption, **look)
     axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
 
 

@@ -31,7 +31,7 @@ class AnkleError(NamedTuple):
     half: Array
 
 
-def ankle_error(side: Side, prosthesis: Side) -> AnkleError:
+def ankle_error(side: Side, prosthesis: Side | None) -> AnkleError:
     """Those of a `side` of an amputee with a `prosthesis`."""
     kind = "prosthetic" if side == prosthesis else "sound"
     (row,) = (each for each in rows_of(ERRORS) if each["side"] == kind)

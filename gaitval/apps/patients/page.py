@@ -70,7 +70,8 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
     beyond = any(each.beyond for name, each in usual.items() if name.startswith("angles/"))
     side, by = worse_side(patient)
     ankles: dict[Side, Array] = {}
-    if patient.person.amputation is not None:
+    prosthesis = patient.person.amputation
+    if prosthesis is not None:
         expected = expected_ankles(patient, builtin_subjects())
         ankles = {each: curve(np.linspace(0.0, 1.0, 101)) for each, curve in expected.items()}
     return {
@@ -100,7 +101,7 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
         "largest": max(float(np.degrees(e.curve.residual)) for e in patient.smoothing.values()),
         "drawings": {
             "angles": partial(_draw, dict(patient.strides.angles), bands),
-            **({"ankles": partial(_draw_ankles, patient.person.amputation, ankles, walk)}
+            **({"ankles": partial(_draw_ankles, prosthesis, ankles, walk)}
                if ankles else {}),
         },
     }  # fmt: skip
@@ -283,7 +284,7 @@ def _draw(angles: dict[str, Array], bands: dict[str, tuple[Array, Array]]) -> st
 
 
 def _draw_ankles(
-    prosthesis: Side, ankles: Mapping[Side, Array], walk: dict[str, Any] | None
+    prosthesis: Side | None, ankles: Mapping[Side, Array], walk: dict[str, Any] | None
 ) -> str:
     """The ankle moment to expect of each side with its band of 90 %, and that of the walk."""
     percent = np.arange(101)

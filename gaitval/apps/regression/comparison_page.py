@@ -381,12 +381,12 @@ def _overlays(walks: Sequence[StoredWalk]) -> list[dict[str, Any]]:
     """All walks over each other, a drawing for each kind of curve: a column a quantity, a row a
     side.
     """
-    return [
-        {"title": words, "parts": [_overlay(walks, kind)]}
-        for kind, words in (
-            ("angles", "Joint angles"), ("moments", "Joint moments"), ("forces", "Ground reaction")
-        )
-    ]  # fmt: skip
+    titles: dict[Kind, str] = {
+        "angles": "Joint angles",
+        "moments": "Joint moments",
+        "forces": "Ground reaction",
+    }
+    return [{"title": words, "parts": [_overlay(walks, kind)]} for kind, words in titles.items()]
 
 
 def _overlay(walks: Sequence[StoredWalk], kind: Kind) -> str:
