@@ -158,7 +158,7 @@ def round_trips(_: claims.Given) -> list[Claim]:
         force = np.stack([plate.force for plate in plates], axis=1)[..., [0, 2, 1]] * [1, -1, 1]
         differences["OpenSim"] = max(
             _relative(positions, walk.positions[rows]),
-            _relative(moments, walk.moments[walked.acting]),
+            _relative(moments, walk.moments[walked.rows]),
             _relative(force, foot_forces(walked).force),
         )
         (path,) = write_c3d_file(folder, walked)
