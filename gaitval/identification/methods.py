@@ -108,7 +108,7 @@ def rollouts_identification(
     configuration: Configuration,
     on_progress: _Progress,
 ) -> FoundParameters:
-    """`identification.method=rollouts`: the paper's own, with a `policy` (the general one), on
+    """`identification.method=rollouts`: the paper's own, with a `policy` (that of the round), on
     `record` and the body (`model`) as scaled. It has no posterior, so no parameter is identified by
     it; the walker takes its body all the same.
 

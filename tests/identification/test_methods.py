@@ -1,5 +1,6 @@
 """A study's identification by another method: its bounds decide nothing, its body is shrunk."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,7 +18,7 @@ from gaitval.metrics.identified_body import MOST, identified_model, with_legs
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
-from gaitval.study import identification_stages, stored_policy
+from gaitval.study import identification_stages
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))
@@ -75,7 +76,9 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
     monkeypatch.setattr(methods, "rollouts_identification", rollouts)
     monkeypatch.setattr(identification_stages, "read_urdf", lambda path: "model")
     monkeypatch.setattr(ReferenceMotion, "load", lambda path: path.name)
-    monkeypatch.setattr(stored_policy, "general_walker", lambda environment: "walker")
+    monkeypatch.setattr(
+        identification_stages, "stored_policy", lambda run, folder: folder.relative_to(run.folder)
+    )
     started = ("fit", "held")
     monkeypatch.setattr(
         begin, "begin", lambda *given: started if given[-1] == "reference.npz" else 0
@@ -85,8 +88,10 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
         subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
         folder=tmp_path, known_record=lambda: SimpleNamespace(record="record"),
     )  # fmt: skip
-    assert identification_stages._searched(run, SD, tmp_path) == "found"
-    assert wanted == [("fit", "record", "model", "walker", configuration, "told")]
+    folder = tmp_path / "rounds" / "3" / "identification"
+    assert identification_stages._searched(run, SD, folder) == "found"
+    policy = Path("rounds/3/trained")
+    assert wanted == [("fit", "record", "model", policy, configuration, "told")]
 
 
 def leg_of(model, side):
