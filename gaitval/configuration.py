@@ -360,7 +360,7 @@ class TrainingSettings(Section):
     """Environments over all workers; a multiple of eight makes the best use of the processor."""
     steps_per_action: int = Field(5, ge=1, le=1000)
     """Physics steps for one action while learning: 10 ms, so that samples cover more time. What has
-    learned so walks better with quicker actions (docs/decisions.md)."""
+    learned so walks better with quicker actions (docs/paper.md)."""
     rollout_steps: int = Field(128, ge=1, le=ROLLOUT_SAMPLES)
     """Steps of each environment between updates."""
     batch_size: int = Field(512, ge=2, le=ROLLOUT_SAMPLES)

@@ -5,7 +5,7 @@ by CMA-ES with a population of 8. Each generation's eight bodies walk at once, i
 compiled engine. Likeness is epsilon (`metrics.epsilon`) of a walk's mean curves against the record;
 somebody who falls is as unlike as `FALLEN`. There is no prior but the distribution that the search
 starts with, and no posterior: the result is a point, which a policy that follows its reference on
-any body hardly depends on (docs/identification.md). Damping and friction stay, as elsewhere.
+any body hardly depends on (docs/how-to/body.md). Damping and friction stay, as elsewhere.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,7 @@
 """The walking task as a Gymnasium environment.
 
 State, action and reward follow the paper (sections III-A, equations 1 and 2) with the decisions of
-docs/decisions.md: bounded reward kernels (`reward`), an `extended` observation as well as the
+docs/paper.md: bounded reward kernels (`reward`), an `extended` observation as well as the
 paper's 71 numbers (`observation`), early termination on the pelvis' height, rotation and drift.
 """
 

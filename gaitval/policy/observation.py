@@ -1,6 +1,6 @@
 """Observations of a walking body, and how far it is from the reference.
 
-The paper's 71 numbers (section III-A), or an `extended` observation (docs/decisions.md), and its
+The paper's 71 numbers (section III-A), or an `extended` observation (docs/paper.md), and its
 mirror image in the sagittal plane: the parts of `PARTS`, in their order, in world axes, rad, m and
 s. The paper's ends with the body parameters.
 
