@@ -406,8 +406,8 @@ class IdentificationSettings(Section):
     """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
 
     method: Literal["shared", "posterior", "rollouts", "none"] = "shared"
-    """`shared`, `rollouts`: see `gaitval.identification.methods`. `posterior`: all errors are
-    independent. `none`: the body stays as scaled."""
+    """`shared`: see `gaitval.identification.default`. `rollouts`: the paper's, with the policy of
+    each round. `posterior`: all errors are independent. `none`: the body stays as scaled."""
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
     identified (`gaitval.model.extended`) and reported, but not used by the walker."""

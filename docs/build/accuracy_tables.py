@@ -2,8 +2,8 @@
 figures that `fed_figures` finds in docs/ from the claims of the latest release.
 
 Every figure of a table comes from files under reports/Snn/baseline, which `make baseline` writes:
-accuracy from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails if a table
-does not match the baselines (for CI).
+accuracy from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails if a
+table does not match the baselines (for CI).
 """
 
 import argparse

@@ -20,10 +20,12 @@ from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.posterior import Searched, search
+from gaitval.identification.unidentified import bounded
 from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
+from gaitval.metrics.results import FoundParameters
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import record_together
@@ -137,4 +139,41 @@ def identified_by_rollouts(
     )
     mu = body(searched.best)
     (after,) = walks([mu])
+    if after >= before:  # where all bodies fall, the best of them is the one drawn first
+        mu, after = nominal_parameters(), before
     return ByRollouts(mu, after, before, walks.count, searched)
+
+
+def rollouts_identification(
+    fit: BodyFit,
+    record: GaitRecord,
+    model: BodyModel,
+    policy: Policy,
+    configuration: Configuration,
+    on_progress: Callable[[dict[str, float]], None],
+) -> FoundParameters:
+    """`identification.method=rollouts`: the paper's own, with a `policy` (that of the round), on
+    `record` and the body (`model`) as scaled. It has no posterior, so no parameter is identified by
+    it; the walker takes its body all the same.
+
+    Of `fit` only the prior is used. The `configuration` has the
+    settings of the search and of walking; `on_progress` is called after each generation, with its
+    best epsilon.
+    """
+    most = configuration.identification.generations
+
+    def on_generation(generation: int, best: float) -> None:
+        on_progress({"generation": generation, "total": most, "value": best})
+
+    found = identified_by_rollouts(
+        BodyWalks(record, model, policy, configuration),
+        fit.prior_sd, configuration.identification,
+        seed=configuration.seed, on_generation=on_generation,
+    )  # fmt: skip
+    return bounded(found.mu, fit.prior_sd, configuration).model_copy(
+        update={
+            "posterior_mean": found.mu.tolist(),
+            "converged": found.searched.converged,
+            "history": list(found.searched.history),
+        }
+    )

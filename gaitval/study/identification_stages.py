@@ -121,7 +121,8 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
             record, model, prior, configuration, folder,
             kinetics_known=own, on_progress=progress,
         )  # fmt: skip
-    from gaitval.identification.methods import rollouts_identification, shared_identification
+    from gaitval.identification.default import shared_identification
+    from gaitval.identification.rollouts import rollouts_identification
 
     near = ReferenceMotion.load(run.folder / "reference.npz")
     fit, solution = begin(record, model, prior, configuration, own, near)
