@@ -1220,4 +1220,4 @@ def test_identification_by_rollouts_takes_the_policy_of_each_round(opened: Opene
         assert f"rounds/{number}/trained/policy.safetensors" in inputs
         assert not any("identification.json" in each for each in inputs)
     assert "rounds/1/identification/identification.json" in identify_stage(opened(), 2).inputs
-    assert load_configuration(CONFIGURATIONS / "paper.toml").identification.method == "rollouts"
+    assert load_configuration("paper").identification.method == "rollouts"
