@@ -33,7 +33,7 @@ CROUCH = {"hip_flexion": 12.0, "knee_angle": 18.0, "ankle_angle": 6.0}
 
 
 @dataclass(frozen=True)
-class Virtual:
+class SamplePerson:
     """A virtual person: whose walker, and what is changed of its angles (T, 31) rad."""
 
     name: str
@@ -62,9 +62,9 @@ def crouched(positions: np.ndarray) -> np.ndarray:
 
 
 PEOPLE = (
-    Virtual("V1", "virtual_healthy", "S05", np.copy),
-    Virtual("V2", "virtual_stiff_knee", "S02", stiff),
-    Virtual("V3", "virtual_crouch", "S08", crouched),
+    SamplePerson("V1", "virtual_healthy", "S05", np.copy),
+    SamplePerson("V2", "virtual_stiff_knee", "S02", stiff),
+    SamplePerson("V3", "virtual_crouch", "S08", crouched),
 )
 
 

@@ -38,7 +38,7 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.controllers import AnyController
 from gaitval.model.devices.springs_and_motors import Clutch, Motor, Spring, StanceDamper
-from gaitval.model.devices.tables import Fraction, NotNegative, Positive, Table
+from gaitval.model.devices.tables import AboveZero, AtLeastZero, PartOfOne, Table
 
 JOINTS: Final = tuple(
     dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in ACTUATED)
@@ -79,7 +79,7 @@ class Part(Table):
     name: str = Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9_-]+$")
     segment: str
     mass: _Mass
-    along: Fraction = 0.0
+    along: PartOfOne = 0.0
     centre: _Place = (0.0, 0.0, 0.0)
     inertia: tuple[float, float, float, float, float, float] = (0.0,) * 6
 
@@ -136,8 +136,8 @@ class Strap(Table):
     """
 
     stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: Positive
-    inertia: NotNegative = 0.0
+    damping: AboveZero
+    inertia: AtLeastZero = 0.0
 
 
 class Socket(Table):
@@ -150,7 +150,7 @@ class Socket(Table):
     """
 
     stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: Positive
+    damping: AboveZero
     play: Annotated[float, Field(ge=0, le=0.2)] = 0.0
 
 
@@ -167,7 +167,7 @@ class Hinge(Table):
     joint: str
     muscles: bool = True
     spring: Spring | None = None
-    damping: NotNegative = 0.0
+    damping: AtLeastZero = 0.0
     clutch: Clutch | None = None
     stance_damper: StanceDamper | None = None
     motor: Motor | None = None
@@ -249,7 +249,7 @@ class Device(Table):
     stumps: tuple[Stump, ...] = ()
     parts: tuple[Part, ...] = ()
     hinges: tuple[Hinge, ...] = ()
-    foot_switch: Positive = 40.0
+    foot_switch: AboveZero = 40.0
     search: Aim | None = None
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gaitval.model.devices.tables import Angle, Fraction, NotNegative, Positive, Table
+from gaitval.model.devices.tables import AboveZero, Angle, AtLeastZero, PartOfOne, Table
 
 
 class Spring(Table):
@@ -20,7 +20,7 @@ class Spring(Table):
         joint's coordinate.
     """
 
-    stiffness: Positive
+    stiffness: AboveZero
     rest: Angle = 0.0
     pulls: Literal["both", "down", "up"] = "both"
 
@@ -38,7 +38,7 @@ class Clutch(Table):
     """
 
     during: Literal["loaded", "unloaded", "phase"] = Field(alias="while")
-    phases: tuple[Fraction, Fraction] = (0.0, 1.0)
+    phases: tuple[PartOfOne, PartOfOne] = (0.0, 1.0)
     ratchet: bool = False
 
 
@@ -54,12 +54,12 @@ class Motor(Table):
     noise : Nm, standard deviation of its torque.
     """
 
-    torque: Positive
-    speed: Positive
-    power: Positive
-    bandwidth: Positive = 20.0
+    torque: AboveZero
+    speed: AboveZero
+    power: AboveZero
+    bandwidth: AboveZero = 20.0
     delay: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    noise: NotNegative = 0.0
+    noise: AtLeastZero = 0.0
 
 
 class StanceDamper(Table):
@@ -71,5 +71,5 @@ class StanceDamper(Table):
     until : ... and this side's phase is below this.
     """
 
-    damping: Positive
+    damping: AboveZero
     until: Annotated[float, Field(gt=0, le=1)] = 1.0
