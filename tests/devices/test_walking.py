@@ -13,7 +13,8 @@ from gaitval.apps.devices.walking import (
 )
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.model.body import SEGMENTS
-from gaitval.model.devices.device import Device, Motor, Socket, Spring, load_devices
+from gaitval.model.devices.device import Device, Socket, load_devices
+from gaitval.model.devices.springs_and_motors import Motor, Spring
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.tree import segment_frames
 from gaitval.policy.environment import WalkingEnvironment

@@ -16,7 +16,8 @@ from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.controllers import Controller, Measured
-from gaitval.model.devices.device import Device, Hinge, Motor, check_together
+from gaitval.model.devices.device import Device, Hinge, check_together
+from gaitval.model.devices.springs_and_motors import Motor
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
     ACTUATED_COUNT,
