@@ -129,6 +129,18 @@ def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module", autouse=True)
+def _few_bands(request: pytest.FixtureRequest) -> Iterator[None]:
+    """The bands of an import come of a few changes, but in tests that read them and in programs
+    that tests start."""
+    from few_bands import few_changes, reads_bands
+
+    with pytest.MonkeyPatch.context() as patch:
+        if not reads_bands(request.path, Path(__file__).parent):
+            few_changes(patch)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
 def _fitted_once(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[None]:

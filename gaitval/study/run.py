@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 from gaitval.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
-from gaitval.study import estimate_stage
 from gaitval.study.identification_stages import (
     choose_stage,
     evaluate_stage,
@@ -172,6 +171,8 @@ def run_subject(
         do(validate_stage(run))
         further = [each(run) for each in afterwards]
         if run.knew_no_kinetics:
+            from gaitval.study import estimate_stage  # which loads all that draws its page
+
             further.append(estimate_stage.stage(run))
         for stage in further:  # the report links to them
             force |= do(stage)
