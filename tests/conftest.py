@@ -116,6 +116,24 @@ def _pdf_alone_where_asked() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module", autouse=True)
+def _words_alone(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Without the slow tests, pages of whole commands come without figures: their tests read words
+    and numbers, and those of `tests/reporting` look at the figures. With them, as in CI, everything
+    is drawn, for a recording that lacks something may have no curve where a figure wants one; but
+    it is painted only where GAITVAL_WHOLE_PAGES is set, since that is half of the time of an
+    import."""
+    from html_page import only_quick_tests, reads_words, unpainted, whole_pages, without_figures
+
+    with pytest.MonkeyPatch.context() as patch:
+        if reads_words(request.path):
+            if only_quick_tests(request.config):
+                without_figures(patch)
+            elif not whole_pages():
+                unpainted(patch)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
 def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
     """Without the slow tests, equal C3D files are read once, but in tests of reading them. With
     them, as in CI, each is read each time."""
