@@ -203,11 +203,12 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
 @contextmanager
 def _loading(language: str) -> Iterator[None]:
     """Within the block, load what the report needs, which takes a second, while others work."""
-    threading.Thread(target=_load, args=(language,), daemon=True).start()
+    threading.Thread(target=load_report, args=(language,), daemon=True).start()
     yield
 
 
-def _load(language: str) -> None:
+def load_report(language: str) -> None:
+    """Load what a report in a `language` needs, and compile its templates."""
     from gaitval.reporting import page, report
 
     page.template_of(report.TEMPLATE, language)
