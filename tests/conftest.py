@@ -128,7 +128,7 @@ def _words_alone(request: pytest.FixtureRequest) -> Iterator[None]:
         if reads_words(request.path):
             if only_quick_tests(request.config):
                 without_figures(patch)
-            elif not whole_pages():
+            if not whole_pages():  # some pages draw their figures themselves
                 unpainted(patch)
         yield
 
