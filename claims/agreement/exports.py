@@ -78,6 +78,7 @@ def angles_in_mujoco(walked: "ExportedWalk", cycles: int) -> tuple[dict[str, flo
         ground_reaction=found["ground_reaction"],
         velocities=np.zeros_like(found["positions"]),
         centre_of_pressure=np.zeros((count, 2, 3)),
+        free_moment=np.zeros((count, 2)),
         centre_of_mass=found["positions"][:, 3:6],
         root_force=np.zeros((count, 6)),
         mu=walked.mu,
@@ -157,7 +158,7 @@ def round_trips(_: claims.Given) -> list[Claim]:
         force = np.stack([plate.force for plate in plates], axis=1)[..., [0, 2, 1]] * [1, -1, 1]
         differences["OpenSim"] = max(
             _relative(positions, walk.positions[rows]),
-            _relative(moments, walk.moments[walked.acting]),
+            _relative(moments, walk.moments[walked.rows]),
             _relative(force, foot_forces(walked).force),
         )
         (path,) = write_c3d_file(folder, walked)
