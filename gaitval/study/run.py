@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 from gaitval.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
-from gaitval.study import estimate_stage
 from gaitval.study.identification_stages import (
     choose_stage,
     evaluate_stage,
@@ -173,6 +172,8 @@ def run_subject(
         do(validate_stage(run))
         further = [each(run) for each in afterwards]
         if run.knew_no_kinetics:
+            from gaitval.study import estimate_stage  # which loads all that draws its page
+
             further.append(estimate_stage.stage(run))
         for stage in further:  # the report links to them
             force |= do(stage)
@@ -203,11 +204,12 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
 @contextmanager
 def _loading(language: str) -> Iterator[None]:
     """Within the block, load what the report needs, which takes a second, while others work."""
-    threading.Thread(target=_load, args=(language,), daemon=True).start()
+    threading.Thread(target=load_report, args=(language,), daemon=True).start()
     yield
 
 
-def _load(language: str) -> None:
+def load_report(language: str) -> None:
+    """Load what a report in a `language` needs, and compile its templates."""
     from gaitval.reporting import page, report
 
     page.template_of(report.TEMPLATE, language)
