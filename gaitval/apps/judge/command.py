@@ -85,9 +85,7 @@ def judge(
     ] = False,
     strict: Annotated[
         bool,
-        typer.Option(
-            "--strict", help="Exit code 1 if a limit failed, or if what was given was not judged."
-        ),
+        typer.Option("--strict", help="Exit code 1 if a limit failed."),
     ] = False,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
         "judged"
@@ -99,9 +97,8 @@ def judge(
     log), residuals at the root, moments beside those of healthy people at the same speed, angles,
     masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. Of
     files in the folder of a gaitval import it takes mass, height and belt from there. The exit code
-    is 0 whatever the limits say, as that of `gaitval import`; with --strict it is 1 if a limit that
-    decides has failed, or if nothing of what was given could be judged: limits that are kept say
-    nothing then.
+    is 1 if what decides could not be judged: limits that are kept say nothing then. Failed limits
+    leave it 0, as in `gaitval import`; with --strict it is 1.
     """
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.request import JudgeRequest
@@ -136,7 +133,7 @@ def judge(
             result = write_result(found, out)
             page = f"Written: {out / NAME}.json. No page: {error}"
     _say(result, model.name, page)
-    if strict and not result.passed:
+    if result.verdict == "not judged" or (strict and not result.passed):
         raise typer.Exit(1)
 
 
