@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.gait.filters import FACTOR
 from gaitval.identification.body_report import Bar
 from gaitval.learning_control.walked import Walked
 from gaitval.metrics.origin import not_recorded
@@ -55,11 +56,14 @@ from gaitval.reporting import (
 )
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.facts import measured_force
+from gaitval.reporting.findings import findings
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
 
 TEMPLATE = "report.html.j2"
+DETAILS: Final = {"report-details": "details.html.j2"}
+"""What stands behind the report: where its limits are from, how the walk was made, files."""
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
 
@@ -251,6 +255,12 @@ def _parameters(
     ]
 
 
+def _determined(metrics: Metrics) -> bool:
+    """Whether the record determines any parameter of the body; else all are as expected."""
+    found = metrics.identification
+    return found is not None and "identified" in found.verdicts
+
+
 def _correlated(found: FoundParameters | None) -> list[tuple[str, str, float]]:
     """Pairs of parameters that the record hardly distinguishes, with their correlation, the
     strongest first.
@@ -390,6 +400,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "nominal": metrics.walks.nominal,
         "identified": metrics.final == "identified",
         "identification": metrics.identification,
+        "determined": _determined(metrics),
+        "findings": findings(metrics),
+        "filter_factor": FACTOR,
         "acceptance": _tolerances(metrics, "acceptance", subject),
         "context_tolerances": _tolerances(metrics, "context", subject),
         "prediction": next(iter(metrics.predictions), None),
@@ -443,8 +456,8 @@ def _configuration(folder: Path, settings: Sequence[str] = ()) -> Configuration:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, `claims.csv`, which they cite,
-    and the checklist as CSV, Markdown and LaTeX.
+    """Write `report.html` and `report.pdf` of a run `folder`, `report-details.html`, which stands
+    behind them, `claims.csv`, which it cites, and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -455,4 +468,4 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
     looks = _configuration(folder, settings).report
-    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS)
+    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)
