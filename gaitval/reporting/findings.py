@@ -7,7 +7,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.metrics.comparison import rmse_of
 from gaitval.metrics.origin import curve_origin
 from gaitval.metrics.results import Metrics
-from gaitval.reporting.figures import NAMES
+from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.reporting.tables import CURVES
 
 
@@ -31,7 +31,7 @@ def findings(metrics: Metrics) -> Mapping[str, Finding | None]:
     found: dict[str, Finding | None] = {}
     for kind, names, _ in CURVES:
         errors = [
-            (value, NAMES[name], side)
+            (value, CURVE_NAMES.get(name, name), side)
             for name in names
             for side in SIDES
             if curve_origin(kind, key := f"{name}_{side[0]}", metrics.origins) == "recorded"

@@ -119,9 +119,9 @@ def _environment(language: str) -> jinja2.Environment:
 def _in_language(language: str) -> dict[str, Callable[..., Any]]:
     """Filters whose result depends on the language of the page.
 
-    `number`, `rough` and `figures` have its decimal mark, `count` its thousands. `words` and `marked`
-    translate what comes with the results; `marked` marks as English what the catalogue does not
-    know, and is not for attributes.
+    `number`, `rough` and `figures` have its decimal mark, `count` its thousands. `words` and
+    `marked` translate what comes with the results; `marked` marks as English what the catalogue
+    does not know, and is not for attributes.
     """
 
     def fixed(value: float | None, digits: int = 2) -> str:
@@ -143,6 +143,7 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
         "number": fixed,
         "figures": lambda text: words(language).figures(str(text)),
         "rough": lambda value: words(language).figures(rough(value)),
+        "dated": lambda text: words(language).dated(str(text)),
         "count": lambda value: words(language).count(value),
         "words": plain,
         "said": marked,

@@ -91,18 +91,23 @@ def figures(
     }
     rows["curves"] = [
         [
-            each._replace(
-                error="", curves=tuple(c._replace(strides=None) for c in each.curves)
-            )
+            each._replace(error="", curves=tuple(c._replace(strides=None) for c in each.curves))
             for each in row
         ]
         for row in rows["curves"]
     ]
-    heights = {"curves": 1.05, "kinematics": 1.27}
+    adults = "parameter/cadence" in normal
+    healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
+    heights = {"curves": 1.05, "kinematics": 1.27, "kinetics": 1.35}
     words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
     draws: dict[str, Draw] = {
         name: partial(
-            grids.grid, each, height=heights.get(name, 1.6), figure_name=name, words=words
+            grids.grid,
+            each,
+            height=heights.get(name, 1.6),
+            figure_name=name,
+            words=words,
+            norm=healthy,
         )
         for name, each in rows.items()
     }

@@ -10,13 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from gaitval.coordinates import SIDES, split_side
+from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
 from gaitval.metrics.groups import group_curves, group_rows
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
 from gaitval.metrics.verdicts import LimitVerdict, failed_limits, limit_verdicts, unit_text
+from gaitval.number_text import number, rough
 from gaitval.reporting.facts import at
 
 WARNINGS: Final = 3
@@ -32,7 +33,7 @@ class Cell(NamedTuple):
 
     Attributes
     ----------
-    digits : decimals; -1 for three figures.
+    digits : decimals; below zero, as many figures that count, without zeros at the end.
     source : "file#place", several apart by spaces.
     how : what is made of them: "mean", "sum", "count", or as the test names it.
     scale : the printed number over the one made.
@@ -48,6 +49,14 @@ class Cell(NamedTuple):
     def shown(self) -> float | None:
         """The number as printed."""
         return None if self.value is None else self.scale * self.value
+
+    @property
+    def text(self) -> str:
+        """The number as printed, with a decimal point; a dash if there is none."""
+        if self.digits >= 0:
+            return number(self.shown, self.digits)
+        text = rough(self.shown, -self.digits)
+        return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 class SheetWarning(NamedTuple):
@@ -97,11 +106,8 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "parameters": _parameters(metrics, subject),
         "doubts": list(_warnings(metrics, subject, failed))[:WARNINGS],
         "profile": _profile(metrics),
-        "people": [
-            Cell(norm.people, 0, f"norms#{name}/people")
-            for name in ("parameter/cadence", "parameter/stance_fraction")
-            if (norm := norms(subject).get(name)) is not None
-        ],
+        "people": _people(metrics, subject),
+        "push_off": _push_off(metrics),
     }
 
 
@@ -132,14 +138,70 @@ def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
     return {
         "role": worst.role,
         "title": worst.title,
-        "value": _read(metrics, f"/tolerances/{index}/value", digits=-1),
-        "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-1),
+        "value": _beside(limit, _read(metrics, f"/tolerances/{index}/value", digits=-2)),
+        "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-3),
         "sign": limit.limit_text().split()[0],
         "unit": unit_text(worst.unit).strip(),
         "failed": _count(len(limit.failed), f"failed rows {worst.id}"),
         "all": _count(len(limit.rows), f"all rows {worst.id}"),
         "remedy": limit.remedy,
     }
+
+
+def _beside(limit: LimitVerdict, cell: Cell) -> Cell:
+    """The `cell` with as many figures as it takes to see on which side of its `limit` it is."""
+    bound = limit.worst.tolerance
+    value = cell.value
+    while value is not None and value != bound and f"{value:.{-cell.digits}g}" == f"{bound:g}":
+        cell = cell._replace(digits=cell.digits - 1)
+    return cell
+
+
+_PEOPLE: Final = {
+    "angles": "angles/hip_flexion",
+    "kinetics": "moments/hip_flexion",
+    "steps": "parameter/cadence",
+    "stance": "parameter/stance_fraction",
+}
+"""Norms whose people the sheet counts."""
+
+
+def _people(metrics: Metrics, subject: Subject) -> dict[str, Cell]:
+    """How many healthy people stand behind each column and band, once for the whole report; none
+    for children, of whom only curves may be shipped.
+    """
+    normal = norms(subject)
+    if not {*_PEOPLE.values()} <= set(normal):
+        return {}
+    found = {
+        name: Cell(normal[each].people, 0, f"norms#{each}/people") for name, each in _PEOPLE.items()
+    }
+    if metrics.curve_statistics is not None:
+        from gaitval.gait.healthy_controls import load_controls
+
+        found["score"] = Cell(load_controls().people, 0, "controls#people")
+    return found
+
+
+def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
+    """Positive work of each ankle in a cycle, J/kg, of walk and record, and how much more of it the
+    walk does, %; empty where either is not known.
+    """
+    found = {}
+    for side in SIDES:
+        name = f"ankle_angle_{side[0]}"
+        walk = f"/walks/{metrics.final}/joint_power/generated/{name}"
+        record = f"/record/joint_power/generated/{name}"
+        both = {"walk": _read(metrics, walk, digits=2), "record": _read(metrics, record, digits=2)}
+        walked, recorded = both["walk"].value, both["record"].value
+        if curve_origin("moments", name, metrics.origins) != "recorded" or not recorded:
+            return {}
+        if walked is None:
+            return {}
+        places = f"{both['walk'].source} {both['record'].source}"
+        more = Cell(walked / recorded - 1.0, 0, places, "more", 100.0)
+        found[side] = {**both, "more": more}
+    return found
 
 
 def _skills(metrics: Metrics) -> list[dict[str, object]]:
@@ -171,7 +233,9 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
     for index, row in enumerate(metrics.walk.spatiotemporal):
         place = f"/walks/{metrics.final}/spatiotemporal/{index}"
         share = 100.0 if row.unit == "1" else 1.0
-        digits = {"1": 1, "steps/min": 1}.get(row.unit, 2)
+        centimetres = row.name.startswith("step_")
+        share = 100.0 if centimetres else share
+        digits = {"1": 1, "steps/min": 1, "m": 1}.get(row.unit, 2)
         side = next((each for each in SIDES if row.name.endswith(f"_{each}")), None)
         plain = row.name.removesuffix(f"_{side}")
         label = plain.removesuffix("_fraction").replace("_", " ").capitalize()
@@ -179,7 +243,7 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
         rows.append(
             {
                 "label": f"{label}, {side}" if side else label,
-                "unit": "% of cycle" if row.unit == "1" else row.unit,
+                "unit": "% of cycle" if row.unit == "1" else "cm" if centimetres else row.unit,
                 **{
                     name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
                     for name in ("mean", "sd", "recorded")

@@ -23,6 +23,10 @@ class Words:
         """Figures in a `text` with the decimal mark and the thousands mark of this language."""
         return text
 
+    def dated(self, text: str) -> str:
+        """The dates in a `text`, year first, as this language has them in figures."""
+        return text
+
     def count(self, value: float) -> str:
         """A whole number, `value`, with the thousands apart, as this language has them."""
         return format_decimal(round(value), locale=self.language)
