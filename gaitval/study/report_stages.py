@@ -72,7 +72,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         others=people,
         torque_shares=walks.torque_shares,
         second_engine=rollouts(SECOND_ENGINE, None if walks.witness is None else [walks.witness]),
-        repeats=[Repeat.model_validate(each) for each in repeats],
+        again=[Repeat.model_validate(each) for each in repeats],
         centring=walks.centring,
         prediction_errors=expected_errors,
         training=stored(run, f"policy/{GAIN}", LearningGain),
