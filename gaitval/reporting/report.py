@@ -91,6 +91,14 @@ def _failed_text(rows: Sequence[Verdict], uncertainty: Mapping[str, float]) -> s
     return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
 
 
+def _guess(rows: Sequence[Verdict]) -> tuple[int, int] | None:
+    """How many of the `rows` of a limit the best guess would pass in the walk's place, of how many;
+    None where it has nothing to compare.
+    """
+    beside = [row.guess_passes for row in rows if row.guess_passes is not None]
+    return (sum(beside), len(beside)) if beside else None
+
+
 def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._Row]:
     """One entry per tolerance, failed first: how many targets pass, and the worst one."""
     return [
@@ -103,7 +111,7 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._
             "count": len(found.rows),
             "count_passed": len(found.rows) - len(found.failed),
             "count_failed": len(found.failed),
-            "count_reached": sum(bool(row.reached) for row in found.rows),
+            "guess": _guess(found.rows),
             "worst": found.value_text(),
             "worst_target": target_text(found.worst.target),
             "repeats": spread_text(found.worst),

@@ -12,13 +12,21 @@ from typing import Final, NamedTuple
 
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.groups import group_curves, group_rows
+from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
-from gaitval.metrics.verdicts import LimitVerdict, failed_limits, limit_verdicts, unit_text
+from gaitval.metrics.verdicts import (
+    CURVE_NAMES,
+    LimitVerdict,
+    failed_limits,
+    limit_verdicts,
+    unit_text,
+)
 from gaitval.number_text import number, rough
 from gaitval.reporting.facts import at
+from gaitval.reporting.figures import NAMES
+from gaitval.reporting.tables import CURVES
 
 WARNINGS: Final = 3
 """Shown, the gravest first."""
@@ -102,12 +110,18 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
         "known": ["speed", *(name for name, by in metrics.told.items() if by)],
         "held_out": [name for name in metrics.recorded if not metrics.told[name]],
-        "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
         "doubts": list(_warnings(metrics, subject, failed))[:WARNINGS],
         "profile": _profile(metrics),
         "people": _people(metrics, subject),
         "push_off": _push_off(metrics),
+        "lights": _lights(metrics),
+        "reasons": _reasons(metrics),
+        "known_to": _known_to(metrics),
+        "guess": {
+            name: _read(metrics, f"/summary/guess_{name}", digits=0)
+            for name in ("passes", "judged")
+        },
     }
 
 
@@ -183,6 +197,74 @@ def _people(metrics: Metrics, subject: Subject) -> dict[str, Cell]:
     return found
 
 
+class LightRow(NamedTuple):
+    """The lights of a curve by side, as in `metrics.lights`, and where they stand there."""
+
+    name: str
+    lights: Mapping[Side, CurveLight]
+    sources: Mapping[Side, str]
+
+
+def _lights(metrics: Metrics) -> dict[str, list[LightRow]]:
+    """Whether each curve may be believed, by kind."""
+    return {
+        kind: [
+            LightRow(
+                NAMES[name],
+                {side: metrics.lights.of(kind)[f"{name}_{side[0]}"] for side in SIDES},
+                {side: f"{METRICS}#/lights/{kind}/{name}_{side[0]}/light" for side in SIDES},
+            )
+            for name in names
+        ]
+        for kind, names, _ in CURVES
+    }
+
+
+class Why(NamedTuple):
+    """Curves that are not to be believed, or with care, for one reason; each with its side, or
+    None for both.
+    """
+
+    light: Light
+    reason: Reason
+    curves: Sequence[tuple[str, Side | None]]
+
+
+def _reasons(metrics: Metrics) -> list[Why]:
+    """The reasons of all curves that are not simply to be believed, the gravest first."""
+    found: dict[tuple[Light, Reason], dict[str, list[Side]]] = {}
+    for kind, names, _ in CURVES:
+        for name in names:
+            for side in SIDES:
+                each = metrics.lights.of(kind)[f"{name}_{side[0]}"]
+                if each.light != "believe":
+                    words = CURVE_NAMES.get(name, name) + (" moment" if kind == "moments" else "")
+                    found.setdefault((each.light, each.reason), {}).setdefault(words, []).append(
+                        side
+                    )
+    order: list[Light] = ["do not", "with care"]
+    return [
+        Why(*key, [(name, sides[0] if len(sides) == 1 else None) for name, sides in of.items()])
+        for key, of in sorted(found.items(), key=lambda pair: order.index(pair[0][0]))
+    ]
+
+
+_KNOWN: Final = ("sagittal angles", "moments", "vertical force")
+"""Groups whose doubt the sheet gives."""
+
+
+def _known_to(metrics: Metrics) -> dict[str, list[tuple[Cell, str]]]:
+    """What the errors of `_KNOWN` are known to by record, time step and second engine, with units;
+    without those that say nothing.
+    """
+    rows = [(i, row) for i, row in enumerate(metrics.known_to) if row.group in _KNOWN]
+    found = {
+        of: [(_read(metrics, f"/known_to/{i}/{of}", digits=-2), row.unit) for i, row in rows]
+        for of in ("record", "time_step", "second_engine")
+    }
+    return {of: each for of, each in found.items() if any(c.value is not None for c, _ in each)}
+
+
 def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
     """Positive work of each ankle in a cycle, J/kg, of walk and record, and how much more of it the
     walk does, %; empty where either is not known.
@@ -202,28 +284,6 @@ def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
         more = Cell(walked / recorded - 1.0, 0, places, "more", 100.0)
         found[side] = {**both, "more": more}
     return found
-
-
-def _skills(metrics: Metrics) -> list[dict[str, object]]:
-    """Mean RMSE of each group of curves: the walk's, the first guess's, and the skill."""
-    rows: list[dict[str, object]] = []
-    for row in group_rows(metrics):
-        kind, every, unit = group_curves(metrics)[row.group]
-        recorded = [c for c in every if curve_origin(kind, c, metrics.origins) == "recorded"]
-        curves, digits = recorded or list(every), 3 if unit == "Nm/kg" else 1
-        walk = [f"/walks/{metrics.final}/errors/{kind}/{curve}/rmse" for curve in curves]
-        guess = [f"/predictions/0/rmse/{kind}/{curve}" for curve in curves]
-        name = metrics.predictions[0].name if metrics.predictions else None
-        cells = None
-        if name is not None and recorded:
-            both = " ".join(f"{METRICS}#{pointer}" for pointer in (*walk, *guess))
-            cells = {
-                "guess": _read(metrics, *guess, digits=digits, how="mean"),
-                "skill": Cell(row.skills()[name], 2, both, "skill"),
-            }
-        walked = Cell(row.walked, digits, " ".join(f"{METRICS}#{p}" for p in walk), "mean")
-        rows.append({"group": row.group, "unit": unit, "walk": walked, "cells": cells})
-    return rows
 
 
 def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:

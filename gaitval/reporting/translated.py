@@ -16,10 +16,10 @@ from functools import cache
 from importlib import resources
 from typing import Final
 
+from babel.dates import format_date, get_date_format
 from babel.messages.catalog import Catalog
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po
-from babel.dates import format_date, get_date_format
 from babel.numbers import get_decimal_symbol, get_group_symbol
 
 from gaitval.reporting.words import Words
