@@ -5,7 +5,7 @@ A curve that decides keeps its limit (`tolerances.toml`), is within what the rec
 to, where that is known, and its group of curves on its side is nearer to the record than the same
 curves of the best guess. So a guess that is shown as a walk is not accepted, whatever the limits.
 
-The best guess is that of the smallest mean error of the group over both sides, among the
+The best guess is that of the smallest mean error of the group on the side, among the
 `baselines` that know no more than the walk was told: one that knows the forces of the person's
 other trials does not stand against a walk that was told angles alone. It is chosen with the record
 at hand, which is to its favour. Skill 0 is not accepted. Where it is not above 0, but by less than
@@ -61,11 +61,11 @@ class Opponents:
     kinetics_told: bool
     origins: Origins
 
-    def best(self, kind: Kind, names: Sequence[str]) -> PredictionResult | None:
+    def best(self, kind: Kind, names: Sequence[str], side: Side) -> PredictionResult | None:
         """The guess with the smallest mean error of the curves `names` (without side) of a `kind`
-        over the sides that were recorded; None without any.
+        that were recorded on a `side`; None without any.
         """
-        curves = self.recorded(kind, names)
+        curves = self.recorded(kind, names, side)
         found = [
             (error, guess)
             for guess in self.guesses
@@ -74,11 +74,9 @@ class Opponents:
         ]
         return min(found, key=lambda each: each[0])[1] if found else None
 
-    def recorded(
-        self, kind: Kind, names: Sequence[str], sides: Sequence[Side] = SIDES
-    ) -> list[str]:
-        """Those of the curves `names` (without side) of a `kind` that were recorded."""
-        every = [f"{name}_{side[0]}" for name in names for side in sides]
+    def recorded(self, kind: Kind, names: Sequence[str], side: Side) -> list[str]:
+        """Those of the curves `names` (without side) of a `kind` that were recorded on a `side`."""
+        every = [f"{name}_{side[0]}" for name in names]
         return [each for each in every if curve_origin(kind, each, self.origins) == "recorded"]
 
 
@@ -90,9 +88,9 @@ def against_guesses(
     """
     found = {}
     for group, (kind, names) in GROUPS.items():
-        best = opponents.best(kind, names)
         for side in SIDES:
-            curves = opponents.recorded(kind, names, [side])
+            best = opponents.best(kind, names, side)
+            curves = opponents.recorded(kind, names, side)
             if best is None or not curves:
                 continue
             guess = _mean([best.rmse.of(kind)[curve] for curve in curves])
@@ -244,9 +242,10 @@ def lights(
     }
     found: dict[Kind, dict[str, CurveLight]] = {}
     for kind, curve, each in errors.items():
-        _, name = split_side(curve)
+        name = split_side(curve)[1]
+        side = next(each for each in SIDES if curve.endswith(f"_{each[0]}"))
         group = group_of(kind, name)
-        best = opponents.best(kind, (name,) if group is None else GROUPS[group][1])
+        best = opponents.best(kind, (name,) if group is None else GROUPS[group][1], side)
         other = None if best is None else best.rmse.of(kind)[curve]
         error = rmse_of(each)
         there = None if second is None else rmse_of(second.of(kind)[curve])

@@ -287,6 +287,32 @@ class FoundParameters(OpenResult):
     """Between CMA-ES's result and the mode, in posterior SDs."""
     history: list[Generation]
 
+    @property
+    def determined(self) -> list[str]:
+        """Names of the parameters that the record determined; where it determined none, the body is
+        what was expected of this person, and is not to be called identified.
+        """
+        return [
+            name
+            for name, verdict in zip(self.names, self.verdicts, strict=True)
+            if verdict == "identified"
+        ]
+
+    @property
+    def body_word(self) -> Literal["identified", "expected"]:
+        """What the body that walks is called: identified only where something was determined."""
+        return "identified" if self.determined else "expected"
+
+    @property
+    def differs_from_found(self) -> bool:
+        """Whether the walker has other values than the posterior mean, so that a table needs both:
+        with `identification.method = shared` it has the mean.
+        """
+        return any(
+            abs(found - used) > 1e-9
+            for found, used in zip(self.posterior_mean, self.identified, strict=True)
+        )
+
 
 class IdentificationResult(FoundParameters):
     """The identification of the chosen round of Algorithm 1: `identification.json`."""

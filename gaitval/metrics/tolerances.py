@@ -36,6 +36,7 @@ WALK_UNITS = {
     "trunk_motion": "SD",
     "lumbar_moment_peak": "Nm/kg",
     "step_width": "SD",
+    "step_width_error": "cm",
     **{measure.name: measure.unit for each in QUANTITIES for measure in each.measures},
     "centre_of_mass_rmse": "mm",
     **{each.name: each.unit for each in SIDE_MEASURES},
@@ -53,9 +54,9 @@ cycle; the errors of speed and stride time are sizes of relative differences fro
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
 `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
 over that of a prediction without a model (`baselines`); ringing, arms, trunk and step width
-are those of `unrecorded`, joint power, work and others those of `gaitval.quantities`, centre of
-mass that of `whole_body`, loading and the arm of the ground reaction those of `side_measures`. SD
-are standard deviations between people."""
+(against other people's, or the person's own) are those of `unrecorded`, joint power, work and
+others those of `gaitval.quantities`, centre of mass that of `whole_body`, loading and the arm of
+the ground reaction those of `side_measures`. SD are standard deviations between people."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",

@@ -308,7 +308,9 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass),
-        step_width_measure(stride["step_width"], of.leg_length),
+        step_width_measure(
+            stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width
+        ),
         *quantity_measures(found, stored_quantities(of.recorded)),
         *centre_of_mass_measures(path, np.array(of.recorded.centre_of_mass)),
         *(measured(*each) for each in side_values(mean_curves(compared.curves), of.curves)),

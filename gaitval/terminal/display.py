@@ -258,10 +258,15 @@ def print_verdict(metrics: "Metrics") -> None:
     failed = failed_limits(metrics)
     shown = failed or limit_verdicts(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
-        message = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
+        count = f"{len(each.failed)} of {len(each.rows)}"
+        message = "passed" if each.passed else f"{count} {each.state}"
+        details = [
+            f"limit {each.limit_text()}",
+            *filter(None, (each.guess_text(), message, each.reason_text())),
+        ]
         plain(
-            f"  {each.first.role:<11}{each.first.title}: {each.value_text()}"
-            f"{of(each.worst)}, limit {each.limit_text()}, {message}"
+            f"  {each.first.role:<11}{each.first.title}: {each.value_text()}{of(each.worst)}, "
+            + ", ".join(details)
             + ("" if each.passed else f". {each.remedy}")
         )
     narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
@@ -284,7 +289,10 @@ def print_tolerances(metrics: "Metrics") -> None:
         title=f"{metrics.subject.identifier}: every limit and value",
     )
     for row in metrics.tolerances:
-        verdict = "goal" if row.reached else "pass" if row.passed else Text("fail", style="red")
+        missed = "not shown" if row.state == "not shown" else "fail"
+        if row.failed_by and "limit" not in row.failed_by:
+            missed += f" ({', '.join(row.failed_by)})"
+        verdict = "goal" if row.reached else "pass" if row.passed else Text(missed, style="red")
         table.add_row(
             row.title,
             target_text(row.target),
