@@ -91,14 +91,6 @@ def _failed_text(rows: Sequence[Verdict], uncertainty: Mapping[str, float]) -> s
     return "; ".join(failed[:FAILED_SHOWN]) + (f"; and {more} more" if more > 0 else "")
 
 
-def _guess(rows: Sequence[Verdict]) -> tuple[int, int] | None:
-    """How many of the `rows` of a limit the best guess would pass in the walk's place, of how many;
-    None where it has nothing to compare.
-    """
-    beside = [row.guess_passes for row in rows if row.guess_passes is not None]
-    return (sum(beside), len(beside)) if beside else None
-
-
 def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._Row]:
     """One entry per tolerance, failed first: how many targets pass, and the worst one."""
     return [
@@ -111,7 +103,9 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._
             "count": len(found.rows),
             "count_passed": len(found.rows) - len(found.failed),
             "count_failed": len(found.failed),
-            "guess": _guess(found.rows),
+            "guess": found.guess,
+            "state": found.state,
+            "reason": found.reason_text(),
             "worst": found.value_text(),
             "worst_target": target_text(found.worst.target),
             "repeats": spread_text(found.worst),
@@ -263,12 +257,6 @@ def _parameters(
     ]
 
 
-def _determined(metrics: Metrics) -> bool:
-    """Whether the record determines any parameter of the body; else all are as expected."""
-    found = metrics.identification
-    return found is not None and "identified" in found.verdicts
-
-
 def _correlated(found: FoundParameters | None) -> list[tuple[str, str, float]]:
     """Pairs of parameters that the record hardly distinguishes, with their correlation, the
     strongest first.
@@ -408,7 +396,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "nominal": metrics.walks.nominal,
         "identified": metrics.final == "identified",
         "identification": metrics.identification,
-        "determined": _determined(metrics),
+        "determined": bool(metrics.identification and metrics.identification.determined),
         "findings": findings(metrics),
         "filter_factor": FACTOR,
         "acceptance": _tolerances(metrics, "acceptance", subject),

@@ -98,7 +98,7 @@ def figures(
     ]
     adults = "parameter/cadence" in normal
     healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
-    heights = {"curves": 1.05, "kinematics": 1.27, "kinetics": 1.35}
+    heights = {"curves": 0.92, "kinematics": 1.27, "kinetics": 1.35}
     words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
     draws: dict[str, Draw] = {
         name: partial(

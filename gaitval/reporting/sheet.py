@@ -8,7 +8,7 @@ several has all their places and how it was made; tests/reporting/test_sheet.py 
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
@@ -30,7 +30,7 @@ from gaitval.reporting.tables import CURVES
 
 WARNINGS: Final = 3
 """Shown, the gravest first."""
-FAILED_SHOWN: Final = 6
+FAILED_SHOWN: Final = 5
 """Failed limits that the sheet lists; it counts the others."""
 PLATES_UNCERTAIN: Final = 0.02
 """Share of the force by which plates may be wrong before the sheet says so."""
@@ -111,7 +111,7 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "known": ["speed", *(name for name, by in metrics.told.items() if by)],
         "held_out": [name for name in metrics.recorded if not metrics.told[name]],
         "parameters": _parameters(metrics, subject),
-        "doubts": list(_warnings(metrics, subject, failed))[:WARNINGS],
+        "doubts": list(_warnings(metrics, subject))[:WARNINGS],
         "profile": _profile(metrics),
         "people": _people(metrics, subject),
         "push_off": _push_off(metrics),
@@ -147,14 +147,24 @@ def _repeats(metrics: Metrics) -> dict[str, Cell]:
 
 
 def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
+    """A failed limit by its worst row: what that missed, the limit itself, the best guess of its
+    group on its side, or what the record is known to, with the value on its other side.
+    """
     worst = limit.worst
     index = next(i for i, row in enumerate(metrics.tolerances) if row is worst)
+    place, missed = f"/tolerances/{index}", next(iter(worst.failed_by), "limit")
+    value, bound = {
+        "limit": ("value", "tolerance"),
+        "guess": ("guess/walk", "guess/error"),
+        "record": ("value", "known"),
+    }[missed]
     return {
         "role": worst.role,
         "title": worst.title,
-        "value": _beside(limit, _read(metrics, f"/tolerances/{index}/value", digits=-2)),
-        "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-3),
-        "sign": limit.limit_text().split()[0],
+        "value": _beside(limit, _read(metrics, f"{place}/{value}", digits=-2)),
+        "limit": _read(metrics, f"{place}/{bound}", digits=-3 if missed == "limit" else -2),
+        "missed": None if missed == "limit" else missed,
+        "sign": "<" if missed == "guess" else limit.limit_text().split()[0],
         "unit": unit_text(worst.unit).strip(),
         "failed": _count(len(limit.failed), f"failed rows {worst.id}"),
         "all": _count(len(limit.rows), f"all rows {worst.id}"),
@@ -286,38 +296,51 @@ def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
     return found
 
 
-def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
+class ParameterRow(NamedTuple):
+    """A spatiotemporal parameter: `of` each side, or of the walk, the cells "mean" and "recorded";
+    and of healthy people.
+    """
+
+    label: str
+    unit: str
+    of: tuple[Mapping[str, Cell], ...]
+    norm_mean: Cell
+    norm_sd: Cell
+
+
+def _parameters(metrics: Metrics, subject: Subject) -> list[ParameterRow]:
     """Spatiotemporal parameters of walk and record, and their norm."""
     normal = norms(subject)
-    rows: list[dict[str, object]] = []
+    rows: list[ParameterRow] = []
     for index, row in enumerate(metrics.walk.spatiotemporal):
         place = f"/walks/{metrics.final}/spatiotemporal/{index}"
-        share = 100.0 if row.unit == "1" else 1.0
         centimetres = row.name.startswith("step_")
-        share = 100.0 if centimetres else share
+        share = 100.0 if row.unit == "1" or centimetres else 1.0
         digits = {"1": 1, "steps/min": 1, "m": 1}.get(row.unit, 2)
         side = next((each for each in SIDES if row.name.endswith(f"_{each}")), None)
         plain = row.name.removesuffix(f"_{side}")
         label = plain.removesuffix("_fraction").replace("_", " ").capitalize()
+        of = {
+            name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
+            for name in ("mean", "recorded")
+        }
+        if rows and rows[-1].label == label:  # the other side's
+            rows[-1] = rows[-1]._replace(of=(*rows[-1].of, of))
+            continue
         norm = f"parameter/{plain}"
-        rows.append(
-            {
-                "label": f"{label}, {side}" if side else label,
-                "unit": "% of cycle" if row.unit == "1" else "cm" if centimetres else row.unit,
-                **{
-                    name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
-                    for name in ("mean", "sd", "recorded")
-                },
-                **{
-                    f"norm_{name}": Cell(
-                        float(getattr(normal[norm], name)) if norm in normal else None,
-                        *(digits, f"norms#{norm}/{name}", "", share),
-                    )
-                    for name in ("mean", "sd")
-                },
-            }
-        )
+        healthy = [
+            Cell(
+                float(getattr(normal[norm], name)) if norm in normal else None,
+                *(digits, f"norms#{norm}/{name}", "", share),
+            )
+            for name in ("mean", "sd")
+        ]
+        unit = "% of cycle" if row.unit == "1" else "cm" if centimetres else row.unit
+        rows.append(ParameterRow(label, unit, (of,), *healthy))
     return rows
+
+
+_WHICH: Final = ("record", "walk")
 
 
 def _profile(metrics: Metrics) -> dict[str, object] | None:
@@ -328,9 +351,9 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
 
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables
-    rows = []
+    rows: list[dict[str, Any]] = []
     for side in SIDES:
-        for which in ("record", "walk"):
+        for which in _WHICH:
             if which == "record" and profiles.record is None:
                 continue
             cells = [
@@ -343,18 +366,16 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
     scored = controls.side if len(names) == len(PROFILE_ANGLES) else (None, None)
     both = [*((name, controls.scores[name]) for name in names), ("side", scored)]
     healthy = [[Cell(each[i], 1, f"controls#{n}/{i}") for n, each in both] for i in range(2)]
-    return {"names": [*names, "total"], "rows": rows, "healthy": healthy}
+    by_side = {which: [r["cells"][-1] for r in rows if r["which"] == which] for which in _WHICH}
+    known = healthy[0][-1].value is not None
+    scores = {**by_side, "healthy": [each[-1] for each in healthy] if known else []}
+    return {"names": [*names, "total"], "rows": rows, "healthy": healthy, "scores": scores}
 
 
-def _warnings(
-    metrics: Metrics, subject: Subject, failed: Sequence[LimitVerdict]
-) -> Iterator[SheetWarning]:
-    """All that speaks against trusting the verdict, the gravest first: what decides it, what it
+def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
+    """All that speaks against trusting the verdict but what failed, the gravest first: what it
     compares with, and what the record itself lacks.
     """
-    decisive = [each for each in failed if each.first.role == "acceptance"]
-    if decisive:
-        yield SheetWarning("failed", {"count": _count(len(decisive), "failed limits acceptance")})
     if metrics.witness is not None and metrics.witness.fell:
         yield SheetWarning("falls there")
     close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
