@@ -157,7 +157,7 @@ class Sources:
 
 def test_every_number_equals_its_source(folder: Path, page: Sheet) -> None:
     sources = Sources(folder)
-    assert len(page.cells) > 100
+    assert len(page.cells) > 70
     for cell, shown in page.cells:
         value, digits = sources.value(cell), int(cell["data-digits"])
         if value is None:
@@ -237,7 +237,7 @@ def test_the_sheet_says_what_failed_and_that_nothing_did(
               [message for _, message in each.marked]]  # fmt: skip
     failed = {row["id"] for row in stored["tolerances"]
               if row["role"] == "acceptance" and not row["passed"]}  # fmt: skip
-    assert decide == [True] * len(failed)
+    assert decide == [True] * min(FAILED_SHOWN, len(failed))
     nothing = [e for e in rows_of(sheet_only) if len(e.cells) == 1 and says(e.cells[0], language)]
     assert bool(nothing) is kept
     assert all(says(each.cells[0], language) == "kept" for each in nothing)
