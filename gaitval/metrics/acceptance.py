@@ -41,6 +41,12 @@ RMSE: Final[Mapping[str, Kind]] = {
 }
 """Kind of the curves of each measure that a guess is compared by."""
 
+REMEDY: Final = (
+    "Take these curves from the guess or from the record, not from this walk: a guess that knows "
+    "as much is as near to the record or nearer."
+)
+"""Where a limit is kept, and the guess is nearer."""
+
 _ROUNDING: Final = 1e-6
 """A skill as small as this is 0: a guess shown as a walk differs from itself by rounding."""
 
@@ -191,6 +197,7 @@ def _accepted(
     return verdict.model_copy(
         update={
             "passed": not missed,
+            "remedy": REMEDY if missed == ["guess"] else verdict.remedy,
             "reached": None if verdict.reached is None else verdict.reached and not missed,
             "state": state,
             "failed_by": missed,

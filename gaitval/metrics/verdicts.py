@@ -117,22 +117,14 @@ def limit_verdicts(metrics: Metrics, role: str | None = None) -> list[LimitVerdi
     """
     remedies = {each.id: each.remedy for each in load_registry().tolerance}
     found = [
-        LimitVerdict(tuple(rows), _remedy(rows, remedies.get(name, "")))
+        LimitVerdict(tuple(rows), remedy or remedies.get(name, ""))
         for name, group in groupby(metrics.tolerances, key=lambda row: row.id)
         for rows in (list(group),)
+        # of what failed, if anything did: it may say why this walk did
+        for remedy in (min(rows, key=lambda row: row.passed).remedy,)
         if role in (None, rows[0].role)
     ]
     return sorted(found, key=lambda each: each.passed)
-
-
-def _remedy(rows: Sequence[Verdict], general: str) -> str:
-    missed = {name for row in rows for name in row.failed_by}
-    if missed == {"guess"}:
-        return (
-            "Take these curves from the guess or from the record, not from this walk: a guess that "
-            "knows as much is as near to the record or nearer."
-        )
-    return rows[0].remedy or general
 
 
 def failed_limits(metrics: Metrics) -> list[LimitVerdict]:
