@@ -117,7 +117,7 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the folder of `run` → report.html, report.pdf and the cited claims.csv."""
+    """Everything in the folder of `run` → report.html, report-details.html, report.pdf, claims.csv."""
 
     def report() -> None:
         from gaitval.reporting.report import write_report
@@ -142,5 +142,5 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             *(name for each in body_stages(run) for name in each.outputs),
         ),
-        outputs=("report.html", "report.pdf", "claims.csv"),
+        outputs=("report.html", "report-details.html", "report.pdf", "claims.csv"),
     )

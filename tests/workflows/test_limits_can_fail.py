@@ -18,7 +18,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-from html_page import without_figures
+from html_page import both_pages, without_figures
 from recording_summary import sample
 from standing_person import StandingPerson, standing_person
 from synthetic_walk import MASS, MODEL, perfect_walk, sharp_filter, walks_of
@@ -732,7 +732,7 @@ def page_of_walk(folder, metrics: dict) -> str:
     (folder / "subject.toml").write_text(SUBJECT.to_toml(), encoding="utf-8")
     write_json(folder / "metrics.json", metrics)
     write_report(folder)
-    return (folder / "report.html").read_text(encoding="utf-8")
+    return both_pages(folder)
 
 
 @pytest.fixture
