@@ -244,7 +244,9 @@ def report(
     language: LanguageOption = None,
     paper: PaperOption = None,
 ) -> None:
-    """Write the report: report.html and report.pdf, report-details.html behind them, and the numbers behind its figures as CSV."""
+    """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
+    its figures as CSV.
+    """
     folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
 

@@ -28,7 +28,7 @@ from gaitval.reporting.facts import at
 from gaitval.reporting.figures import NAMES
 from gaitval.reporting.tables import CURVES
 
-WARNINGS: Final = 3
+WARNINGS: Final = 2
 """Shown, the gravest first."""
 FAILED_SHOWN: Final = 5
 """Failed limits that the sheet lists; it counts the others."""
@@ -393,14 +393,6 @@ def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
     if plates is not None and abs(plates.scale - 1.0) > PLATES_UNCERTAIN:
         place = f"{METRICS}#/record/plates/scale"
         yield SheetWarning("plates", {"off": Cell(plates.scale - 1.0, 1, place, "less one", 100.0)})
-    below = [row for row in metrics.measures if row.measure.endswith("_skill")]
-    worse = sum(row.value is not None and row.value < 0.0 for row in below)
-    if worse:
-        cells = {"worse": worse, "all": len(below)}
-        yield SheetWarning(
-            "guess",
-            {k: Cell(v, 0, f"{METRICS}#/measures", f"{k} skills") for k, v in cells.items()},
-        )
     if not subject.uncertainty:  # an import keeps how much the strides differ
         yield SheetWarning("one cycle")
     if metrics.identification is not None:

@@ -117,7 +117,9 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the folder of `run` → report.html, report-details.html, report.pdf, claims.csv."""
+    """Everything in the folder of `run` → report.html, report-details.html, report.pdf and
+    claims.csv, which they cite.
+    """
 
     def report() -> None:
         from gaitval.reporting.report import write_report

@@ -12,10 +12,10 @@ Each is killed (SIGKILL, its own process only, as when memory runs out) after a 
 processor time that it takes without a kill, and started again by the same command. In every
 second case all its files are dated a day ahead before that, as if the clock had gone back. Then
 every file must be equal, byte for byte, to that without a kill, but for times (in
-`provenance.json`; `wall_seconds` of learning; dates and durations in `report.html` and `report-details.html`; of a cohort
-also where and how long its studies ran), the hashes of files with times, `report.pdf`, which is the
-compressed `report.html`, and TensorBoard's logs, which are named after time and process; and no
-process, shared memory, temporary or partial file may be left beyond those that a
+`provenance.json`; `wall_seconds` of learning; dates and durations in both pages of a report; of a
+cohort also where and how long its studies ran), the hashes of files with times, `report.pdf`, which
+is the compressed `report.html`, and TensorBoard's logs, which are named after time and process; and
+no process, shared memory, temporary or partial file may be left beyond those that a
 run without a kill leaves (torch keeps an empty folder for its compiler).
 """
 
