@@ -191,7 +191,13 @@ def criteria_table(baselines: Sequence[Stored]) -> str:
         "the guess: within the limit alone",
         "worst",
     )
-    return table(headings, lines) + ABOUT_ACCEPTED
+    whole = [each.name for each in baselines if all(row["passed"] for row in each.verdicts())]
+    names = f" ({', '.join(whole)})" if whole else ""
+    return (
+        table(headings, lines)
+        + ABOUT_ACCEPTED
+        + f"\nAccepted as a whole: {len(whole)} of {len(baselines)} people{names}.\n"
+    )
 
 
 def _guess(rows: Sequence[Row], name: str) -> str:

@@ -28,7 +28,7 @@ from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import Origins, curve_origin
 from gaitval.metrics.record_results import Kind, Kinds, PredictionResult
 from gaitval.metrics.recorded import CURVE_UNITS
-from gaitval.metrics.results import CurveErrors
+from gaitval.metrics.results import CurveErrors, HeldOutErrors
 from gaitval.metrics.spread import Repeated, prediction_interval
 from gaitval.metrics.tolerances import AgainstGuess, FailedBy, State, Verdict, holds
 from gaitval.metrics.typed import array, number, sided
@@ -238,10 +238,13 @@ def lights(
     known: Mapping[tuple[Kind, str], float],
     opponents: Opponents,
     second: CurveErrors | None,
+    held_out: HeldOutErrors | None = None,
 ) -> CurveLights:
     """Whether each curve of a walk may be believed: by its `errors`, the `verdicts` on it, what the
-    record is `known` to, its `opponents`, and its errors in a `second` engine.
+    record is `known` to, its `opponents`, and its errors in a `second` engine. Where nothing was
+    recorded `errors` are distances from a prediction, and `held_out` how wrong predictions are.
     """
+    wrong = {} if held_out is None else {each.group: each.mean for each in held_out.groups}
     rows = {
         (RMSE[row.measure], row.target): row
         for row in verdicts
@@ -258,6 +261,10 @@ def lights(
         there = None if second is None else rmse_of(second.of(kind)[curve])
         if curve_origin(kind, curve, opponents.origins) == "recorded":
             light, reason = _light(error, other, rows.get((kind, curve)), second is not None, there)
+        elif error is None:
+            light, reason = "do not", "too short"
+        elif group in wrong and _distance(errors, group, side) > wrong[group]:
+            light, reason = "do not", "held out"
         else:
             light, reason = "with care", "not recorded"
         found.setdefault(kind, {})[curve] = CurveLight(
@@ -269,6 +276,12 @@ def lights(
             known=number(known.get((kind, curve))),
         )
     return CurveLights(**found)
+
+
+def _distance(errors: CurveErrors, group: str, side: Side) -> float:
+    kind, names = GROUPS[group]
+    found = _mean([rmse_of(errors.of(kind)[f"{name}_{side[0]}"]) for name in names])
+    return np.inf if found is None else found
 
 
 def _light(

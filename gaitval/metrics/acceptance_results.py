@@ -22,6 +22,7 @@ Reason = Literal[
     "limit",
     "record",
     "not recorded",
+    "held out",
     "no guess",
     "too short",
 ]
@@ -29,7 +30,8 @@ Reason = Literal[
 every repeated walk ("narrow") or not in the second "engine"; its group is and itself is not ("guess
 nearer"), or the other way round ("group"); that its group is nearer is "not shown"; nothing was
 recorded to judge it by ("not recorded"), or there is "no guess" to compare with. Do not: the
-"guess" is nearer, it misses its "limit", it is not within what the "record" is known to, or the
+"guess" is nearer, it misses its "limit", it is not within what the "record" is known to, its group
+is further from the prediction than predictions of "held out" trials are from their records, or the
 walk is "too short"."""
 
 

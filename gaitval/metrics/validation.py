@@ -567,6 +567,7 @@ def validate(
                 of.known,
                 of.opponents,
                 None if there is None else there[0].errors,
+                prediction_errors,
             ),
             known_to=known_groups(
                 walk.curves,

@@ -30,6 +30,16 @@ CURVE_NAMES: Final[Mapping[str, str]] = {
 """Of the targets of measures, in the words of gait analysis."""
 
 
+GUESSES: Final[Mapping[str, str]] = {
+    "line through others": "the line through others",
+    "expected of anybody": "what is expected of anybody",
+    "nearest trial copied": "the nearest trial, copied,",
+    "line through two trials": "the line through two trials",
+    "other people's change added": "the nearest trial with other people's change added",
+}
+"""Predictions without a model as an object in a sentence, by their names."""
+
+
 @dataclass(frozen=True)
 class LimitVerdict:
     """A limit, and the verdicts on everything it was applied to.
@@ -95,7 +105,7 @@ class LimitVerdict:
 
     def reason_text(self) -> str:
         """What its worst row missed, where that is not the limit itself; else nothing."""
-        return reason_text(self.worst)
+        return "" if self.passed else reason_text(self.worst)
 
     @property
     def guess(self) -> tuple[int, int] | None:
@@ -150,7 +160,8 @@ def reason_text(row: Verdict) -> str:
         message = "" if of.skill is None else f", skill {of.skill:+.2f}".replace("-", "−")
         where = f"{of.side} {of.group}"
         known = "not shown to be nearer" if row.state == "not shown" else "not nearer"
-        parts.append(f"{where} {known} than the {of.guess}: {walk}, {of.error:.2g}{unit}{message}")
+        guess = GUESSES.get(of.guess, of.guess)
+        parts.append(f"{where} {known} than {guess}: {walk}, {of.error:.2g}{unit}{message}")
     if "record" in row.failed_by and row.known is not None:
         parts.append(f"the record is known to ±{row.known:.2g}{unit_text(row.unit)}")
     return "; ".join(parts)

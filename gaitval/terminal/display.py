@@ -262,7 +262,7 @@ def print_verdict(metrics: "Metrics") -> None:
         message = "passed" if each.passed else f"{count} {each.state}"
         details = [
             f"limit {each.limit_text()}",
-            *filter(None, (each.guess_text(), message, each.reason_text())),
+            *filter(None, (each.guess_text(), each.reason_text(), message)),
         ]
         plain(
             f"  {each.first.role:<11}{each.first.title}: {each.value_text()}{of(each.worst)}, "
@@ -285,14 +285,13 @@ def print_tolerances(metrics: "Metrics") -> None:
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
     table = Table(
-        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "verdict"),
+        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "missed"),
+        "verdict",
         title=f"{metrics.subject.identifier}: every limit and value",
     )
     for row in metrics.tolerances:
-        missed = "not shown" if row.state == "not shown" else "fail"
-        if row.failed_by and "limit" not in row.failed_by:
-            missed += f" ({', '.join(row.failed_by)})"
-        verdict = "goal" if row.reached else "pass" if row.passed else Text(missed, style="red")
+        missed = Text("not shown" if row.state == "not shown" else "fail", style="red")
+        verdict = "goal" if row.reached else "pass" if row.passed else missed
         table.add_row(
             row.title,
             target_text(row.target),
@@ -302,6 +301,7 @@ def print_tolerances(metrics: "Metrics") -> None:
             bound_text(row, row.goal),
             row.role,
             row.status,
+            ", ".join(row.failed_by),
             verdict,
         )
     output.print(table)

@@ -7,10 +7,17 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, synthetic_record, 
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import Curves, recorded_curves
-from gaitval.metrics.acceptance import Opponents, against_guesses, known_to, time_steps
+from gaitval.metrics.acceptance import (
+    Opponents,
+    against_guesses,
+    known_to,
+    lights,
+    time_steps,
+)
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import everything
+from gaitval.metrics.results import HeldOutError, HeldOutErrors
 from gaitval.metrics.validation import compared_with, validate
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 
@@ -193,3 +200,22 @@ def test_what_nobody_read_in_full_is_in_the_list_but_not_among_what_failed(monke
 def test_every_group_of_curves_has_a_known_time_step():
     assert set(time_steps()) == set(GROUPS)
     assert all(change > 0.0 for change in time_steps().values())
+
+
+def test_a_walk_that_leaves_its_prediction_by_more_than_predictions_err_is_not_to_be_believed(
+    monkeypatch,
+):
+    metrics = validated(monkeypatch, between(0.5))
+    errors = metrics.walk.errors
+    far = errors.forces["vertical_r"].rmse
+    of = Opponents([], True, everything("predicted"))
+
+    def light(mean):
+        group = HeldOutError(group="vertical force", unit="% BW", mean=mean, sd=None)
+        held_out = HeldOutErrors(trials=3, people=1, own=True, groups=[group])
+        found = lights(errors, [], {}, of, None, held_out)
+        assert found.forces["forward_r"].reason == "not recorded"
+        return found.forces["vertical_r"]
+
+    assert (light(1.01 * far).light, light(1.01 * far).reason) == ("with care", "not recorded")
+    assert (light(0.99 * far).light, light(0.99 * far).reason) == ("do not", "held out")
