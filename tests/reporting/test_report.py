@@ -364,8 +364,8 @@ def test_the_correction_is_told_in_degrees(whole, metrics):
     assert f"0.95 before, {corrected_error(metrics)} with it; 2 steps looked for it" in text
     assert "The correction has 170 numbers, of which its prior leaves 102 free" in text
     assert "Change of the height of the pelvis: −2.1 mm" in text
-    assert re.search("angles ?2.250 ?1.600 ?deg", text)
-    assert re.search("angles of the pelvis, not fitted ?0.700 ?0.750 ?deg", text)
+    assert re.search("angles ?2.250 ?1.600 ?°", text)
+    assert re.search("angles of the pelvis, not fitted ?0.700 ?0.750 ?°", text)
     assert re.search("knee angle ?0.00 ?0.00 ?−1.25 ?1.75", text)
 
 

@@ -184,7 +184,7 @@ def _place(value: float) -> int:
 def test_there_is_no_number_without_a_source(page: Sheet) -> None:
     """But those in names: of the trial, the person, a limit's title and the date."""
     left = NO_SOURCE.sub("", page.rest)
-    for name in ("S05", "WBDS14 T05", "300 N for 50 ms within 90 deg", "12 to 25 Hz"):
+    for name in ("S05", "WBDS14 T05", "300 N for 50 ms within 90°", "12 to 25 Hz"):
         left = left.replace(name, "")
     left = re.sub(r"\d{4}-\d\d-\d\d( \d\d:\d\d UTC)?", "", left)
     assert not re.findall(r"\d+", left)
