@@ -1,11 +1,13 @@
 """Write the accuracy tables of README.md and reports/README.md from the stored baselines.
 
 Every figure comes from files under reports/Snn/baseline, which `make baseline` writes: accuracy
-from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails if a table
+from `metrics.json`, wall times from `times.json`; how far the physics step changes results, in
+docs/speed.md, from `gaitval/metrics/time_step.csv`. `--check` writes nothing and fails if a table
 does not match the baselines (for CI).
 """
 
 import argparse
+import csv
 import json
 import statistics
 import sys
@@ -714,14 +716,42 @@ def report(baselines: Sequence[Stored]) -> str:
     return "\n".join(parts)
 
 
+def time_step_table() -> str:
+    """How far a quarter of the physics step changes the result of the whole study."""
+    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    text = (ROOT / "gaitval" / "metrics" / "time_step.csv").read_text(encoding="utf-8")
+    for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
+        of = found.setdefault((row["group"], row["unit"]), [])
+        of.append((float(row["change"]), float(row["error"])))
+    lines = []
+    for (group, unit), values in found.items():
+        change, error = np.array(values).T
+        lines.append(
+            [
+                f"{group}, {unit}",
+                f"{len(values)}",
+                f"{change.mean():.2g}",
+                f"{change.max():.2g}",
+                f"{error.mean():.2g}",
+                f"{change.mean() / error.mean():.2f}",
+                f"{(change / error).max():.2f}",
+            ]
+        )
+    headings = ("mean curves of", "people", "change, mean", "largest", "error shown, mean")
+    return table((*headings, "change over error", "largest"), lines)
+
+
 def main() -> int:
-    """Write, or with --check compare, both files."""
+    """Write, or with --check compare, the files."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     check = parser.parse_args().check
     baselines = load(ROOT / "reports")
-    readme = ROOT / "README.md"
+    readme, speed = ROOT / "README.md", ROOT / "docs" / "speed.md"
     wanted = {
+        speed: with_table(
+            speed.read_text(encoding="utf-8"), "time step", time_step_table().rstrip("\n")
+        ),
         ROOT / "reports" / "README.md": report(baselines),
         readme: with_table(
             readme.read_text(encoding="utf-8"),

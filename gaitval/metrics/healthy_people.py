@@ -40,6 +40,7 @@ def healthy_people(age_years: float | None) -> list[HealthyPeople]:
     for name, norm in norms_at(1.2, 0.9, None).items():
         kind, _, parameter = name.partition("/")
         what = parameter if kind == "parameter" else kind
+        key: tuple[int | None, str, str]
         if what == "step_width":
             key = (None, "other adults, at their own speed", "J Neuroeng Rehabil 2012;9:69")
         else:
