@@ -24,14 +24,15 @@ from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 from verdict_words import LANGUAGES, headline, rows_of, says, word
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, split_side
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.learning_control.walked import accuracy_of
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.validation import validate
+from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.metrics.walk_results import PushTrace
-from gaitval.number_text import number
+from gaitval.number_text import number, rough
 from gaitval.partial_files import PARTIAL
 from gaitval.policy.processes import keeping_workers
 from gaitval.reporting import figures, stick_figures, tables
@@ -660,6 +661,33 @@ def test_the_poses_stand_side_by_side_with_the_record_behind_them():
 )
 def test_numbers_have_true_minus_signs_and_no_negative_zero(value, digits, text):
     assert number(value, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0314, "0.031"), (1.26, "1.3"), (9.97, "10"), (0.0996, "0.10"), (123.4, "123"),
+        (-0.501, "−0.50"), (0.0, "0"), (None, "–"), (float("nan"), "–"),
+    ],
+)  # fmt: skip
+def test_two_figures_count_of_an_error(value, text):
+    assert rough(value) == text
+
+
+def test_headings_say_how_far_curves_are_off_and_which_most(page, metrics):
+    """Of the recorded ones, both sides, in two figures."""
+    errors = metrics["walks"][metrics["final"]]["errors"]
+    for kind, unit in (("angles", "°"), ("moments", " Nm/kg"), ("forces", " %")):
+        rmse = {curve: each["rmse"] for curve, each in errors[kind].items()}
+        worst = max(rmse, key=rmse.get)
+        side, name = split_side(worst)
+        text = " ".join(page.text.split())
+        heading = re.search(
+            rf"{rough(np.mean(list(rmse.values())))}{unit}[^()]* off on average, "
+            rf"most {CURVE_NAMES[name]}, {side} \({rough(rmse[worst])}",
+            text,
+        )
+        assert heading, kind
 
 
 @pytest.mark.parametrize(
