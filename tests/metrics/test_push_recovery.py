@@ -264,7 +264,9 @@ def test_the_pushes_that_are_replayed_are_ahead_and_to_the_left(tried):
     for force, axis in zip(forces, (0, 1), strict=True):
         step = small.configuration.environment.physics_step
         seconds = small.configuration.environment.push_seconds - step
-        np.testing.assert_allclose(step * force.sum(axis=0), 100.0 * seconds * np.eye(3)[axis], atol=1e-9)
+        np.testing.assert_allclose(
+            step * force.sum(axis=0), 100.0 * seconds * np.eye(3)[axis], atol=1e-9
+        )
     assert [walk.phase[walk.root_force.any(axis=1)][0] < 0.02 for walk in walks] == [True, True]
 
 
