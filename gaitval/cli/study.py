@@ -216,8 +216,8 @@ def validate(
 ) -> None:
     """Compare the walks with the record and the limits: metrics.json.
 
-    Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails. To
-    check a policy against its earlier accuracy, use `gaitval check`.
+    Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails or is
+    not shown to be kept. To check a policy against its earlier accuracy, use `gaitval check`.
     """
     from gaitval.metrics.results import read_metrics
 
@@ -229,9 +229,9 @@ def validate(
     refused = metrics.summary.refused
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics.summary.accepted} values miss their acceptance "
-            f"limit (rows above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
-            "shows the curves."
+            f"{refused} of {refused + metrics.summary.accepted} values are not accepted: they miss "
+            "their limit, or a guess that knows as much is as near to the record (rows above). All "
+            f"errors are in {folder / 'metrics.json'}; `gaitval report` shows the curves."
         )
 
 
@@ -245,7 +245,9 @@ def report(
     language: LanguageOption = None,
     paper: PaperOption = None,
 ) -> None:
-    """Write the report: report.html and report.pdf, and the numbers behind its figures as CSV."""
+    """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
+    its figures as CSV.
+    """
     folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
 

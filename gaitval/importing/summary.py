@@ -248,7 +248,7 @@ def _stance_fraction(found: Import, side: Side) -> float:
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
-_SHOWN_STEPS: Final = (*_DECIDED, "warnings")
+_SHOWN_STEPS: Final = (*_DECIDED, "warnings", "uncertainty")
 """Steps that the page says elsewhere than among the findings."""
 
 

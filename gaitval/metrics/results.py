@@ -14,6 +14,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import LowPass, Origin
+from gaitval.metrics.acceptance_results import CurveLights, KnownTo
 from gaitval.metrics.comparison import CurveError
 from gaitval.metrics.known_measures import ReadBy, Status
 from gaitval.metrics.learning_gain import LearningGain
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
 
 
 METRICS: Final = "metrics.json"
-SCHEMA_VERSION: Final = 11
+SCHEMA_VERSION: Final = 12
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
@@ -181,10 +182,18 @@ class ComparedMeasure(Measure):
 
 
 class Summary(Result):
-    """Of the rows of role acceptance: passed, failed, with a goal, and with the goal reached."""
+    """Of the rows of role acceptance: passed, not passed, with a goal, with the goal reached."""
 
     accepted: Count
     refused: Count
+    not_shown: Count = 0
+    """Of those refused: not nearer than the best guess, but by no more than walks differ."""
+    guess_judged: Count = 0
+    """Rows on which the best guess that knows as much could be judged in the place of the walk."""
+    guess_passes: Count = 0
+    """Of those, rows that it would pass."""
+    guess_within: Count = 0
+    """Of those, rows whose limit alone it would keep."""
     goals: Count
     goals_reached: Count
 
@@ -277,6 +286,32 @@ class FoundParameters(OpenResult):
     search_distance: Number | None
     """Between CMA-ES's result and the mode, in posterior SDs."""
     history: list[Generation]
+
+    @property
+    def determined(self) -> list[str]:
+        """Names of the parameters that the record determined; where it determined none, the body is
+        what was expected of this person, and is not to be called identified.
+        """
+        return [
+            name
+            for name, verdict in zip(self.names, self.verdicts, strict=True)
+            if verdict == "identified"
+        ]
+
+    @property
+    def body_word(self) -> Literal["identified", "expected"]:
+        """What the body that walks is called: identified only where something was determined."""
+        return "identified" if self.determined else "expected"
+
+    @property
+    def differs_from_found(self) -> bool:
+        """Whether the walker has other values than the posterior mean, so that a table needs both:
+        with `identification.method = shared` it has the mean.
+        """
+        return any(
+            abs(found - used) > 1e-9
+            for found, used in zip(self.posterior_mean, self.identified, strict=True)
+        )
 
 
 class IdentificationResult(FoundParameters):
@@ -379,7 +414,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[11]
+    schema_version: Literal[12]
     subject: SubjectResult
     units: CurveUnits
     method: Method
@@ -401,6 +436,10 @@ class Metrics(Displayed, Result):
     measures: list[ComparedMeasure]
     tolerances: list[Verdict]
     summary: Summary
+    lights: CurveLights
+    """Whether each curve of the final walk may be believed."""
+    known_to: list[KnownTo]
+    """What the error of each group of curves is known to."""
     push_recovery: PushRecovery | None
     torque_shares: TorqueShares | None = None
     """Of the final walk."""

@@ -18,6 +18,14 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.acceptance import (
+    Opponents,
+    accepted,
+    against_guesses,
+    known_groups,
+    known_to,
+    lights,
+)
 from gaitval.metrics.baselines import predicted_parts, skill
 from gaitval.metrics.comparison import (
     CurveError,
@@ -51,7 +59,7 @@ from gaitval.metrics.record_results import (
     UnseenResult,
 )
 from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves, recorded_part
-from gaitval.metrics.repetitions import repetitions
+from gaitval.metrics.repetitions import repeats, repetitions
 from gaitval.metrics.results import (
     SCHEMA_VERSION,
     CorrectionResult,
@@ -137,6 +145,8 @@ class Comparator:
     model, leg_length : the body before mu; m.
     height : of the person, m.
     lost : coordinates of joints that a prosthesis has, by side.
+    opponents : the guesses that know no more than the run was told.
+    known : what the record itself is known to, in the units of the curves.
     """
 
     record: GaitRecord
@@ -148,6 +158,8 @@ class Comparator:
     leg_length: float
     height: float
     lost: Mapping[Side, Collection[str]]
+    opponents: Opponents
+    known: Mapping[tuple[Kind, str], float]
 
 
 def compared_with(
@@ -163,16 +175,25 @@ def compared_with(
     origins = record_origins(subject, configuration.record)
     curves = recorded_curves(record)
     stored = {quantity: SideOrigins(**sides) for quantity, sides in origins.items()}
+    # what repeats the walk's own trial measures the same thing again and is no guess, unless it is
+    # all that a prediction knows
+    alone = subject
+    if not is_predicted(configuration.record):
+        other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
+        alone = subject.model_copy(update={"trials": other})
+    guesses = predicted_parts(alone, others, by_kind(curves), origins)
     return Comparator(
         record=record,
         curves=curves,
         recorded=recorded_part(record, subject).model_copy(update={"origins": stored}),
-        guesses=predicted_parts(subject, others, by_kind(curves), origins),
+        guesses=guesses,
         origins=origins,
         model=model,
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),
+        opponents=Opponents(guesses, configuration.record.use == "all", origins),
+        known=known_to(subject.uncertainty),
     )
 
 
@@ -310,7 +331,9 @@ def _walk(
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass),
-        step_width_measure(stride["step_width"], of.leg_length),
+        step_width_measure(
+            stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width
+        ),
         *quantity_measures(found, stored_quantities(of.recorded)),
         *centre_of_mass_measures(path, np.array(of.recorded.centre_of_mass)),
         *(measured(*each) for each in side_values(mean_curves(compared.curves), of.curves)),
@@ -479,7 +502,7 @@ def validate(
     others: Sequence["Subject"] = (),
     torque_shares: TorqueShares | None = None,
     second_engine: Rollouts | None = None,
-    repeats: Sequence[Repeat] = (),
+    again: Sequence[Repeat] = (),
     centring: float | None = None,
     prediction_errors: HeldOutErrors | None = None,
 ) -> Metrics:
@@ -501,7 +524,7 @@ def validate(
     others : people from whom predictions without a model are made.
     torque_shares : of the validated rollout.
     second_engine : the compared rollout of that body in the second engine.
-    repeats : what was measured of repeated walks (`repeats.repeated_walks`).
+    again : what was measured of repeated walks (`repeats.repeated_walks`).
     centring : share of the policy's action bias that was removed, if not the configured one.
     prediction_errors : of held-out trials (`held_out.prediction_errors`), given beside the distance
         from a prediction.
@@ -522,9 +545,20 @@ def validate(
     compared = _compared(last.compared, of, configuration)
     walk, measures = _walk(last, of, compared, _muscles(last.compared, of, compared))
     measures += push_measures(pushes)
-    verdicts = judged(measures, of.origins)
-    repeated = repeated_values(repeats)
+    repeated = repeated_values(again)
+    verdicts = accepted(
+        [
+            each.model_copy(
+                update={"spread": spread_in_repeats(each, repeated, pushes, last.starts)}
+            )
+            for each in judged(measures, of.origins)
+        ],
+        against_guesses(walk.errors, repeated, of.opponents),
+        of.known,
+        of.opponents,
+    )
     recorded = rounded(of.recorded)
+    there = None if second_engine is None else _measured(second_engine, of, configuration)
     return rounded(
         Metrics(
             schema_version=SCHEMA_VERSION,
@@ -548,21 +582,28 @@ def validate(
             ),
             final=final,
             measures=measure_rows(measures, known, of.origins),
-            tolerances=[
-                verdict.model_copy(
-                    update={"spread": spread_in_repeats(verdict, repeated, pushes, last.starts)}
-                )
-                for verdict in verdicts
-            ],
+            tolerances=verdicts,
             summary=summary(verdicts),
+            lights=lights(
+                walk.errors,
+                verdicts,
+                of.known,
+                of.opponents,
+                None if there is None else there[0].errors,
+                prediction_errors,
+            ),
+            known_to=known_groups(
+                walk.curves,
+                None if there is None else there[0].curves,
+                of.known,
+                of.origins,
+            ),
             push_recovery=pushes,
             torque_shares=torque_shares,
             curve_statistics=_statistics(last.compared, compared, of, subject.age_years),
             witness=None
-            if second_engine is None
-            else _second_engine(
-                second_engine, _measured(second_engine, of, configuration)[1], of.origins
-            ),
+            if second_engine is None or there is None
+            else _second_engine(second_engine, there[1], of.origins),
             identification=identification,
             correction=correction,
             training=training,

@@ -206,7 +206,7 @@
 
   // ---- pose ---------------------------------------------------------------------------------
 
-  const state = { stride: 0, percent: 0, playing: false, visible: true, view: "oblique", far: 1, wide: 1 };
+  const state = { stride: 0, percent: 0, playing: false, touched: false, visible: true, view: "oblique", far: 1, wide: 1 };
   const first = new THREE.Quaternion();
   const second = new THREE.Quaternion();
 
@@ -393,7 +393,7 @@
     if (first) clickable(group, { x, y, width, height }, (point) => goTo(kind, side, (100 * within(point.x - x, 0, width)) / width));
     links.get(group.closest("figure")).push(() => {
       const percent = own(kind, side);
-      line.style.visibility = Number.isFinite(percent) && shows("cursor") ? "" : "hidden";
+      line.style.visibility = Number.isFinite(percent) && state.touched && shows("cursor") ? "" : "hidden";
       line.setAttribute("x1", x + (width * percent) / 100 || 0);
       line.setAttribute("x2", x + (width * percent) / 100 || 0);
     });
@@ -499,7 +499,15 @@
 
   function seek(percent) {
     state.percent = within(Math.round(percent), 0, LAST);
+    state.touched = true;
     play(false);
+  }
+
+  /* Curves show no cursor to those who only read them. */
+  function touch() {
+    if (state.touched) return;
+    state.touched = true;
+    draw();
   }
 
   function look(name) {
@@ -645,6 +653,8 @@
 
   function listen() {
     root.addEventListener("keydown", onKey);
+    player.addEventListener("pointerdown", touch);
+    player.addEventListener("keydown", touch);
     find(".replay-play").addEventListener("click", () => play(!state.playing));
     slider.addEventListener("input", () => seek(Number(slider.value)));
     find(".replay-stride").addEventListener("change", (event) => {

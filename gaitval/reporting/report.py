@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.gait.filters import FACTOR
 from gaitval.identification.body_report import Bar
 from gaitval.learning_control.walked import Walked
 from gaitval.metrics.origin import not_recorded
@@ -55,11 +56,14 @@ from gaitval.reporting import (
 )
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.facts import measured_force
+from gaitval.reporting.findings import findings
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
 
 TEMPLATE = "report.html.j2"
+DETAILS: Final = {"report-details": "details.html.j2"}
+"""What stands behind the report: where its limits are from, how the walk was made, files."""
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
 
@@ -99,7 +103,9 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._
             "count": len(found.rows),
             "count_passed": len(found.rows) - len(found.failed),
             "count_failed": len(found.failed),
-            "count_reached": sum(bool(row.reached) for row in found.rows),
+            "guess": found.guess,
+            "state": found.state,
+            "reason": found.reason_text(),
             "worst": found.value_text(),
             "worst_target": target_text(found.worst.target),
             "repeats": spread_text(found.worst),
@@ -390,6 +396,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "nominal": metrics.walks.nominal,
         "identified": metrics.final == "identified",
         "identification": metrics.identification,
+        "determined": bool(metrics.identification and metrics.identification.determined),
+        "findings": findings(metrics),
+        "filter_factor": FACTOR,
         "acceptance": _tolerances(metrics, "acceptance", subject),
         "context_tolerances": _tolerances(metrics, "context", subject),
         "prediction": next(iter(metrics.predictions), None),
@@ -443,8 +452,8 @@ def _configuration(folder: Path, settings: Sequence[str] = ()) -> Configuration:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, `claims.csv`, which they cite,
-    and the checklist as CSV, Markdown and LaTeX.
+    """Write `report.html` and `report.pdf` of a run `folder`, `report-details.html`, which stands
+    behind them, `claims.csv`, which it cites, and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -455,4 +464,4 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
     looks = _configuration(folder, settings).report
-    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS)
+    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)

@@ -92,18 +92,23 @@ def figures(
     }
     rows["curves"] = [
         [
-            each._replace(
-                error="", regions={}, curves=tuple(c._replace(strides=None) for c in each.curves)
-            )
+            each._replace(error="", curves=tuple(c._replace(strides=None) for c in each.curves))
             for each in row
         ]
         for row in rows["curves"]
     ]
-    heights = {"curves": 1.05, "kinematics": 1.27}
+    adults = "parameter/cadence" in normal
+    healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
+    heights = {"curves": 0.92, "kinematics": 1.27, "kinetics": 1.35}
     words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
     draws: dict[str, Draw] = {
         name: partial(
-            grids.grid, each, height=heights.get(name, 1.6), figure_name=name, words=words
+            grids.grid,
+            each,
+            height=heights.get(name, 1.6),
+            figure_name=name,
+            words=words,
+            norm=healthy,
         )
         for name, each in rows.items()
     }
@@ -138,7 +143,7 @@ def _panel(
 ) -> Panel:
     """The panel of a quantity "kind/curve" without side."""
     kind, _, curve = name.partition("/")
-    curves, errors, regions = [], [], {}
+    curves, errors = [], []
     for side in SIDES:
         key = f"{curve}_{side[0]}"
         recorded = _recorded(metrics, subject, kind, key)
@@ -150,9 +155,6 @@ def _panel(
         for each in KINDS:
             if each == kind and key in metrics.walk.errors.of(each):
                 errors.append(rmse_of(metrics.walk.errors.of(each)[key]))
-                if metrics.curve_statistics is not None:
-                    found = metrics.curve_statistics.curves.of(each).get(key)
-                    regions[side] = [(r.first, r.last) for r in found.regions] if found else []
     known = [f"{each:.2f}" if kind == "moments" else f"{each:.1f}" for each in errors if each]
     stance = metrics.record.spatiotemporal
     return Panel(
@@ -160,9 +162,8 @@ def _panel(
         tuple(curves),
         normal.get(name),
         {side: 100.0 * getattr(stance, f"stance_fraction_{side}") for side in SIDES},
-        regions,
-        _bursts(metrics, curve) if kind == "power" else {},
-        " / ".join(known),
+        bursts=_bursts(metrics, curve) if kind == "power" else {},
+        error=" / ".join(known),
     )
 
 

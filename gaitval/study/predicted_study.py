@@ -187,7 +187,7 @@ def compare_stage(run: Run) -> Stage:
 
 
 def predicted_report_stage(run: Run) -> Stage:
-    """Everything in the prediction folder of `run` → report.html and report.pdf."""
+    """Everything in the prediction folder of `run` → report.html, -details.html and report.pdf."""
     return replace(
         report_stage(run),
         inputs=(
@@ -200,7 +200,7 @@ def predicted_report_stage(run: Run) -> Stage:
             "metrics.json",
             ROLLOUTS["nominal"],
         ),
-        outputs=("report.html", "report.pdf"),
+        outputs=("report.html", "report-details.html", "report.pdf"),
     )
 
 

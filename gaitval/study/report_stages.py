@@ -72,7 +72,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         others=people,
         torque_shares=walks.torque_shares,
         second_engine=rollouts(SECOND_ENGINE, None if walks.witness is None else [walks.witness]),
-        repeats=[Repeat.model_validate(each) for each in repeats],
+        again=[Repeat.model_validate(each) for each in repeats],
         centring=walks.centring,
         prediction_errors=expected_errors,
         training=stored(run, f"policy/{GAIN}", LearningGain),
@@ -117,7 +117,9 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the folder of `run` → report.html, report.pdf and the cited claims.csv."""
+    """Everything in the folder of `run` → report.html, report-details.html, report.pdf and
+    claims.csv, which they cite.
+    """
 
     def report() -> None:
         from gaitval.reporting.report import write_report
@@ -142,5 +144,5 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             *(name for each in body_stages(run) for name in each.outputs),
         ),
-        outputs=("report.html", "report.pdf", "claims.csv"),
+        outputs=("report.html", "report-details.html", "report.pdf", "claims.csv"),
     )

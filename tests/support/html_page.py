@@ -72,6 +72,12 @@ def whole_pages() -> bool:
     return bool(os.environ.get("GAITVAL_WHOLE_PAGES"))
 
 
+def both_pages(folder: Path) -> str:
+    """The report in a run `folder` and what stands behind it, as one text of HTML."""
+    names = ("report.html", "report-details.html")
+    return "".join((folder / name).read_text(encoding="utf-8") for name in names)
+
+
 @contextmanager
 def pdf_in_ci(config: pytest.Config) -> Iterator[None]:
     """The PDF is laid out where the slow tests run: once for every kind of page."""

@@ -18,7 +18,7 @@ from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics import verdict_rows
-from gaitval.metrics.groups import group_rows
+from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.held_out import beyond, prediction_errors
 from gaitval.metrics.origin import measure_origin, record_origins
 from gaitval.metrics.results import metrics_from, read_metrics
@@ -185,9 +185,7 @@ def test_the_error_of_predictions_is_that_of_held_out_trials():
     ]
     assert others.trials == len(slower) < sum(1 + len(each.trials) for each in with_two)
     for found in (own, others):
-        assert [row.group for row in found.groups] == [
-            "sagittal angles", "moments", "vertical force", "fore-aft force", "medial force"
-        ]  # fmt: skip
+        assert [row.group for row in found.groups] == list(GROUPS)
         assert all(row.mean > 0.0 and row.sd > 0.0 for row in found.groups)
 
 
