@@ -152,11 +152,12 @@ def grid(
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
     norm: str = "",
+    spread: str = "± SD of the cycles",
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
-    by `words`, the band by `norm`, or by whose it is. `linked` panels show the moment of the
-    replay.
+    by `words`, the grey band by `norm`, or by whose it is, those around curves by `spread`.
+    `linked` panels show the moment of the replay.
     """
     with new_figure(height * len(panels) + 0.45, placed=True) as figure:
         every = _subplots(figure, panels)
@@ -170,7 +171,7 @@ def grid(
         for axes in every[-1]:
             axes.set_xlabel("% of gait cycle")
         shown = [panel for row in panels for panel in row]
-        handles = _handles(shown, words, norm)
+        handles = _handles(shown, words, norm, spread)
         figure.legend(
             handles=handles, loc="upper center", ncols=-(-len(handles) // 2), fontsize=8.0,
             borderaxespad=0.0,
@@ -199,8 +200,10 @@ def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.o
     return figure.subplots(rows, columns, sharex=True, squeeze=False)
 
 
-def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
-    """The curves of a grid of `panels` as CSV: record, mean and SD of each side, and the norm."""
+def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str:
+    """The curves of a grid of `panels` as CSV: what the walk is `beside` ("record" or "predicted"),
+    mean and SD of each side, and the norm.
+    """
     shown = [panel for row in panels for panel in row if panel.name]
     kinds = {panel.kind for panel in shown}
     columns: dict[str, Column] = {"percent": PERCENT}
@@ -209,14 +212,16 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
         name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
         for curve in panel.curves:
             key = name if curve.side is None else f"{name}_{curve.side[0]}"
-            columns[f"{key}_{'mean' if curve.which == 'walk' else 'record'}"] = curve.mean
+            columns[f"{key}_{'mean' if curve.which == 'walk' else beside}"] = curve.mean
             columns[f"{key}_sd"] = curve.sd
         if panel.norm is not None:
             columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm[:2]
     return table(columns)
 
 
-def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list[Line2D | Patch]:
+def _handles(
+    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str
+) -> list[Line2D | Patch]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
     handles: list[Line2D | Patch] = []
@@ -227,7 +232,7 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
                 handles.append(Line2D([], [], **look, label=f"{label}, {side}" if side else label))
     known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
     if any(np.isfinite(each).any() for each in known):  # a single cycle has none
-        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
+        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label=spread))
     if any(each.strides is not None for panel in panels for each in panel.curves):
         handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
     if bands := [panel.norm for panel in panels if panel.norm is not None]:

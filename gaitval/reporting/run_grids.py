@@ -25,7 +25,7 @@ from gaitval.model.urdf import read_urdf
 from gaitval.quantities import BY_NAME
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
-from gaitval.reporting import grids
+from gaitval.reporting import figure_data, grids
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.simulation.rollout import Rollout
@@ -106,7 +106,10 @@ def figures(
         )
         for name, each in rows.items()
     }
-    return draws, {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
+    beside = figure_data.compared_name(metrics)
+    return draws, {
+        name: grids.grid_table(each, beside) for name, each in rows.items() if name != "curves"
+    }
 
 
 def _panel(

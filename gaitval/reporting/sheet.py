@@ -181,8 +181,12 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
                 "label": f"{label}, {side}" if side else label,
                 "unit": "% of cycle" if row.unit == "1" else row.unit,
                 **{
-                    name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
-                    for name in ("mean", "sd", "recorded")
+                    name: _read(metrics, f"{place}/{at}", digits=digits, scale=share)
+                    for name, at in (
+                        ("mean", "mean"),
+                        ("sd", "sd"),
+                        ("recorded", "recorded" if row.predicted is None else "predicted"),
+                    )
                 },
                 **{
                     f"norm_{name}": Cell(

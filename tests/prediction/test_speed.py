@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from ankle_gaits import ankles
 
 from gaitval.configuration import RecordSettings
 from gaitval.constants import GRAVITY
@@ -13,10 +14,10 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import rms
+from gaitval.prediction import speed as speed_module
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form, symmetric
 from gaitval.prediction.population import change_with_speed, expected, other_people
-from gaitval.prediction import speed as speed_module
 from gaitval.prediction.speed import (
     OWN_CHANGE_SPAN,
     STRIDE_TIME_EXPONENT,
@@ -198,41 +199,6 @@ def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(spa
     own = np.log(1.6 / 2.0) / np.log(fast.speed / 0.4)
     exponent = share * own + (1.0 - share) * STRIDE_TIME_EXPONENT
     assert found.stride_time == pytest.approx(1.6 * ((fast.speed + away) / fast.speed) ** exponent)
-
-
-def ankles(gait_data):
-    """Gaits of 30 people at up to eight speeds, of which only the ankle is known: its angle (rad) in
-    the place of the first angle, its moment (Nm/kg) in that of the first moment; without the three
-    whose other trials are built in.
-    """
-    places = {"ankle_angle_deg": "angles", "ankle_moment_nm_kg": "moments"}
-    folder = gait_data / "wbds_ankle"
-    walked, found = {}, {}
-    with (folder / "WBDSinfo.csv").open(encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            number, at, trial = row["FileName"][4:6], row["GaitSpeed(m/s)"], row["FileName"][10:13]
-            if "walkT" in row["FileName"] and at != "--":
-                legs = float(row["LegLength"])
-                walked[f"S{number}", trial] = float(at) / np.sqrt(GRAVITY * legs)
-    with (folder / "ankle.csv").open(encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            key = row["subject"], row["trial"]
-            if key in walked and key[0] not in {"S01", "S14", "S21"}:
-                values = np.array([float(row[f"p{percent}"]) for percent in range(100)])
-                if "angle" in row["quantity"]:
-                    values = np.radians(values)
-                found.setdefault(key, {})[places[row["quantity"]]] = values
-    base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
-    people = {}
-    for key, curves in sorted(found.items()):
-        if len(curves) == 2 and all(np.isfinite(each).all() for each in curves.values()):
-            whole = {name: 0.0 * getattr(base, name) for name in curves}
-            for name, values in curves.items():
-                whole[name][0] = values
-            people.setdefault(key[0], []).append(replace(base, speed=walked[key], **whole))
-    return [
-        sorted(gaits, key=lambda each: each.speed) for gaits in people.values() if len(gaits) > 4
-    ]
 
 
 def test_how_much_the_own_change_counts_is_what_predicts_other_peoples_ankles(
