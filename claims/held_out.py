@@ -12,6 +12,8 @@ import numpy as np
 
 import claims
 from claims import ROOT, Claim
+from claims.marked_table import with_table
+from gaitval.artefacts import write_text
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
@@ -192,7 +194,7 @@ def speeds(_: claims.Given) -> list[Claim]:
     rows = speed_rows(found)
     for which, those in zip(("15 %", "40 %"), split_by_speed(found), strict=True):
         before = {name: predicted_errors(*name.split("-")) for name in those}
-        for group, (kind, names) in {**groups.GROUPS, **ADDUCTION}.items():
+        for group, (kind, names) in speed_groups().items():
             walked = np.mean([mean(each["errors"][kind], names) for each in those.values()])
             predicted = np.mean([mean(before[name][kind], names) for name in those])
             what = f"unseen speed within {which}: {group}, error of the walk"
@@ -200,6 +202,38 @@ def speeds(_: claims.Given) -> list[Claim]:
             what += " over that of the statistical prediction"
             rows.append(Claim(what, float(walked / predicted), "1", len(those)))
     return rows
+
+
+PAGE = ROOT / "docs" / "held-out.md"
+
+
+def speed_table() -> str:
+    """Errors of statistics and walks, near and far in speed, for the page."""
+    lines = [
+        "| | sagittal angles ° | moments Nm/kg | hip adduction moment | vertical | fore-aft "
+        "| medial % BW |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for which, those in zip(("near", "far"), split_by_speed(stored("holdout")), strict=True):
+        before = {name: predicted_errors(*name.split("-")) for name in those}
+        cells: dict[str, list[str]] = {"the curves": [], "the walk": [], "ratio": []}
+        for group, (kind, names) in speed_groups().items():
+            digits = 2 if group.endswith("force") or kind == "angles" else 4
+            walked = np.mean([mean(each["errors"][kind], names) for each in those.values()])
+            predicted = np.mean([mean(before[name][kind], names) for name in those])
+            cells["the curves"].append(f"{predicted:.{digits}f}")
+            cells["the walk"].append(f"{walked:.{digits}f}")
+            cells["ratio"].append(f"{walked / predicted:.2f}")
+        label = f"{which}, {len(those)} trials"
+        lines += [f"| {label}: {row} | " + " | ".join(c) + " |" for row, c in cells.items()]
+    return "\n".join(lines)
+
+
+def speed_groups() -> dict[str, tuple[Any, tuple[str, ...]]]:
+    """Groups of curves of a walk at another speed: kind and names."""
+    every = {**groups.GROUPS, **ADDUCTION}
+    first = ("sagittal angles", "moments", *ADDUCTION)
+    return {name: every[name] for name in (*first, *(n for n in every if n.endswith("force")))}
 
 
 @claims.measured()
@@ -245,3 +279,7 @@ def predicted_errors(person: str, trial: str) -> dict[str, dict[str, float]]:
 def halves(_: claims.Given) -> list[Claim]:
     """Walks that know one half of a session's cycles, against the other half."""
     return halves_rows(stored("halves"))
+
+
+if __name__ == "__main__":
+    write_text(PAGE, with_table(PAGE.read_text(encoding="utf-8"), "speeds", speed_table()))

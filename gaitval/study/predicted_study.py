@@ -133,8 +133,11 @@ def predicted_correction_stage(run: Run) -> Stage:
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
         mu = nominal_parameters()
-        share = centred(task, policy, mu)
-        run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
+        # a policy that has learned a range is more biased at some speeds than at others
+        share = task.configuration.environment.centring
+        if policy.about["samples"]:
+            share = centred(task, policy, mu)
+            run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
         task = task.with_environment(centring=share)
         result = correct(
             task,
