@@ -295,9 +295,11 @@ def correct(
         none = np.zeros_like(sd)
         speed = targets_of(task.reference, task.model).speed
         known = slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES)
+        if accuracies is not ACCURACY:
+            known = known.reweighted(_by_accuracy(task, accuracies))
         found = search(
             lambda points: walk(points, start),
-            known.reweighted(_by_accuracy(task, accuracies)).scaled(sd),
+            known.scaled(sd),
             steps=settings.steps,
             allowed=lambda point: correction_of(sd * point).largest() <= settings.largest,
             on_step=progress,
