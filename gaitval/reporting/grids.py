@@ -85,6 +85,9 @@ _ANGLES: Final = {
 }
 """All others are called by their names."""
 
+CYCLES: Final = "± SD of the cycles"
+"""What the band around a walk's curve is."""
+
 Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
 
@@ -152,7 +155,7 @@ def grid(
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
     norm: str = "",
-    spread: str = "± SD of the cycles",
+    spread: str = CYCLES,
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
@@ -220,7 +223,7 @@ def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str
 
 
 def _handles(
-    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str
+    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = CYCLES
 ) -> list[Line2D | Patch]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
