@@ -150,7 +150,8 @@ def holdout(names: list[str], work: Path) -> None:
                 print(error, flush=True)
                 continue
             with (
-                live_view() as live, open_run(subject, configuration, folder, live) as range_run,
+                live_view() as live,
+                open_run(subject, configuration, folder, live) as range_run,
                 open_run(subject, configuration, folder / "at", live) as run,
             ):
                 run_prediction(run, range_run)

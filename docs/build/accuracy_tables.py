@@ -1,8 +1,9 @@
-"""Write the accuracy tables of README.md and reports/README.md from the stored baselines.
+"""Write the accuracy tables of README.md and reports/README.md from the stored baselines, and the
+figures that `fed_figures` finds in docs/ from the claims of the latest release.
 
-Every figure comes from files under reports/Snn/baseline, which `make baseline` writes: accuracy
-from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails if a table
-does not match the baselines (for CI).
+Every figure of a table comes from files under reports/Snn/baseline, which `make baseline` writes:
+accuracy from `metrics.json`, wall times from `times.json`. `--check` writes nothing and fails if a
+table does not match the baselines (for CI).
 """
 
 import argparse
@@ -16,6 +17,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import fed_figures
 import numpy as np
 
 from claims.marked_table import with_table
@@ -628,7 +630,7 @@ The arms are not recorded, and the comparison's low-pass filter hides what the f
 """
 ABOUT_PLATES = """\
 The records' plates read too little, and their centres of pressure are out of place
-([docs/decisions.md](../docs/decisions.md)). Walkers are given, and compared with, the corrected
+([docs/paper.md](../docs/paper.md)). Walkers are given, and compared with, the corrected
 record; here are their errors against the record as measured, and what is left of the difference
 between right and left moments (mean over the cycle, Nm/kg).
 """
@@ -672,7 +674,7 @@ def report(baselines: Sequence[Stored]) -> str:
 
 
 def main() -> int:
-    """Write, or with --check compare, both files."""
+    """Write, or with --check compare, all pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     check = parser.parse_args().check
@@ -686,10 +688,18 @@ def main() -> int:
             criteria_table(baselines).rstrip("\n"),
         ),
     }
+    values = fed_figures.claims(fed_figures.newest())
+    for page in sorted((ROOT / "docs").rglob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        if "<!-- table 1: begin -->" in text:
+            text = with_table(text, "table 1", fed_figures.people_table())
+        wanted[page] = fed_figures.fed(text, values, str(page.relative_to(ROOT)))
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
     for path in stale:
         if check:
-            sys.stderr.write(f"{path}: does not match the baselines. Run `make tables`.\n")
+            sys.stderr.write(
+                f"{path}: does not match the baselines or the claims. Run `make tables`.\n"
+            )
         else:
             path.write_text(wanted[path], encoding="utf-8")
     return int(check and bool(stale))

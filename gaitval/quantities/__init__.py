@@ -1,7 +1,7 @@
 """Quantities that follow from a gait: a file for each, and the table that everything loops over.
 
 The import page, `import.json`, `metrics.json`, reports, comparisons, cohorts and exports show what
-is in `QUANTITIES`, and nothing else has to know a new one. See docs/how-to/quantity.md.
+is in `QUANTITIES`, and nothing else has to know a new one. See docs/how-to/extend.md.
 """
 
 from collections.abc import Mapping

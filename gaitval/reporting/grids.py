@@ -85,9 +85,6 @@ _ANGLES: Final = {
 }
 """All others are called by their names."""
 
-CYCLES: Final = "± SD of the cycles"
-"""What the band around a walk's curve is."""
-
 Which = Literal["record", "walk"]
 """How a curve is drawn: black and wide, or narrow in the colour of its side."""
 
@@ -140,6 +137,9 @@ def title(name: str) -> str:
     return _ANGLES.get(curve, curve.replace("_", " ").capitalize())
 
 
+SPREAD: Final = "± SD of the cycles"
+"""What the band about a curve is, unless a page has another."""
+
 UNITS: Final = {
     "angles": "angle, °",
     "moments": "moment, Nm/kg",
@@ -155,12 +155,12 @@ def grid(
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
     norm: str = "",
-    spread: str = CYCLES,
+    spread: str = SPREAD,
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
-    by `words`, the grey band by `norm`, or by whose it is, those around curves by `spread`.
-    `linked` panels show the moment of the replay.
+    by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by
+    `spread`. `linked` panels show the moment of the replay.
     """
     with new_figure(height * len(panels) + 0.45, placed=True) as figure:
         every = _subplots(figure, panels)
@@ -223,7 +223,7 @@ def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str
 
 
 def _handles(
-    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = CYCLES
+    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = SPREAD
 ) -> list[Line2D | Patch]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}

@@ -27,6 +27,7 @@ from gaitval.study.identification_stages import (
     evaluate_stage,
     identify_stage,
     round_gained,
+    walks_to_identify,
 )
 from gaitval.study.inputs import GAIN, POLICY_FILES, round_errors, start_policy, stored
 from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
@@ -180,11 +181,11 @@ def run_subject(
 
 
 def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
-    """The stages `need`, `train` and `identify` of a round. Identification uses no policy, so in
+    """The stages `need`, `train` and `identify` of a round. If identification uses no policy, in
     the first round it runs beside the training.
     """
     training = need_stage(run, round_number), train_stage(run, round_number)
-    if round_number > 1:
+    if round_number > 1 or walks_to_identify(run.configuration):
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from followed_page import section_of
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.apps.cohort.study import summary_of
@@ -157,9 +158,9 @@ def test_the_storage_file_has_it_over_time_in_newtons(tmp_path: Path) -> None:
 
 
 def test_the_page_shows_what_is_in_the_package() -> None:
-    """docs/how-to/quantity.md: its pieces are those of the file, the table and the limits."""
+    """docs/how-to/extend.md: its pieces are those of the file, the table and the limits."""
     root = Path(__file__).parents[2]
-    text = (root / "docs" / "how-to" / "quantity.md").read_text(encoding="utf-8")
+    text = section_of("extend.md#add-a-quantity")
     pieces = re.findall(r"```(?:python|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
     assert {Path(file).name for file, _ in pieces} == {
         "tendon_force.py", "__init__.py", "tolerances.toml",

@@ -19,7 +19,6 @@ from gaitval.opensim.motion import (
 )
 from gaitval.opensim.osim import write_osim
 from gaitval.quantities.quantity import OverTime
-from gaitval.simulation.ground_wrenches import ground_wrenches
 
 LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""
@@ -38,7 +37,7 @@ def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
-    of_joints = walk.moments[walked.acting]
+    of_joints = walk.moments[rows]
     write_forces(moments, time, positions, np.hstack([np.zeros((len(time), 6)), of_joints]))
     powers = of_joints * walk.velocities[rows, len(ROOT) :]
     write_quantities(quantities, time, OverTime(positions[:, len(ROOT) :], of_joints, powers))
@@ -49,7 +48,7 @@ def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
 
 def foot_forces(walked: ExportedWalk) -> FootForces:
     """Force, centre of pressure and free moment on each foot, over the exported rows."""
-    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.acting]
+    wrenches = walked.walk.wrenches()[walked.rows]
     force, moment = wrenches[..., :3].copy(), wrenches[..., 3:]
     loaded = force[..., 2] > LOADED_N
     force[~loaded] = 0.0

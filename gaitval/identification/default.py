@@ -1,9 +1,10 @@
-"""Other ways to identify a body than the posterior with independent errors, for a study's run:
-`identification.method` names one of them.
+"""The default identification of a study, `identification.method=shared`: the posterior with errors
+that angles and belt share. Others are in `posterior` (independent errors), `rollouts` (the paper's)
+and `unidentified` (none).
 
-Bounds are `WIDE` SDs of the prior, so that none decides what is found, and the verdict is that of
-the posterior whatever the bound. The walker takes the posterior mean, which is shrunk towards the
-scaled body by as much as the record leaves open; nothing jumps at a threshold.
+Bounds are `unidentified.WIDE` SDs of the prior, so that none decides what is found, and the verdict
+is that of the posterior whatever the bound. The walker takes the posterior mean, which is shrunk
+towards the scaled body by as much as the record leaves open; nothing jumps at a threshold.
 """
 
 from collections.abc import Callable
@@ -11,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ConfigurationError
@@ -21,38 +21,18 @@ from gaitval.identification.body_report import in_words
 from gaitval.identification.combinations import correlation, judged_combinations, parameter_sum
 from gaitval.identification.offsets import offset_of
 from gaitval.identification.shared_errors import STUCK, identified
-from gaitval.identification.unidentified import unidentified
+from gaitval.identification.unidentified import bounded
 from gaitval.identification.verdicts import judged
 from gaitval.metrics.identified_body import MOST
 from gaitval.metrics.results import FoundParameters
 from gaitval.metrics.typed import number
 from gaitval.model.body import BodyModel
-from gaitval.model.parameters import nominal_parameters
-from gaitval.policy.storage import Policy
 from gaitval.reference.dynamic_fit import Solution
 
 WORDS: Final = "words"
 """What the report of a study says of the body (`bars.in_words`), in `identification.json`."""
-WIDE: Final = 2.5
 _Progress = Callable[[dict[str, float]], None]
 """Called with the generation, how many there are at most, and the value, as by `identify`."""
-
-
-def _bounded(mu: Array, prior_sd: Array, configuration: Configuration) -> FoundParameters:
-    """A result that walks with `mu`, within the wide bounds, with no posterior yet."""
-    empty = unidentified(configuration, prior_sd)
-    nominal = nominal_parameters()
-    lower, upper = nominal - WIDE * prior_sd, nominal + WIDE * prior_sd
-    # Neither is looked for.
-    lower[:2], upper[:2] = empty.lower[:2], empty.upper[:2]
-    return empty.model_copy(
-        update={
-            "identified": np.clip(mu, lower, upper).tolist(),
-            "lower": lower.tolist(),
-            "upper": upper.tolist(),
-            "on_bound": [bool(each) for each in (mu < lower) | (mu > upper)],
-        }
-    )
 
 
 def shared_identification(
@@ -82,7 +62,7 @@ def shared_identification(
     shared = identified(fit, fixed_body, offset_of(subject))
     posterior, (apart, _) = shared.posterior, shared.legs.estimate
     on_progress({"generation": 1, "total": 1, "value": shared.cost})
-    return _bounded(posterior.mean, posterior.prior_sd, configuration).model_copy(
+    return bounded(posterior.mean, posterior.prior_sd, configuration).model_copy(
         update={
             "posterior_mean": posterior.mean.tolist(),
             "standard_deviation": posterior.sd.tolist(),
@@ -98,40 +78,3 @@ def shared_identification(
             "converged": shared.left <= STUCK,
         }
     )  # fmt: skip
-
-
-def rollouts_identification(
-    fit: BodyFit,
-    record: GaitRecord,
-    model: BodyModel,
-    policy: Policy,
-    configuration: Configuration,
-    on_progress: _Progress,
-) -> FoundParameters:
-    """`identification.method=rollouts`: the paper's own, with a `policy` (the general one), on
-    `record` and the body (`model`) as scaled. It has no posterior, so no parameter is identified by
-    it; the walker takes its body all the same.
-
-    Of `fit` only the prior is used. The `configuration` has the
-    settings of the search and of walking; `on_progress` is called after each generation, with its
-    best epsilon.
-    """
-    from gaitval.identification.rollouts import BodyWalks, identified_by_rollouts
-
-    most = configuration.identification.generations
-
-    def on_generation(generation: int, best: float) -> None:
-        on_progress({"generation": generation, "total": most, "value": best})
-
-    found = identified_by_rollouts(
-        BodyWalks(record, model, policy, configuration),
-        fit.prior_sd, configuration.identification,
-        seed=configuration.seed, on_generation=on_generation,
-    )  # fmt: skip
-    return _bounded(found.mu, fit.prior_sd, configuration).model_copy(
-        update={
-            "posterior_mean": found.mu.tolist(),
-            "converged": found.searched.converged,
-            "history": list(found.searched.history),
-        }
-    )
