@@ -4,7 +4,8 @@
 
 PERRY.csv has EMG of 29 muscles over the gait cycle (Perry and Burnfield 2010, as digitised for
 Moco's paper; `percent_gait_cycle`, then a column a muscle). The walks are those of the ten built-in
-people's stored policies. `gaitval.musculature.sharing.CRITERIA` has its weights of contact forces from
+people's stored policies. `gaitval.musculature.sharing.CRITERIA` has its weights of contact forces
+from
 here. Minutes.
 """
 

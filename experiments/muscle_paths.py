@@ -249,7 +249,7 @@ def knee_motion(leg: Leg) -> dict[str, np.ndarray]:
 
 
 def bones(leg: Leg) -> dict[str, np.ndarray]:
-    """Joints and axes of the model, and its zero: see `gaitval.musculature.paths.MuscleSkeleton`."""
+    """Joints, axes and zero of the model: see `gaitval.musculature.paths.MuscleSkeleton`."""
     leg.pose(np.zeros(6))
     bodies = leg.model.getBodySet()
 

@@ -666,7 +666,8 @@ through the nine other people, which knows only walking speed and leg length. Sk
 walker; in brackets its 90 % interval, by drawing people again. Last column: curves (of each side)
 where the walker is nearer. Forces and moments are those
 of the corrected records; against the records as measured the skill of the moments is below zero,
-because the guess copies the fault of the plates ([Fitted and predicted](../docs/held-out.md)).
+because the guess copies the fault of the plates, and the walkers were told the corrected record
+([Fitted and predicted](../docs/held-out.md)).
 """
 ABOUT_UNRECORDED = """\
 The arms are not recorded, and the comparison's low-pass filter hides what the force does above

@@ -19,6 +19,7 @@ from gaitval.metrics.comparison import CurveError
 from gaitval.metrics.known_measures import ReadBy, Status
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins
+from gaitval.metrics.predicted_results import PredictedCurves
 from gaitval.metrics.quantity_results import JointPower, QuantityResult
 from gaitval.metrics.record_results import (
     CentreOfMass,
@@ -132,6 +133,14 @@ class SpatiotemporalResult(Result):
     mean: Number | None
     sd: Number | None
     recorded: Number | None
+    """Null at a speed that nobody recorded; files of earlier versions have the predicted one."""
+    predicted: Number | None = None
+    """At a speed that nobody recorded."""
+
+    @property
+    def wanted(self) -> float | None:
+        """What the walk is compared with: recorded or predicted."""
+        return self.recorded if self.predicted is None else self.predicted
 
 
 class WalkedCurves(Kinds[MeanCurve]):
@@ -384,6 +393,8 @@ class HeldOutErrors(Result):
     """How wrong gaitval's predictions of recorded trials are, see gaitval/metrics/held_out.py."""
 
     trials: Count
+    """Two trials of a person at two speeds are one difference and count once, as do trials at one
+    speed."""
     people: Count
     own: Flag
     """Whether they are trials of this person; else of other people, because this one has too
@@ -430,6 +441,8 @@ class Metrics(Displayed, Result):
     """The final walk against further trials at the same speed."""
     prediction_errors: HeldOutErrors | None = None
     """Of held-out trials, where nothing was recorded at the walk's speed."""
+    predicted: PredictedCurves | None = None
+    """Without a model, of a walk at another speed; null in files of earlier versions."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
     """The rollouts that measures and tolerances refer to."""

@@ -366,13 +366,13 @@ def spatiotemporal_measures(rows: Sequence[SpatiotemporalResult]) -> list[Measur
     row = {str(each.name): each for each in rows}
 
     def measure(kind: str, target: str, name: str, factor: float) -> Measure:
-        mean, recorded = row[name].mean, row[name].recorded
+        mean, recorded = row[name].mean, row[name].wanted
         if mean is None or recorded is None:
             return measured(kind, target, None)
         return measured(kind, target, abs(factor * (mean - recorded)))
 
     def relative(kind: str, name: str) -> Measure:
-        recorded = row[name].recorded
+        recorded = row[name].wanted
         return measure(kind, "walk", name, 100.0 / recorded if recorded else 0.0)
 
     return [

@@ -208,8 +208,10 @@ def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.o
     return figure.subplots(rows, columns, sharex=True, squeeze=False)
 
 
-def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
-    """The curves of a grid of `panels` as CSV: record, mean and SD of each side, and the norm."""
+def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str:
+    """The curves of a grid of `panels` as CSV: what the walk is `beside` ("record" or "predicted"),
+    mean and SD of each side, and the norm.
+    """
     shown = [panel for row in panels for panel in row if panel.name]
     kinds = {panel.kind for panel in shown}
     columns: dict[str, Column] = {"percent": PERCENT}
@@ -218,7 +220,7 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
         name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
         for curve in panel.curves:
             key = name if curve.side is None else f"{name}_{curve.side[0]}"
-            columns[f"{key}_{'mean' if curve.which == 'walk' else 'record'}"] = curve.mean
+            columns[f"{key}_{'mean' if curve.which == 'walk' else beside}"] = curve.mean
             columns[f"{key}_sd"] = curve.sd
         if panel.norm is not None:
             columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm[:2]

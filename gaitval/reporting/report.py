@@ -19,7 +19,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.gait.filters import FACTOR
 from gaitval.identification.body_report import Bar
-from gaitval.learning_control.walked import Walked
+from gaitval.learning_control.walked import ACCURACY, PREDICTED, Accuracies, Walked
 from gaitval.metrics.origin import not_recorded
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.recorded import CURVE_UNITS
@@ -51,6 +51,7 @@ from gaitval.reporting import (
     figure_data,
     figures,
     grids,
+    prediction_part,
     run_grids,
     tables,
 )
@@ -125,8 +126,10 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._
     ]
 
 
-def _correction(found: CorrectionResult | None) -> tables._Row | None:
-    """What the correction of the reference changes, in degrees, and its effect."""
+def _correction(found: CorrectionResult | None, accuracies: Accuracies) -> tables._Row | None:
+    """What the correction of the reference changes, in degrees, and its effect; errors weigh by
+    `accuracies`.
+    """
     if found is None:
         return None
     adjustment = Adjustment.from_dict(found.as_dict(), METRICS)
@@ -153,7 +156,7 @@ def _correction(found: CorrectionResult | None) -> tables._Row | None:
     return {
         **dict(found),
         "after": Walked(
-            np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}
+            np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}, accuracies
         ).error(),
         "groups": groups,
         "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
@@ -383,6 +386,8 @@ def _context(folder: Path) -> dict[str, Any]:
     walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
     drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
+    predicted, of_prediction, numbers = prediction_part.shown(metrics)
+    drawn, data = drawn | of_prediction, data | numbers
     body, bars = None, list[Bar]()
     looked_for = "identification" in metrics.told["angles"]
     if looked_for and (folder / body_bars.FILE).is_file():
@@ -406,6 +411,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "judged": metrics.is_recorded_at_all,
         "unjudged": unjudged_text(metrics.origins).strip(),
         "distances": tables.distances(metrics),
+        "predicted_curves": predicted,
         "known": tables.known_quantities(metrics),
         "unseen": tables.unseen(metrics),
         "error_tables": tables.error_table(metrics),
@@ -419,7 +425,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "parameters": _parameters(metrics.identification, bars if shared else ()),
         "statistics": whole and curve_statistics.tables(whole, subject),
         "correlated": _correlated(metrics.identification),
-        "correction": _correction(metrics.correction),
+        "correction": _correction(metrics.correction, PREDICTED if metrics.predicted else ACCURACY),
         "spatiotemporal": walk.spatiotemporal,
         "sheet": sheet(metrics, subject),
         "scaling": _scaling(folder / "scaling.csv"),

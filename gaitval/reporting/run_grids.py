@@ -25,7 +25,7 @@ from gaitval.model.urdf import read_urdf
 from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
-from gaitval.reporting import grids
+from gaitval.reporting import figure_data, grids
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.grids import DrawnCurve, Panel
 from gaitval.reporting.muscle_figures import DrawnMuscles
@@ -112,7 +112,10 @@ def figures(
         )
         for name, each in rows.items()
     }
-    tables = {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
+    beside = figure_data.compared_name(metrics)
+    tables = {
+        name: grids.grid_table(each, beside) for name, each in rows.items() if name != "curves"
+    }
     if (shown := walked_muscles(metrics)) is not None:
         draws |= {"activations": shown.activations, "contacts": shown.contacts}
         tables |= shown.tables()

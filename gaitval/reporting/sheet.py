@@ -321,8 +321,11 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[ParameterRow]:
         plain = row.name.removesuffix(f"_{side}")
         label = plain.removesuffix("_fraction").replace("_", " ").capitalize()
         of = {
-            name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
-            for name in ("mean", "recorded")
+            name: _read(metrics, f"{place}/{of}", digits=digits, scale=share)
+            for name, of in (
+                ("mean", "mean"),
+                ("recorded", "recorded" if row.predicted is None else "predicted"),
+            )
         }
         if rows and rows[-1].label == label:  # the other side's
             rows[-1] = rows[-1]._replace(of=(*rows[-1].of, of))

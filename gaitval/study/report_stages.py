@@ -42,7 +42,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     from gaitval.metrics.results import CorrectionResult, IdentificationResult
     from gaitval.metrics.rollouts import Rollouts
     from gaitval.metrics.validation import validate
-    from gaitval.prediction.known import is_unrecorded
+    from gaitval.prediction.known import is_predicted, is_unrecorded
     from gaitval.simulation.rollout import Rollout
 
     def rollouts(name: str, went: "Sequence[Endurance] | None") -> Rollouts | None:
@@ -77,6 +77,11 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         prediction_errors=expected_errors,
         training=stored(run, f"policy/{GAIN}", LearningGain),
     )
+    if is_predicted(settings):
+        from gaitval.metrics.held_out import predicted_curves, with_predicted
+
+        curves = predicted_curves(run.subject, settings, people)
+        found = with_predicted(found, curves)
     # of the file beside it, which has neither devices nor the trial that is held out as its own
     path = run.folder / "subject.toml"
     subject = value_hash(file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN))
