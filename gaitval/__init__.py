@@ -12,6 +12,8 @@ from gaitval.current_folder import ignore as _ignore_current_folder
 __version__ = "0.3.0"
 
 _HOMES = {
+    "against_healthy": "changes",
+    "change": "changes",
     "compare": "walks",
     "import_session": "sessions",
     "inverse_dynamics": "motions",

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from gaitval.apps.changes.results import CHANGE_VERSION, ChangeResult
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.importing.results import IMPORT_VERSION, ImportResult
 from gaitval.metrics.results import (
@@ -35,6 +36,9 @@ def schemas() -> dict[Path, dict[str, Any]]:
         ),
         PACKAGE / "apps/judge/judge.schema.json": schema(
             JudgeResult, name="judge", version=JUDGE_VERSION
+        ),
+        PACKAGE / "apps/changes/change.schema.json": schema(
+            ChangeResult, name="change", version=CHANGE_VERSION
         ),
         PACKAGE / "importing/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION

@@ -193,6 +193,7 @@ PICTURES: Final = {
     "device": Picture("device", "S05-ankle_spring/device.html", device),
     "body": Picture("body", "body.html", beginning),
     "compare": Picture("compare", "compare/comparison.html", beginning),
+    "change": Picture("change", "change/change.html", beginning),
     "judge": Picture("judge", "judged/judge.html", beginning),
     "events": Picture("events", "events.svg", whole),
     "markers": Picture("markers", "my.svg", left_half),
@@ -215,6 +216,17 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
         "--out",
         "compare",
     ),
+    "first-half": (
+        *("import", "--static", "{data}/wbds/raw/WBDS01static1.c3d"),
+        *("--trial", "{data}/wbds/raw/WBDS01walkT01.c3d", "--trial-time", "0:15"),
+        *("--mass", "74.3", "--height", "1.725", "--sex", "M", "--out", "first-half"),
+    ),
+    "second-half": (
+        *("import", "--static", "{data}/wbds/raw/WBDS01static1.c3d"),
+        *("--trial", "{data}/wbds/raw/WBDS01walkT01.c3d", "--trial-time", "15:30"),
+        *("--mass", "74.3", "--height", "1.725", "--sex", "M", "--out", "second-half"),
+    ),
+    "change": ("change", "first-half", "second-half", "--out", "change"),
     "judge": (
         *("judge", "imported/recording/model.osim", "--out", "judged"),
         *("--ik", "imported/recording/trial1_ik.mot", "--id", "imported/recording/trial1_id.sto"),
@@ -246,7 +258,14 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
     ),
 }
 """The command of each step, run in the work folder."""
-BEFORE: Final = {"judge": "imported", "events": "sample", "markers": "sample", "imported": "sample"}
+BEFORE: Final = {
+    "judge": "imported",
+    "events": "sample",
+    "markers": "sample",
+    "imported": "sample",
+    "second-half": "first-half",
+    "change": "second-half",
+}
 """The step that another one needs."""
 DISSIPATION: Final = "contact.dissipation"
 """What the law of contact reads, for `softened`."""

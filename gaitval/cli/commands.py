@@ -12,6 +12,12 @@ def _body() -> Added:
     return body
 
 
+def _change() -> Added:
+    from gaitval.apps.changes.command import change
+
+    return change
+
+
 def _check() -> Added:
     from gaitval.cli.check import check
 
@@ -128,6 +134,7 @@ def _virtual() -> Added:
 
 TABLE: Final[dict[str, Callable[[], Added]]] = {
     "body": _body,
+    "change": _change,
     "check": _check,
     "cohort": _cohort,
     "compare": _compare,

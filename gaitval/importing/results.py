@@ -248,7 +248,11 @@ class ImportResult(Result):
     measurement: list[dict[str, str | _Figure]] = Field(default_factory=list)
     """Each a `gaitval.measurement.fault_text.FaultRow`."""
     bands: dict[str, dict[str, list[_Figure] | dict[str, Number]]] = Field(default_factory=dict)
-    """Of each curve: `half` of the width of its band of 90 %, and `sources`: shares of it."""
+    """Of each curve: `half` of the width of its band of 90 %, `sources`: shares of it, and `again`:
+    half of the width without what is alike in every session of the person."""
+    bands_at_once: _Figure = None
+    """Standard deviations of `again` within which 95 % of second sessions are at every point of
+    every curve; older files have none."""
     trials: Annotated[list[TrialResult], Field(min_length=1)]
     functional: list[FunctionalResult] = Field(default_factory=list)
     quantities: dict[str, QuantityResult] = Field(default_factory=dict)

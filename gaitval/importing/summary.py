@@ -144,7 +144,8 @@ def summary_of(found: Import) -> page.RecordingSummary:
             f"{kind}/{name}": curve.curves
             for kind, curves in (("angles", found.angles), ("moments", found.moments))
             for name, curve in curves.items()
-        },
+        }
+        | _force_strides(found),
         age=request.age,
         leg_length=found.body.chosen.hip_height,
         residuals=None
@@ -182,12 +183,26 @@ def _force_curves(found: Import) -> dict[str, tuple[Array, Array]]:
     return {
         f"{name}_{side[0]}": (sign * force.mean[:, axis], force.deviation[:, axis])
         for side, force in found.forces.items()
-        for name, axis, sign in (
-            ("forward", 0, 1.0),
-            ("medial", 1, 1.0 if side == "right" else -1.0),
-            ("vertical", 2, 1.0),
-        )
+        for name, axis, sign in _force_axes(side)
     }
+
+
+def _force_strides(found: Import) -> dict[str, Array]:
+    """The ground reaction of each cycle, as `_force_curves` has the means."""
+    return {
+        f"forces/{name}_{side[0]}": sign * force.curves[:, :, axis]
+        for side, force in found.forces.items()
+        for name, axis, sign in _force_axes(side)
+    }
+
+
+def _force_axes(side: Side) -> tuple[tuple[str, int, float], ...]:
+    """Name, axis and sign of the components of a side's ground reaction."""
+    return (
+        ("forward", 0, 1.0),
+        ("medial", 1, 1.0 if side == "right" else -1.0),
+        ("vertical", 2, 1.0),
+    )
 
 
 def _stance_fraction(found: Import, side: Side) -> float:

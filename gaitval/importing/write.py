@@ -11,7 +11,14 @@ import numpy as np
 import pandas as pd
 
 from gaitval.arrays import Array
-from gaitval.artefacts import replacing, value_hash, versions, write_json, write_text
+from gaitval.artefacts import (
+    replacing,
+    value_hash,
+    versions,
+    write_arrays,
+    write_json,
+    write_text,
+)
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
@@ -27,7 +34,11 @@ from gaitval.model.urdf import write_urdf
 from gaitval.opensim import of_import
 from gaitval.quantities import BY_NAME, Found
 from gaitval.reporting.figure_data import FOLDER as FIGURES
-from gaitval.reporting.recording_report import quantities_of, write_recording_report
+from gaitval.reporting.recording_report import (
+    RecordingSummary,
+    quantities_of,
+    write_recording_report,
+)
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
@@ -38,6 +49,8 @@ FOLDER: Final = "recording"
 
 SUBJECT: Final = "subject.toml"
 RECORD: Final = "import.json"
+CYCLES: Final = "cycles.npz"
+"""Every cycle of every curve; see `cycle_curves`."""
 REFUSED: Final = "refused"
 
 
@@ -102,6 +115,8 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         written += write_body(target, found.body, found.session.marker_set.name)
         written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
         summary = summary_of(found)
+        write_arrays(target / CYCLES, cycle_curves(summary))
+        written.append(target / CYCLES)
         quantities = quantities_of(summary)
         written.append(write_table(target / "curves.csv", _curve_table(found, quantities)))
         write_recording_report(target, summary, configuration.report)
@@ -137,6 +152,13 @@ def cycle_table(trials: Sequence[WalkingTrial]) -> pd.DataFrame:
                 row = asdict(cycle) | {"trial": walk.name}
                 rows.append(row | {"reasons": "; ".join(cycle.reasons)})
     return pd.DataFrame(rows)
+
+
+def cycle_curves(summary: RecordingSummary) -> dict[str, Array]:
+    """The curves (n, 101) of the n gait cycles in the means, by "angles/knee_angle_r": rad, Nm/kg,
+    body weights, as `RecordingSummary.strides`; in single precision, which halves the file.
+    """
+    return {name: np.asarray(curves).astype(np.float32) for name, curves in summary.strides.items()}
 
 
 def _curve_table(found: Import, quantities: Mapping[str, Found]) -> pd.DataFrame:
@@ -203,6 +225,7 @@ def _record(found: Import) -> dict[str, Any]:
         ],
         "measurement": [] if seen is None else [asdict(row) for row in seen.faults],
         "bands": {} if seen is None else seen.band_records(),
+        "bands_at_once": None if seen is None else seen.at_once(),
         "trials": [_trial_record(walk) for walk in found.trials],
         "functional": [joint.record() for joint in found.functional],
     }

@@ -62,6 +62,13 @@ REMEDIES: Final = {
     "soft tissue": "clusters of markers on plates of thigh and shank",
 }
 
+LASTING: Final = ("hip centres", "mass of the ")
+"""Sources that are the person's, not the session's: what a regression misses by in this body, it
+misses by in every session. All others are counted as new in each, soft tissue and plates too,
+which is the safe side: a change must be larger to be more than re-measuring."""
+DRAWS: Final = 2_000
+"""Sessions drawn for `Bands.at_once`: the 95 % are then known to within .5 %."""
+
 _BandCurves = dict[str, Array]
 AXES: Final = ("forward", "left", "up")
 """Of a force, in the names of its curves."""
@@ -79,12 +86,18 @@ class Bands:
     shares : by curve ("length_thigh_right" of a length), the sources of its variance over the
         cycle, the largest first, with their shares.
     remedy : which recording would make the bands narrower most, and by how much of the variance.
+    again : `half` of what a second session of the same person would have otherwise: without
+        `LASTING` sources.
+    at_once : standard deviations of `again` within which 95 % of second sessions are at every
+        point of every curve.
     """
 
     half: _BandCurves
     lengths: dict[str, float]
     shares: dict[str, tuple[tuple[str, float], ...]]
     remedy: tuple[str, float]
+    again: _BandCurves
+    at_once: float
 
 
 @dataclass(frozen=True)
@@ -124,6 +137,7 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
         return None
     base, lengths = chain.run(chain.nothing)
     parts: dict[str, _BandCurves] = {}
+    session: list[_BandCurves] = []
     of_lengths: dict[str, dict[str, float]] = {}
     for change in chain.changes():
         try:
@@ -136,13 +150,50 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
                 continue
         moved = {name: curves[name] - base[name] for name in base}
         _add(parts, change.source, moved)
+        if not change.source.startswith(LASTING):
+            session.append(moved)
         for name in lengths:
             of = of_lengths.setdefault(change.source, {})
             of[name] = of.get(name, 0.0) + (other[name] - lengths[name]) ** 2
     for source, curves in chain.of_loads(seen):
-        _add(parts, source, {name: curves[name] - base[name] for name in curves})
-    _add(parts, "cycle to cycle", _between_cycles(found))
-    return _summed(parts, of_lengths)
+        moved = {name: curves[name] - base[name] for name in curves}
+        _add(parts, source, moved)
+        if not source.startswith(LASTING):
+            session.append(moved)
+    between = _between_cycles(found)
+    _add(parts, "cycle to cycle", between)
+    return _summed(parts, of_lengths, _at_once(session, between))
+
+
+def _at_once(session: Sequence[_BandCurves], between: _BandCurves) -> float:
+    """Standard deviations within which 95 % of sessions are at all points of all curves; `session`
+    has what each of its own sources moves, `between` the standard errors of the means. Sides are
+    drawn apart, as the landmarks of two legs are.
+    """
+    random = np.random.default_rng(0)
+    largest = np.zeros(DRAWS)
+    for suffix in ("_r", "_l"):
+        names = sorted({n for of in session for n in of if n.endswith(suffix)} & between.keys())
+        if not names:
+            continue
+        moved = np.array(
+            [
+                np.concatenate([of.get(n, np.zeros_like(between[n])) for n in names])
+                for of in session
+                if any(n in of for n in names)
+            ]
+        )
+        cycles = [between[name] for name in names]
+        error = np.concatenate(cycles)
+        deviation = np.sqrt(np.sum(moved**2, axis=0) + error**2)
+        known = deviation > 0.0
+        # A mean of cycles is off alike over a curve, or it would not be smooth.
+        sizes = np.repeat(np.arange(len(names)), [len(each) for each in cycles])
+        drawn = random.standard_normal((DRAWS, len(moved))) @ moved
+        drawn += random.standard_normal((DRAWS, len(names)))[:, sizes] * error
+        peaks = np.abs(drawn[:, known] / deviation[known]).max(axis=1, initial=0.0)
+        largest = np.maximum(largest, peaks)
+    return float(np.quantile(largest, 0.95))
 
 
 def _add(parts: dict[str, _BandCurves], source: str, moved: _BandCurves) -> None:
@@ -151,9 +202,15 @@ def _add(parts: dict[str, _BandCurves], source: str, moved: _BandCurves) -> None
         of[name] = of.get(name, 0.0) + values**2
 
 
-def _summed(parts: dict[str, _BandCurves], lengths: dict[str, dict[str, float]]) -> Bands:
+def _summed(
+    parts: dict[str, _BandCurves], lengths: dict[str, dict[str, float]], at_once: float
+) -> Bands:
     names = sorted({name for of in parts.values() for name in of})
     total = {name: sum(of[name] for of in parts.values() if name in of) for name in names}
+    own = {
+        name: sum(of[name] for s, of in parts.items() if name in of and not s.startswith(LASTING))
+        for name in names
+    }
     shares = {}
     groups = dict.fromkeys(REMEDIES, 0.0)
     for name in names:
@@ -177,6 +234,8 @@ def _summed(parts: dict[str, _BandCurves], lengths: dict[str, dict[str, float]])
         lengths=sizes,
         shares=shares,
         remedy=(REMEDIES[widest], groups[widest]),
+        again={name: np.minimum(NINETY * np.sqrt(own[name]), _widest(name)) for name in names},
+        at_once=at_once,
     )
 
 

@@ -110,13 +110,19 @@ class Measurement:
         """Rows of the page's table of bands."""
         return [] if self.bands is None else band_rows(self.curves, self.bands)
 
+    def at_once(self) -> float | None:
+        """`Bands.at_once`; None without bands."""
+        return None if self.bands is None else self.bands.at_once
+
     def band_records(self) -> dict[str, dict[str, object]]:
         """The bands by curve and length (m), with the sources of their variance: `import.json`."""
         if self.bands is None:
             return {}
         lengths = {f"length_{name}": np.array([m]) for name, m in self.bands.lengths.items()}
+        again = self.bands.again
         return {
             name: {"half": values.tolist(), "sources": dict(self.bands.shares[name])}
+            | ({"again": again[name].tolist()} if name in again else {})
             for name, values in (self.bands.half | lengths).items()
         }
 

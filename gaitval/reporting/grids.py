@@ -137,6 +137,9 @@ def title(name: str) -> str:
     return _ANGLES.get(curve, curve.replace("_", " ").capitalize())
 
 
+SPREAD: Final = "± SD of the cycles"
+"""What the band about a curve is, unless a page has another."""
+
 UNITS: Final = {
     "angles": "angle, °",
     "moments": "moment, Nm/kg",
@@ -152,11 +155,12 @@ def grid(
     figure_name: str,
     words: tuple[str, str] = ("record", "walk"),
     norm: str = "",
+    spread: str = SPREAD,
     linked: bool = True,
 ) -> str:
     """Rows of `panels` as SVG `figure_name`, each row `height` inches: record and walk are called
-    by `words`, the band by `norm`, or by whose it is. `linked` panels show the moment of the
-    replay.
+    by `words`, the band of healthy people by `norm`, or by whose it is, that of a curve by
+    `spread`. `linked` panels show the moment of the replay.
     """
     with new_figure(height * len(panels) + 0.45, placed=True) as figure:
         every = _subplots(figure, panels)
@@ -170,7 +174,7 @@ def grid(
         for axes in every[-1]:
             axes.set_xlabel("% of gait cycle")
         shown = [panel for row in panels for panel in row]
-        handles = _handles(shown, words, norm)
+        handles = _handles(shown, words, norm, spread)
         figure.legend(
             handles=handles, loc="upper center", ncols=-(-len(handles) // 2), fontsize=8.0,
             borderaxespad=0.0,
@@ -216,7 +220,9 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
     return table(columns)
 
 
-def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list[Line2D | Patch]:
+def _handles(
+    panels: Sequence[Panel], words: tuple[str, str], norm: str, spread: str = SPREAD
+) -> list[Line2D | Patch]:
     """What the legend has: only what some panel shows."""
     drawn = {(each.which, each.side) for panel in panels for each in panel.curves}
     handles: list[Line2D | Patch] = []
@@ -227,7 +233,7 @@ def _handles(panels: Sequence[Panel], words: tuple[str, str], norm: str) -> list
                 handles.append(Line2D([], [], **look, label=f"{label}, {side}" if side else label))
     known = [each.sd for panel in panels for each in panel.curves if each.sd is not None]
     if any(np.isfinite(each).any() for each in known):  # a single cycle has none
-        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="± SD of the cycles"))
+        handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label=spread))
     if any(each.strides is not None for panel in panels for each in panel.curves):
         handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
     if bands := [panel.norm for panel in panels if panel.norm is not None]:

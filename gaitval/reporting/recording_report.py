@@ -16,10 +16,12 @@ import numpy as np
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES, Side
+from gaitval.datasets.plausible import ADULT
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.quantity_results import found_quantities
 from gaitval.metrics.recording_limits import State
+from gaitval.metrics.single_case import compare_with_group
 from gaitval.quantities import BY_NAME, Found
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
@@ -289,10 +291,35 @@ def write_recording_report(
         "gates": sorted(summary.gates, key=lambda gate: (not gate.failed, not gate.applies)),
         "markers": _marker_rows(summary),
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
+        "case": _case(summary),
         "left_out_reasons": Counter(one.reason for one in summary.left_out).most_common(),
         **_drawings(summary),
     }
     write_page(folder, "recording", "recording.html.j2", context, settings)
+
+
+def _case(summary: RecordingSummary) -> dict[str, Any] | None:
+    """The person against healthy adults; None for a child, and without angles."""
+    if summary.age is not None and summary.age < ADULT:
+        return None
+    angles = {name: np.degrees(mean) for name, (mean, _) in summary.angles.items()}
+    found = compare_with_group(angles)
+    if found is None:
+        return None
+    return {
+        "people": found.people,
+        "p": found.p,
+        "outside": [
+            {
+                "name": name[:-2],
+                "side": "right" if name[-1] == "r" else "left",
+                "first": region.first,
+                "last": region.last,
+            }
+            for name, regions in found.regions.items()
+            for region in regions
+        ],
+    }
 
 
 def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:

@@ -53,6 +53,9 @@ class SessionMeasurement(MeasurementPart, Protocol):
     def band_records(self) -> dict[str, dict[str, object]]:
         """The bands by curve and length (m), with the sources of their variance."""
 
+    def at_once(self) -> float | None:
+        """Standard deviations within which all curves of a second session stay (`Bands`)."""
+
 
 @dataclass(frozen=True)
 class Import:

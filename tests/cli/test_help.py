@@ -107,8 +107,8 @@ def test_the_template_makes_a_subject(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_main_jobs_come_first_and_single_stages_last() -> None:
-    assert list(ROOT.commands)[:7] == [
-        *("subject", "import", "predict", "report", "check", "compare", "device")
+    assert list(ROOT.commands)[:8] == [
+        *("subject", "import", "predict", "report", "change", "check", "compare", "device")
     ]
     core = {name for names in PANELS.values() for name in names}
     assert set(ROOT.commands) == core | set(TABLE)

@@ -10,7 +10,7 @@ import pytest
 from html_page import Page, only_html, pdf_in_ci, without_figures
 from matplotlib.colors import to_hex
 from seen_figures import figure_of, forward, lines
-from verdict_words import rows_of
+from verdict_words import plain, rows_of
 
 from gaitval.apps.regression import comparison_page
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
@@ -249,7 +249,7 @@ def test_who_walked_twice_counts_once_in_the_mean(
     walks = [walk("S05", "one"), walk("S05", "two"), walk("S02")]
     write_comparison(tmp_path, "c", walks, None)
     text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
-    assert "mean ± SD, 2 people (3 walks, those of one person averaged first)" in text
+    assert "mean ± SD, fitted, 2 people (3 walks, those of one person averaged first)" in text
     errors = [group_rows(walk(name).metrics)[0].walked for name in ("S05", "S02")]
     assert f"{number(np.mean(errors), 2)} ± {number(np.std(errors, ddof=1), 2)}" in text
     write_comparison(tmp_path, "d", walks[:2], None)
@@ -297,7 +297,10 @@ def test_changes_are_drawn_in_margins_with_worse_to_the_right() -> None:
 @pytest.mark.parametrize(("kind", "name"), comparison_page.CURVES)
 def test_curves_of_each_walk_are_its_own_by_side(kind: str, name: str) -> None:
     now, then = walk("S05"), walk("S02")
-    figure = figure_of(lambda: comparison_page._panels([now, then], kind, name, {id(now): then}, 0))
+    names = [now.subject, then.subject]
+    figure = figure_of(
+        lambda: comparison_page._panels([now, then], names, kind, name, {id(now): then}, 0)
+    )
     for axes, one, before in zip(figure.axes, (now, then), (then, None), strict=True):
         assert forward(axes)
         assert axes.get_title(loc="left") == one.subject
@@ -311,3 +314,64 @@ def test_curves_of_each_walk_are_its_own_by_side(kind: str, name: str) -> None:
             assert [line[0, 0] for line in lines(axes, colour)] == [0.0] * len(expected)
         recorded = [one.metrics.record.curves.of(kind)[f"{name}_{side}"] for side in "rl"]
         np.testing.assert_allclose([e[:, 1] for e in lines(axes, RECORD_COLOUR)], recorded)
+
+
+def told_angles(found: StoredWalk) -> StoredWalk:
+    """The walk as of a model that was told the angles alone."""
+    told = {kind: kind == "angles" for kind in found.metrics.told}
+    return replace(found, metrics=found.metrics.model_copy(update={"told": told}))
+
+
+def test_walks_of_one_person_are_named_by_what_differs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    write_comparison(tmp_path, "c", [walk("S05", "a"), told_angles(walk("S05", "b"))], None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    text = " ".join(Page(html).text.split())
+    assert "1: S05 (told all)" in text
+    assert "2: S05 (told angles)" in text
+    assert "a/S05)" not in text  # what they differ in is enough
+    for colour in comparison_page.WALK_COLOURS[:2]:
+        assert f'stroke="{colour}"' in html
+
+
+def test_a_mean_is_never_of_fitted_and_held_out_curves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    walks = [walk("S05"), walk("S02"), told_angles(walk("S06")), told_angles(walk("S07"))]
+    write_comparison(tmp_path, "c", walks, None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    rows = [
+        [plain(each) for each in re.findall(r"<th.*?>(.*?)</th>", row, re.S)]
+        for row in re.findall(r'<tr class="group">(.*?)</tr>', html, re.S)
+    ]
+    assert len(rows) == 2
+    vertical = [group_rows(each.metrics)[2].walked for each in walks]
+    assert "fitted, 4 people" in rows[0][0]  # all four of the angles
+    assert rows[0][3] == f"{number(np.mean(vertical[:2]), 2)} ± " + (
+        f"{number(np.std(vertical[:2], ddof=1), 2)} (2)"
+    )
+    assert "held out, 2 people" in rows[1][0]
+    assert rows[1][1] == "–"
+    assert rows[1][3].startswith(number(np.mean(vertical[2:]), 2))
+
+
+@pytest.mark.parametrize("kind", ["angles", "moments", "forces"])
+def test_few_walks_are_drawn_over_each_other_with_their_record(kind: str) -> None:
+    walks = [walk("S05"), walk("S02")]
+    figure = figure_of(lambda: comparison_page._overlay(walks, kind))
+    names = [name for each, name in comparison_page.CURVES if each == kind]
+    assert len(figure.axes) == 2 * len(names)
+    for number_, axes in enumerate(figure.axes):
+        side, name = "rl"[number_ // len(names)], names[number_ % len(names)]
+        for one, colour in zip(walks, comparison_page.WALK_COLOURS, strict=False):
+            expected = [
+                one.metrics.record.curves.of(kind)[f"{name}_{side}"],
+                one.metrics.walk.curves.of(kind)[f"{name}_{side}"].mean,
+            ]
+            np.testing.assert_allclose([e[:, 1] for e in lines(axes, colour)], expected)
+    same = figure_of(lambda: comparison_page._overlay([walks[0], told_angles(walks[0])], kind))
+    assert all(len(lines(axes, RECORD_COLOUR)) == 1 for axes in same.axes)

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
-VERSION: Final = 2
+VERSION: Final = 3
+"""3: walks are held to the speed without devices, and powers are filtered."""
 TITLES: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 MARGINS: Final = {
     "cycles": 0.5,

@@ -458,8 +458,14 @@ class DeviceEnvironment(WalkingEnvironment):
     times the excess a second, and what is recorded is where it would have been. On level ground
     that changes no force.
 
+    With a `pace` the walker is held to a speed instead, as on a treadmill: the reference does not
+    wait, and goes through the cycle at this pace and no other. What the policy shows of a place
+    behind the reference's then pulls the walker on, until it walks as fast; who cannot falls back
+    until it counts as a fall.
+
     Attributes
     ----------
+    pace : over that of the reference; None for one that the walker chooses.
     shift : (2,) m, forward and left, by which the walker has been moved since its reset.
     """
 
@@ -467,8 +473,11 @@ class DeviceEnvironment(WalkingEnvironment):
     SLACK = 0.05
     RETURN = 4.0
 
-    def __init__(self, task: DeviceTask, *, engine: Engine = "compiled") -> None:
+    def __init__(
+        self, task: DeviceTask, *, engine: Engine = "compiled", pace: float | None = None
+    ) -> None:
         super().__init__(task)
+        self.pace = pace
         self.walker = DeviceWalker(task, engine=engine)
         self.shift = np.zeros(2)
         self._place = np.zeros(COORDINATE_COUNT)
@@ -485,7 +494,8 @@ class DeviceEnvironment(WalkingEnvironment):
         self, action: NDArray[np.float32], recording: Trajectory | None = None
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """As `WalkingEnvironment.step`."""
-        self._follow()
+        if self.pace is None:
+            self._follow()
         found = super().step(action, recording)
         if recording is not None and self.shift.any():
             rows = slice(recording.rows - self.walker.steps_per_action, recording.rows)
@@ -496,6 +506,10 @@ class DeviceEnvironment(WalkingEnvironment):
             feet[..., 4] -= x * feet[..., 2]
             feet[..., 5] += x * feet[..., 1] - y * feet[..., 0]
         return found
+
+    def _pace(self) -> float:
+        """That which the walker is held to, or chose in its last action."""
+        return super()._pace() if self.pace is None else self.pace
 
     def _seen(self) -> NDArray[np.float32]:
         """The observation, which says which leg is which if a device is on one side only.

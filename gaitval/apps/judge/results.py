@@ -55,6 +55,9 @@ class JudgedTrial(Result):
     cycles: dict[Literal["right", "left"], Count]
     """Complete gait cycles."""
     walking_speed_m_s: _Figure
+    belt_speed_m_s: _Figure = None
+    """Of the treadmill, as given, as an import has it, or as the flat feet move; 0 over ground."""
+    belt_told: Flag = False
     speed_group: str | None
     """Of the published bands."""
     weight_ratio: _Figure
@@ -73,6 +76,9 @@ class JudgedMarkerErrors(Result):
     log_difference_m: _Figure = None
     """Largest difference of a frame's RMS or largest error from the log's."""
     log_frames: Count = 0
+    solved_rms_m: _Figure = None
+    """Of inverse kinematics before its motion was filtered and written, as the import has it."""
+    solved_largest_m: _Figure = None
 
 
 class JudgedResiduals(Result):

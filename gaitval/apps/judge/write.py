@@ -128,6 +128,8 @@ def _trial(found: Judgement) -> dict[str, Any] | None:
             side: 0 if gait is None else len(valid(gait, side, kinetics=False)) for side in SIDES
         },
         "walking_speed_m_s": speed,
+        "belt_speed_m_s": None if gait is None else gait.belt,
+        "belt_told": found.request.belt is not None,
         "speed_group": speed_group(speed, floor_leg(leg))
         if leg is not None and np.isfinite(speed)
         else None,
@@ -140,6 +142,7 @@ def _marker_errors(found: Judgement) -> dict[str, Any] | None:
     if errors is None:
         return None
     apart, frames = found.log_difference or (None, 0)
+    solved = found.of_import
     return {
         "source": "placed" if errors.names else "log",
         "rms_m": errors.whole_rms,
@@ -151,6 +154,8 @@ def _marker_errors(found: Judgement) -> dict[str, Any] | None:
         },
         "log_difference_m": apart,
         "log_frames": frames,
+        "solved_rms_m": None if solved is None else solved.solved_rms,
+        "solved_largest_m": None if solved is None else solved.solved_largest,
     }
 
 

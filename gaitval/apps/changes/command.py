@@ -1,0 +1,75 @@
+"""The command that lays two sessions of one person over each other."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+
+SHOWN = 12
+"""Most sentences in the terminal; the page has all."""
+
+
+@added_command(
+    "gaitval change reports/before reports/after --out change      # two imports",
+    "gaitval change reports/before runs/S05 --out change           # an import, a study's record",
+    "gaitval change runs/plain runs/shoes --walks                  # the walks of two studies",
+    after="report",
+)
+def change(
+    before: Annotated[Path, typer.Argument(metavar="BEFORE", show_default=False)],
+    after: Annotated[Path, typer.Argument(metavar="AFTER", show_default=False)],
+    walks: Annotated[
+        bool, typer.Option("--walks", help="Of studies, their walks instead of their records.")
+    ] = False,
+    same_person: Annotated[
+        bool,
+        typer.Option(
+            "--same-person", help="It is one person, although stature, mass or name differ."
+        ),
+    ] = False,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
+        "change"
+    ),
+) -> None:
+    """Lay two sessions of one person over each other, and say what changed.
+
+    BEFORE and AFTER are folders of `gaitval import` or of studies. A change counts where the gait
+    cycles of the sessions differ, by one test of all curves, and by more than putting the markers
+    on again would change. Writes OUT/change.html, change.pdf, change.json and tables as CSV.
+    """
+    from gaitval.apps.changes.change import change_between, sentence
+    from gaitval.apps.changes.visits import read_visit
+    from gaitval.apps.changes.write import NAME, result_of, write_change
+    from gaitval.errors import ConfigurationError
+    from gaitval.folder_lock import locked
+
+    found = change_between(
+        read_visit(before, walk=walks), read_visit(after, walk=walks), same_person=same_person
+    )
+    with locked(out):
+        try:
+            result, page = write_change(found, out), f"Page: {out / NAME}.html"
+        except ConfigurationError as error:
+            result = result_of(found)
+            page = f"Written: {out / NAME}.json. No page: {error}"
+    for line in (result.speed, *result.notes):
+        if line:
+            display.plain(line)
+    said = [
+        sentence(curve, region, found)
+        for curve, region in found.findings()
+        if region.level in ("changed", None)
+    ]
+    for line in said[:SHOWN]:
+        display.plain(f"{line}.")
+    if len(said) > SHOWN:
+        display.plain(f"And {len(said) - SHOWN} more changes, on the page.")
+    if not found.judged:
+        display.plain("Not judged: too few cycles, and no bands.")
+    elif not said:
+        chance = "strides differ by chance" if found.same_markers else "measuring again would"
+        display.plain(f"No curve changed by more than {chance}.")
+    display.plain(page)
