@@ -1,4 +1,5 @@
-"""Write the accuracy tables of README.md and reports/README.md from the stored baselines.
+"""Write the accuracy tables of README.md and reports/README.md from the stored baselines, and the
+figures that `fed_figures` finds in docs/ from the claims of the latest release.
 
 Every figure comes from files under reports/Snn/baseline, which `make baseline` writes: accuracy
 from `metrics.json`, wall times from `times.json`; how far the physics step changes results, in
@@ -18,6 +19,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import fed_figures
 import numpy as np
 
 from claims.marked_table import with_table
@@ -673,7 +675,7 @@ The arms are not recorded, and the comparison's low-pass filter hides what the f
 """
 ABOUT_PLATES = """\
 The records' plates read too little, and their centres of pressure are out of place
-([docs/decisions.md](../docs/decisions.md)). Walkers are given, and compared with, the corrected
+([docs/paper.md](../docs/paper.md)). Walkers are given, and compared with, the corrected
 record; here are their errors against the record as measured, and what is left of the difference
 between right and left moments (mean over the cycle, Nm/kg).
 """
@@ -747,11 +749,8 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     check = parser.parse_args().check
     baselines = load(ROOT / "reports")
-    readme, speed = ROOT / "README.md", ROOT / "docs" / "speed.md"
+    readme = ROOT / "README.md"
     wanted = {
-        speed: with_table(
-            speed.read_text(encoding="utf-8"), "time step", time_step_table().rstrip("\n")
-        ),
         ROOT / "reports" / "README.md": report(baselines),
         readme: with_table(
             readme.read_text(encoding="utf-8"),
@@ -759,10 +758,20 @@ def main() -> int:
             criteria_table(baselines).rstrip("\n"),
         ),
     }
+    values = fed_figures.claims(fed_figures.newest())
+    for page in sorted((ROOT / "docs").rglob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        if "<!-- table 1: begin -->" in text:
+            text = with_table(text, "table 1", fed_figures.people_table())
+        if "<!-- time step: begin -->" in text:
+            text = with_table(text, "time step", time_step_table().rstrip("\n"))
+        wanted[page] = fed_figures.fed(text, values, str(page.relative_to(ROOT)))
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
     for path in stale:
         if check:
-            sys.stderr.write(f"{path}: does not match the baselines. Run `make tables`.\n")
+            sys.stderr.write(
+                f"{path}: does not match the baselines or the claims. Run `make tables`.\n"
+            )
         else:
             path.write_text(wanted[path], encoding="utf-8")
     return int(check and bool(stale))

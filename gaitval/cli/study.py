@@ -139,8 +139,9 @@ def identify(
 
     Looks for the lengths and joint locations of the body with which the recorded motion, moments
     and forces agree best, and says of each parameter whether the record determines it. Nothing
-    walks for it, and no policy is used; what the record leaves open draws each parameter towards
-    the body as scaled.
+    walks for it, and no policy is used (but with identification.method=rollouts that of the round,
+    which is trained before); what the record leaves open draws each parameter towards the body as
+    scaled.
     """
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 

@@ -3,7 +3,7 @@
 It is long because that file has many parts, and each is made here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final
@@ -15,7 +15,7 @@ from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.acceptance import (
@@ -86,6 +86,7 @@ from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
+from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.metrics.walk_results import (
     CountBySide,
     Endurance,
@@ -97,6 +98,8 @@ from gaitval.metrics.walk_results import (
 )
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
+from gaitval.model.parameters import apply_parameters
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.prediction.known import is_predicted, is_unrecorded, quantities_recorded
 from gaitval.simulation.rollout import Rollout
 
@@ -142,6 +145,8 @@ class Comparator:
     model, leg_length : the body before mu; m.
     opponents : the guesses that know no more than the run was told.
     known : what the record itself is known to, in the units of the curves.
+    height : of the person, m.
+    lost : coordinates of joints that a prosthesis has, by side.
     """
 
     record: GaitRecord
@@ -153,6 +158,8 @@ class Comparator:
     leg_length: float
     opponents: Opponents
     known: Mapping[tuple[Kind, str], float]
+    height: float
+    lost: Mapping[Side, Collection[str]]
 
 
 def compared_with(
@@ -185,6 +192,8 @@ def compared_with(
         leg_length=subject.leg_length_m,
         opponents=Opponents(guesses, configuration.record.use == "all", origins),
         known=known_to(subject.uncertainty),
+        height=subject.height_m,
+        lost=lost_joints(subject),
     )
 
 
@@ -266,7 +275,19 @@ def _unfiltered_measures(
     return measures
 
 
-def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkResult, list[Measure]]:
+def _muscles(rollout: Rollout, of: Comparator, compared: _Compared) -> MuscleGait | None:
+    """Muscles of the compared cycles; None where they cannot be worked out."""
+    body = apply_parameters(of.model, rollout.mu)
+    motion = walk_motion(rollout, compared.cycles, body, height=of.height, lost=of.lost)
+    try:
+        return muscles_of([motion])
+    except GaitvalError:  # a walk that no muscle could walk has its limits failed elsewhere
+        return None
+
+
+def _walk(
+    walks: Rollouts, of: Comparator, compared: _Compared, muscles: MuscleGait | None = None
+) -> tuple[WalkResult, list[Measure]]:
     """Everything reported on the rollouts with one set of body parameters, and their measures."""
     rollout, cycles = walks.compared, compared.cycles
     rows = _spatiotemporal(rollout, compared, of.recorded.spatiotemporal)
@@ -286,7 +307,9 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
     path = walked_centre_of_mass(rollout, cycles)
     stride = {row.name: row.mean for row in rows}
     found = found_quantities(
-        compared.curves, {"r": stride["stride_time_right"], "l": stride["stride_time_left"]}
+        compared.curves,
+        {"r": stride["stride_time_right"], "l": stride["stride_time_left"]},
+        muscles,
     )
     walk = WalkResult(
         mu=rollout.mu.tolist(),
@@ -520,7 +543,7 @@ def validate(
         _check_starts(nominal, phases[:1], "nominal")
     _check_starts(last, phases, final)
     compared = _compared(last.compared, of, configuration)
-    walk, measures = _walk(last, of, compared)
+    walk, measures = _walk(last, of, compared, _muscles(last.compared, of, compared))
     measures += push_measures(pushes)
     repeated = repeated_values(again)
     verdicts = accepted(

@@ -252,7 +252,8 @@ def stability_regions(pushes: PushRecovery) -> str:
                         markeredgewidth=1.3,
                         zorder=5,
                     )
-            axes.set_title(f"{100 * phase:g} % of the right cycle", pad=8)
+            # above the word for ahead, which matplotlib would look for in every drawing
+            axes.set_title(f"{100 * phase:g} % of the right cycle", pad=19.25)
         return svg(figure, "stability")
 
 

@@ -50,9 +50,11 @@ KINETICS: Final = (
 FURTHER: Final = tuple(
     each
     for each in QUANTITIES
-    if not {*each.panels()} <= {name for row in KINETICS for name in row}
+    if each.of_muscles is None
+    and not {*each.panels()} <= {name for row in KINETICS for name in row}
 )
-"""Quantities that have no place in `KINETICS`."""
+"""Quantities that have no place in `KINETICS`, nor, as what follows from muscles, in a figure of
+their own (`muscle_figures`)."""
 _FURTHER_PANELS: Final = [name for each in FURTHER for name in each.panels()]
 WITH_QUANTITIES: Final = (
     *KINETICS,
@@ -62,6 +64,11 @@ WITH_QUANTITIES: Final = (
     ),
 )
 """`KINETICS`, and below it all other quantities."""
+_OF_MUSCLES: Final = [
+    name for each in QUANTITIES if each.of_muscles is not None for name in each.panels()
+]
+MUSCLES: Final = tuple(tuple(_OF_MUSCLES[i : i + 3]) for i in range(0, len(_OF_MUSCLES), 3))
+"""Activations and contact forces, three in a row."""
 MOMENTS: Final = (
     (*KINETICS[0][:2], "moments/hip_rotation"),
     (*KINETICS[1][:2], "moments/knee_rotation"),

@@ -28,6 +28,7 @@ from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
+from gaitval.reporting.light_figures import light
 from gaitval.reporting.words import SOURCE
 
 _FONTS: Final = {
@@ -48,7 +49,7 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
         return Markup(
-            f'<img src="data:image/svg+xml;base64,{_base64(_with_letters(svg))}" '
+            f'<img src="data:image/svg+xml;base64,{_base64(light(_with_letters(svg)))}" '
             f'alt="{escape(text)}">'
         )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)

@@ -22,12 +22,13 @@ from gaitval.metrics.shown_quantities import of_record, of_walk
 from gaitval.metrics.typed import array
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.urdf import read_urdf
-from gaitval.quantities import BY_NAME
+from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
 from gaitval.reporting import grids
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.grids import DrawnCurve, Panel
+from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.simulation.rollout import Rollout
 
 STRIDES: Final = 8
@@ -106,7 +107,26 @@ def figures(
         )
         for name, each in rows.items()
     }
-    return draws, {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
+    tables = {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
+    if (shown := walked_muscles(metrics)) is not None:
+        draws |= {"activations": shown.activations, "contacts": shown.contacts}
+        tables |= shown.tables()
+    return draws, tables
+
+
+def walked_muscles(metrics: Metrics) -> DrawnMuscles | None:
+    """Activations and contact forces of the walk; None in a file of before there were any."""
+    activation, contact = (
+        of_walk(metrics.walk, each) for each in (MUSCLE_ACTIVATION, JOINT_CONTACT)
+    )
+    if activation is None or contact is None:
+        return None
+    return DrawnMuscles(
+        *(
+            {name: (curve, None) for name, curve in of.curves.items()}
+            for of in (activation, contact)
+        )
+    )
 
 
 def _panel(

@@ -3,11 +3,12 @@
 import csv
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import Page, only_html, pdf_in_ci, without_figures
+from html_page import Page, only_html, pdf_in_ci, unpainted, without_figures
 from matplotlib.colors import to_hex
 from seen_figures import figure_of, forward, lines
 from verdict_words import plain, rows_of
@@ -17,7 +18,7 @@ from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.compare import _flip_line
 from gaitval.metrics.groups import group_rows
-from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.number_text import number
 from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
@@ -26,10 +27,16 @@ REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"
 
 
+@cache
+def stored(name: str) -> Metrics:
+    """Of a stored baseline; none of the tests changes it in place."""
+    return read_metrics(REPORTS / name / "baseline")
+
+
 def walk(name: str, folder: str = "runs") -> StoredWalk:
     return StoredWalk(
         folder=Path(folder) / name,
-        metrics=read_metrics(REPORTS / name / "baseline"),
+        metrics=stored(name),
         margins=None,
     )
 
@@ -149,6 +156,7 @@ def test_a_walk_that_fell_at_once_has_dashes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     found = walk("S05")
     values = found.metrics.as_dict()
     walked = values["walks"][values["final"]]
@@ -173,6 +181,7 @@ def test_a_row_of_measures_has_the_decimals_of_its_unit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     found = walk("S05")
     write_comparison(tmp_path, "c", [found, walk("S06")], None)
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
@@ -189,6 +198,7 @@ def test_many_walks_are_shared_out_over_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     walks = [walk("S05", f"run{number}") for number in range(SUBJECTS + 1)]
     write_comparison(tmp_path, "c", walks, None)
     page = Page((tmp_path / "c.html").read_text(encoding="utf-8"))
@@ -213,6 +223,7 @@ def test_a_limit_with_another_verdict_is_listed(
 ) -> None:
     """Even where its value moved by less than the margin of its measure."""
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     now = judged_otherwise(walk("S05", "new"), "phase 0.5", 71.4)
     versions = matched([walk("S05", "old")], [now])
     assert not versions.lost()
@@ -246,6 +257,7 @@ def test_who_walked_twice_counts_once_in_the_mean(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     walks = [walk("S05", "one"), walk("S05", "two"), walk("S02")]
     write_comparison(tmp_path, "c", walks, None)
     text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())

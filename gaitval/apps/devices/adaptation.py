@@ -14,7 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitval.apps.devices.walking import LOGGED, DeviceEnvironment, DeviceTask, DeviceWalk
+from gaitval.apps.devices.walking import (
+    LOGGED,
+    DeviceEnvironment,
+    DeviceTask,
+    DeviceWalk,
+    at_states,
+)
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
@@ -96,7 +102,8 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
         walker.sense(before.positions[at], before.velocities[at], loads, moments)
         for t in range(first, min(first + steps, rows)):
             logged[t] = walker.led(states[max(t - 1, 0)], states[t])
-    return logged
+    # nothing follows the last row, so it keeps what led to it
+    return at_states(np.concatenate([logged, logged[-1:]]))
 
 
 def _further_force(person: float, laden: float, centre: Array, before: Rollout) -> Array:

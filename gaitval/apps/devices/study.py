@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -15,10 +15,14 @@ from gaitval.apps.devices.sound_leg import check_side
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
+from gaitval.coordinates import Side
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError, RecordError
+from gaitval.errors import ConfigurationError, GaitvalError, RecordError
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.walk_muscles import walk_motion
 from gaitval.model.devices.device import Device, devices_of
-from gaitval.model.parameters import nominal_parameters
+from gaitval.model.parameters import apply_parameters, nominal_parameters
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.scaling.scaling import scale_subject
@@ -68,6 +72,7 @@ class Wearer:
     own: tuple[Device, ...] = ()
     origin: str = ""
     file: Path | None = None
+    height: float | None = None
 
 
 def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
@@ -85,6 +90,7 @@ def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
             stored.network,
             stored.identified,
             origin=str(place.resolve()) if place.is_dir() else name_or_path,
+            height=stored.subject.height_m,
         )
     path = Path(name_or_path)
     subject = load_subject(path)
@@ -94,7 +100,10 @@ def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)
     policy = general_walker(configuration.environment, task.record, subject.leg_length_m)
-    return Wearer(subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path)
+    return Wearer(
+        subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path,
+        subject.height_m,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -109,6 +118,7 @@ class DeviceOutcome:
     fell : whether the walk ended in a fall.
     survived : of `PUSHES`; None where nothing can fall.
     held : whether the walker was held to the speed without devices, as on a treadmill.
+    muscles : of the walk; None where they cannot be worked out.
     """
 
     assumption: str
@@ -118,6 +128,7 @@ class DeviceOutcome:
     fell: bool
     survived: int | None
     held: bool = False
+    muscles: MuscleGait | None = None
 
 
 def slower(outcome: DeviceOutcome, without: DeviceOutcome) -> float | None:
@@ -157,6 +168,37 @@ def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: _Pu
     """A walk until `AFTER` gait cycles after a push."""
     seconds = (push[0] + AFTER) * environment.task.reference.stride_time
     return score_rollout(environment, policy, mu=mu, start_phase=0.0, seconds=seconds, push=push)
+
+
+def device_muscles(
+    person: Wearer, devices: Sequence[Device], walk: DeviceWalk, own: Array | None
+) -> MuscleGait | None:
+    """Muscles of a `walk` with `devices`, whose torques they need not make; None where they cannot
+    be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for `walk_curves`.
+    """
+    if person.height is None:
+        return None
+    configuration = person.task.configuration
+    rollout = walk.rollout
+    made = rollout.moments if own is None else own
+    lost: dict[Side, set[str]] = {}
+    for device in devices:
+        for side in device.sides:
+            gone = {each.joint for each in device.hinges if not each.muscles}
+            if gone:
+                lost.setdefault(side, set()).update(gone)
+    motion = walk_motion(
+        replace(rollout, moments=made),
+        find_cycles(rollout, configuration).first(configuration.validation.cycles),
+        apply_parameters(person.task.model, person.mu),
+        height=person.height,
+        lost=lost,
+        torques=walk.total_moments - made,
+    )
+    try:
+        return muscles_of([motion])
+    except GaitvalError:
+        return None
 
 
 def outcomes(
@@ -205,8 +247,9 @@ def outcomes(
             curves = None
         rollout = walk.rollout
         walked = float(rollout.phase[-1] - rollout.start_phase[0])
+        muscles = None if curves is None else device_muscles(person, devices, walk, moments)
         return DeviceOutcome(
-            assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held
+            assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles
         )
 
     def walked(assumption: str, policy: Policy) -> DeviceOutcome:

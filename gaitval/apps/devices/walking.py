@@ -16,7 +16,8 @@ from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.controllers import Controller, Measured
-from gaitval.model.devices.device import Device, Hinge, Motor, check_together
+from gaitval.model.devices.device import Device, Hinge, check_together
+from gaitval.model.devices.springs_and_motors import Motor
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
     ACTUATED_COUNT,
@@ -578,6 +579,14 @@ class DeviceWalk:
         return total
 
 
+def at_states(log: Array) -> Array:
+    """(T - 1, H, 5) at the states of a `Rollout`, of a log (T, H, 5) of physics steps: the torques
+    of the step that follows a state, and the rate as the mean of both steps.
+    """
+    torques, angle, rate = log[1:, :, :3], log[:-1, :, 3:4], log[:, :, 4:]
+    return np.concatenate([torques, angle, 0.5 * (rate[:-1] + rate[1:])], axis=2)
+
+
 def walk_with(
     environment: DeviceEnvironment,
     policy: Policy,
@@ -592,6 +601,6 @@ def walk_with(
         environment, policy, mu=mu, start_phase=start_phase, cycles=cycles, push=push
     )
     walker = environment.walker
-    log = walker.logged()
+    log = at_states(walker.logged())
     names = tuple(fit.name for fit in walker.fitted)
     return DeviceWalk(rollout, names, *(log[:, :, k] for k in range(len(LOGGED))))

@@ -15,6 +15,7 @@ from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid, weight_ratio
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
+from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
 from gaitval.apps.judge.opensim.model import OsimModel
 from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
@@ -73,6 +74,7 @@ class Judgement:
     band: dict[str, Band] = field(default_factory=dict)
     findings: list[str] = field(default_factory=list)
     not_judged: list[str] = field(default_factory=list)
+    muscles: JudgedMuscles | None = None
     undecided: list[str] = field(default_factory=list)
     """What was given and could not be judged at all, so that limits that are kept say nothing."""
 
@@ -137,7 +139,10 @@ def _judged(request: JudgeRequest) -> Judgement:
     if request.ik is None:
         unused = [
             f"--{name.replace('_', '-')} {given}"
-            for name in ("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads")
+            for name in (
+                *("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads"),
+                *("activations", "muscle_forces", "reactions", "beside"),
+            )
             if (given := getattr(request, name)) is not None
         ]
         message = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
@@ -154,6 +159,7 @@ def _judged(request: JudgeRequest) -> Judgement:
     _markers(found)
     _walk(found)
     _dynamics(found)
+    _muscles(found)
     _undecided(found)
     return found
 
@@ -349,6 +355,32 @@ def _compare_sides(
                     f"Sign: the {kind} of {name.replace('_', ' ')} goes in opposite directions "
                     "on the right and on the left."
                 )
+
+
+# ---- Muscles. ----
+
+
+def _muscles(found: Judgement) -> None:
+    request = found.request
+    if not (request.activations or request.muscle_forces or request.reactions):
+        if request.beside is not None:
+            found.not_judged.append(
+                f"{request.beside}: nothing to hold beside it. Give --activations or --reactions."
+            )
+        return
+    gait = found.gait
+    found.muscles = judge_muscles(
+        request.activations,
+        request.muscle_forces,
+        request.reactions,
+        request.beside,
+        mass=found.model.mass,
+        moments=None if request.id is None else read_storage(request.id),
+        cycles={side: () if gait is None else valid(gait, side, kinetics=False) for side in SIDES},
+    )
+    found.findings += found.muscles.findings()
+    if request.muscle_forces is not None and request.id is None:
+        found.not_judged.append("Reserves: give inverse dynamics' results with --id.")
 
 
 # ---- Forces of inverse dynamics. ----

@@ -16,6 +16,8 @@ class JudgeRequest:
     marker_errors : log of inverse kinematics.
     ik_setup : says which markers inverse kinematics used.
     grf, external_loads : ground reaction.
+    activations, muscle_forces, reactions : of static optimisation and joint reaction.
+    beside : folder that `gaitval muscles` wrote of the same walk.
     mass, height : of the person, kg and m; None if not known.
     belt : speed of the treadmill's belt, m/s; None if it is to be found from the flat feet.
     reduced : whether the motion comes from residual reduction (RRA), so that the limits in N and
@@ -34,11 +36,15 @@ class JudgeRequest:
     height: float | None = None
     belt: float | None = None
     reduced: bool = False
+    activations: Path | None = None
+    muscle_forces: Path | None = None
+    reactions: Path | None = None
+    beside: Path | None = None
 
     def files(self) -> Iterator[tuple[str, Path]]:
         """The files that were given, by role."""
         for role in ("model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf",
-                     "external_loads"):  # fmt: skip
+                     "external_loads", "activations", "muscle_forces", "reactions"):  # fmt: skip
             path = getattr(self, role)
             if path is not None:
                 yield role, path

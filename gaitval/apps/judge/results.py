@@ -17,7 +17,17 @@ class JudgedInput(Result):
     """A file that was read."""
 
     role: Literal[
-        "model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf", "external_loads"
+        "model",
+        "ik",
+        "id",
+        "markers",
+        "marker_errors",
+        "ik_setup",
+        "grf",
+        "external_loads",
+        "activations",
+        "muscle_forces",
+        "reactions",
     ]
     name: str
     sha256: Sha256
@@ -131,6 +141,19 @@ class JudgedLimit(Result):
     """What is said of it; older files have none."""
 
 
+class JudgedMusclesResult(Result):
+    """Static optimisation and joint reactions."""
+
+    reserves: dict[str, Number]
+    """Largest reserve over the largest moment."""
+    at_limit: list[str]
+    peaks_bw: dict[str, Number]
+    agreement: dict[str, Number]
+    """Share of the cycle in which a group of muscles is on or off as healthy people's."""
+    beside: dict[str, Number]
+    """RMS differences to what `gaitval muscles` found; activations, body weights."""
+
+
 class JudgeResult(Result):
     """What `gaitval judge` found."""
 
@@ -154,5 +177,7 @@ class JudgeResult(Result):
     findings: list[str]
     not_judged: list[str]
     """What could not be judged, and why."""
+    muscles: JudgedMusclesResult | None = None
+    """Where files of muscles were given."""
     undecided: list[str] = Field(default_factory=list)
     """What was given and could not be judged at all: then `passed` is false."""

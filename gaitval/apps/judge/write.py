@@ -10,6 +10,7 @@ from gaitval.apps.judge.gait import valid, weight_ratio
 from gaitval.apps.judge.judge import Judgement, floor_leg
 from gaitval.apps.judge.markers import by_marker
 from gaitval.apps.judge.moments import speed_group
+from gaitval.apps.judge.muscles import JudgedMuscles
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.artefacts import file_hash, versions, write_json
 from gaitval.coordinates import SIDES
@@ -94,8 +95,19 @@ def result_of(found: Judgement) -> JudgeResult:
         "findings": found.findings,
         "not_judged": found.not_judged,
         "undecided": found.undecided,
+        "muscles": None if found.muscles is None else _muscles(found.muscles),
     }  # fmt: skip
     return JudgeResult.model_validate(tidy(values))
+
+
+def _muscles(found: JudgedMuscles) -> dict[str, Any]:
+    return {
+        "reserves": found.reserves,
+        "at_limit": found.at_limit,
+        "peaks_bw": found.peaks,
+        "agreement": found.agreement,
+        "beside": found.beside,
+    }
 
 
 def _model(found: Judgement) -> dict[str, Any]:
