@@ -129,7 +129,7 @@ def steps(_: claims.Given) -> list[Claim]:
 
 @claims.measured(stored=("gaitval/metrics/time_step.csv",))
 def convergence(_: claims.Given) -> list[Claim]:
-    """The whole study made anew at a quarter of the step: change of the mean curves of the ten."""
+    """The whole study made anew at a quarter of the step: change of the mean curves."""
     text = (ROOT / "gaitval" / "metrics" / "time_step.csv").read_text("utf-8")
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     groups: dict[tuple[str, str], list[tuple[float, float]]] = {}

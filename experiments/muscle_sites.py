@@ -14,6 +14,7 @@ import itertools
 import json
 import multiprocessing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -52,7 +53,7 @@ def strands_of(chains: list[tuple[str, ...]], x: np.ndarray) -> list[list[tuple[
     return [[(segment, next(points)) for segment in chain] for chain in chains]
 
 
-def fitted(number: int) -> dict:
+def fitted(number: int) -> dict[str, Any]:
     """The best sites of a muscle."""
     muscle = table().muscles[number]
     angles = poses()
@@ -68,8 +69,10 @@ def fitted(number: int) -> dict:
         for chains in itertools.combinations_with_replacement(PIECES[joints], strands):
             count = 3 * sum(len(chain) for chain in chains)
 
-            def length(x: np.ndarray, rows: np.ndarray, chains=chains) -> np.ndarray:
-                of = strands_of(chains, x)
+            def length(
+                x: np.ndarray, rows: np.ndarray, chains: tuple[tuple[str, ...], ...] = chains
+            ) -> np.ndarray:
+                of = strands_of(list(chains), x)
                 return strand_lengths(angles[rows], of, np.ones(4)) / len(of) + x[-1] ** 2
 
             for _ in range(4 if strands == 1 else 2):
@@ -90,7 +93,7 @@ def fitted(number: int) -> dict:
     error, chains, x = best
     strands = [
         [{"segment": s, "at_m": [round(float(v), 6) for v in p]} for s, p in each]
-        for each in strands_of(chains, x)
+        for each in strands_of(list(chains), x)
     ]
     print(f"{muscle.name:10s} {len(strands)} strands, 95 % {1e3 * error:.2f} mm", flush=True)
     return {

@@ -750,11 +750,8 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; fail if out of date")
     check = parser.parse_args().check
     baselines = load(ROOT / "reports")
-    readme, speed = ROOT / "README.md", ROOT / "docs" / "speed.md"
+    readme = ROOT / "README.md"
     wanted = {
-        speed: with_table(
-            speed.read_text(encoding="utf-8"), "time step", time_step_table().rstrip("\n")
-        ),
         ROOT / "reports" / "README.md": report(baselines),
         readme: with_table(
             readme.read_text(encoding="utf-8"),
@@ -767,6 +764,8 @@ def main() -> int:
         text = page.read_text(encoding="utf-8")
         if "<!-- table 1: begin -->" in text:
             text = with_table(text, "table 1", fed_figures.people_table())
+        if "<!-- time step: begin -->" in text:
+            text = with_table(text, "time step", time_step_table().rstrip("\n"))
         wanted[page] = fed_figures.fed(text, values, str(page.relative_to(ROOT)))
     stale = [p for p, text in wanted.items() if not p.exists() or p.read_text("utf-8") != text]
     for path in stale:

@@ -356,8 +356,8 @@ def _apart(one: MeanCurve, other: MeanCurve) -> float | None:
 
 @cache
 def time_steps() -> Mapping[str, float]:
-    """By group of curves, the largest change of the ten built-in people's mean curves when the
-    study is made anew at a quarter of the step (`claims/numerics.py` measures them).
+    """By group of curves, the largest change of mean curves when the study of a built-in person is
+    made anew at a quarter of the step (experiments/time_step.py).
     """
     text = resources.files("gaitval.metrics").joinpath("time_step.csv").read_text("utf-8")
     rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]

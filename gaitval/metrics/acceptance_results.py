@@ -69,6 +69,6 @@ class KnownTo(Result):
     where only mean curves are known, as of the built-in people."""
     time_step: Size | None
     """RMS difference of the mean curves from those of the whole study made anew at a quarter of
-    the physics step: the largest of the ten built-in people's (`time_step.csv`)."""
+    the physics step: the largest of the built-in people's in `time_step.csv`."""
     second_engine: Size | None
     """RMS difference of the mean curves from those of the same walk in the second engine."""

@@ -113,6 +113,7 @@ class Panel(NamedTuple):
     ----------
     norm : of healthy people, if there is one.
     toe_off : % of the cycle, by side.
+    regions : first and last % where curves differ by a test, by side.
     bursts : their names and place in the cycle, %.
     error : RMSE of the right and the left side, written above the panel.
     """
@@ -121,6 +122,7 @@ class Panel(NamedTuple):
     curves: tuple[DrawnCurve, ...] = ()
     norm: Norm | None = None
     toe_off: Mapping[Side, float] = {}
+    regions: Mapping[Side, Sequence[tuple[float, float]]] = {}
     bursts: Mapping[str, float] = {}
     error: str = ""
 
@@ -245,6 +247,10 @@ def _handles(
         handles.append(Line2D([], [], color="#9a9a9a", linewidth=0.5, label="single strides"))
     if bands := [panel.norm for panel in panels if panel.norm is not None]:
         handles.append(Patch(facecolor=BAND_COLOUR, label=norm or _healthy(bands)))
+    if any(found for panel in panels for found in panel.regions.values()):
+        bar = Line2D([], [], color="#606060", linewidth=2.0)
+        bar.set_label(f"{words[1]} differs from {words[0]}")
+        handles.append(bar)
     if any(panel.toe_off for panel in panels):
         dotted = Line2D([], [], color="#707070", linewidth=0.7, linestyle=(0, (1, 1.5)))
         dotted.set_label("toe-off")
@@ -292,6 +298,12 @@ def _draw(axes: Axes, panel: Panel) -> None:
         axes.axvline(percent, color=colour, linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1)
     for curve in panel.curves:
         _curve(axes, curve)
+    for place, (side, regions) in zip((0.02, 0.06), panel.regions.items(), strict=False):
+        for first, last in regions:
+            axes.plot(
+                (first, last or 0.5), (place, place), transform=axes.get_xaxis_transform(),
+                color=COLOURS[side], linewidth=2.0, solid_capstyle="butt",
+            )  # fmt: skip
     _bursts(axes, panel)
     axes.margins(y=0.22 if panel.bursts else 0.14)
     if panel.error:
