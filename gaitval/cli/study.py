@@ -230,7 +230,7 @@ def validate(
     if refused:
         raise ToleranceError(
             f"{refused} of {refused + metrics.summary.accepted} values are not accepted: they miss "
-            "their limit, or a guess that knows as much is as near to the record (rows above). All "
+            "their limit, or a guess without a model is as near to the record (rows above). All "
             f"errors are in {folder / 'metrics.json'}; `gaitval report` shows the curves."
         )
 

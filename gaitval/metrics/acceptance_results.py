@@ -43,7 +43,7 @@ class CurveLight(Result):
     error: Number | None
     """RMSE of the walk, in the unit of the curve; null where it is too short."""
     guess: str | None
-    """The best guess that knows as much, by its name in `predictions`; null without one."""
+    """The best guess without a model, by its name in `predictions`; null without one."""
     guess_error: Size | None
     """Its RMSE of this curve."""
     known: Size | None

@@ -198,7 +198,7 @@ class Summary(Result):
     not_shown: Count = 0
     """Of those refused: not nearer than the best guess, but by no more than walks differ."""
     guess_judged: Count = 0
-    """Rows on which the best guess that knows as much could be judged in the place of the walk."""
+    """Rows on which the best guess without a model could be judged in the place of the walk."""
     guess_passes: Count = 0
     """Of those, rows that it would pass."""
     guess_within: Count = 0

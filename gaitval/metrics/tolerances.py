@@ -116,7 +116,7 @@ State = Literal["passed", "not shown", "failed"]
 """Of an acceptance limit. Not shown: no nearer to the record than the best guess, but by less than
 walks of the same policy differ."""
 FailedBy = Literal["limit", "guess", "record"]
-"""What a value misses: the limit itself, an error below that of the best guess that knows as much,
+"""What a value misses: the limit itself, an error below that of the best guess without a model,
 or what the record itself is known to."""
 
 _HOLDS: dict[Limit, Callable[[float, float], bool]] = {
@@ -264,8 +264,8 @@ class Spread(Result):
 
 
 class AgainstGuess(Result):
-    """The curves of a group on one side, beside those of the best guess that knows as much as the
-    walk was told; see gaitval/metrics/acceptance.py.
+    """The curves of a group on one side, beside those of the best guess without a model;
+    see gaitval/metrics/acceptance.py.
     """
 
     group: str
@@ -324,7 +324,7 @@ class Verdict(Result):
     failed_by: list[FailedBy] = Field(default_factory=list)
     """Empty if it passed; "guess" also where that is not shown."""
     guess: AgainstGuess | None = None
-    """Of a curve that decides: its group on its side. Null without a guess that knows as much."""
+    """Of a curve that decides: its group on its side. Null without a guess without a model."""
     known: Size | None = None
     """Of a curve that decides: what the record itself is known to, half the width of its 90 % band,
     in the unit of the measure; null where that is not known."""

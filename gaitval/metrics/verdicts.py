@@ -109,7 +109,7 @@ class LimitVerdict:
 
     @property
     def guess(self) -> tuple[int, int] | None:
-        """How many rows the best guess that knows as much would pass in the place of the walk, and
+        """How many rows the best guess without a model would pass in the place of the walk, and
         of how many; None where no guess has what is judged, such as falls.
         """
         beside = [row.guess_passes for row in self.rows if row.guess_passes is not None]
@@ -242,7 +242,7 @@ def sentence(metrics: Metrics) -> str:
     close = sum(len(each.close) for each in every if each.first.role == "acceptance")
     narrow = f" {close} accepted {'value passes' if close == 1 else 'values pass'} narrowly."
     guess, judged = metrics.summary.guess_passes, metrics.summary.guess_judged
-    beside = f" A guess that knows as much would pass {guess} of {judged} values." if judged else ""
+    beside = f" A guess without a model would pass {guess} of {judged} values." if judged else ""
     message = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}{beside}"
     return message + unjudged_text(metrics.origins)
 
