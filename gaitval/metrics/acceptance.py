@@ -1,18 +1,17 @@
-"""Whether curves of a walk are accepted: nearer to the record than the best guess that knows as
-much.
+"""Whether curves of a walk are accepted: nearer to the record than the best guess without a model.
 
 A curve that decides keeps its limit (`tolerances.toml`), is within what the record itself is known
 to, where that is known, and its group of curves on its side is nearer to the record than the same
 curves of the best guess. So a guess that is shown as a walk is not accepted, whatever the limits.
 
 The best guess is that of the smallest mean error of the group on the side, among the
-`baselines` that know no more than the walk was told: one that knows the forces of the person's
-other trials does not stand against a walk that was told angles alone. It is chosen with the record
-at hand, which is to its favour. Skill 0 is not accepted. Where it is not above 0, but by less than
+`baselines` that know no more than the walk was told. The person's other trials stand against a walk
+that was predicted from them, and against no other: whether a walk is accepted must not hang on what
+else was recorded. It is chosen with the record at hand, which is to its favour. Skill 0 is not accepted. Where it is not above 0, but by less than
 the walks of the same policy from other starts differ, it is "not shown" instead of failed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -42,8 +41,8 @@ RMSE: Final[Mapping[str, Kind]] = {
 """Kind of the curves of each measure that a guess is compared by."""
 
 REMEDY: Final = (
-    "Take these curves from the guess or from the record, not from this walk: a guess that knows "
-    "as much is as near to the record or nearer."
+    "Take these curves from the guess or from the record, not from this walk: a guess without a "
+    "model is as near to the record or nearer."
 )
 """Where a limit is kept, and the guess is nearer."""
 
@@ -58,13 +57,13 @@ class Opponents:
     Attributes
     ----------
     guesses : without a model, of the compared record.
-    kinetics_told : whether the run could read moments and forces of the person's trials, so that
-        guesses from other trials of theirs know no more.
+    own : kinds of curves of the person's other trials that the run was told, so that guesses from
+        these know no more.
     origins : of the compared record.
     """
 
     guesses: Sequence[PredictionResult]
-    kinetics_told: bool
+    own: Collection[Kind]
     origins: Origins
 
     def best(self, kind: Kind, names: Sequence[str], side: Side) -> PredictionResult | None:
@@ -75,7 +74,7 @@ class Opponents:
         found = [
             (error, guess)
             for guess in self.guesses
-            if kind == "angles" or self.kinetics_told or not guess.own
+            if kind in self.own or not guess.own
             if (error := _mean([guess.rmse.of(kind)[curve] for curve in curves])) is not None
         ]
         return min(found, key=lambda each: each[0])[1] if found else None
@@ -218,7 +217,7 @@ def _beside_figures(verdict: Verdict, opponents: Opponents) -> Verdict:
     found = [
         error
         for guess in opponents.guesses
-        if opponents.kinetics_told or not guess.own
+        if opponents.own or not guess.own
         if (error := guess.figures.get(verdict.measure, {}).get(verdict.target)) is not None
     ]
     if not found:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitval.arrays import Array, sample_deviation
 from gaitval.artefacts import value_hash, versions
-from gaitval.configuration import Configuration
+from gaitval.configuration import Configuration, RecordSettings
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError, GaitvalError
@@ -162,6 +162,15 @@ class Comparator:
     known: Mapping[tuple[Kind, str], float]
 
 
+def _own_told(settings: RecordSettings) -> Collection[Kind]:
+    """Kinds of curves of the person's other trials that a run was told: it is predicted from them,
+    or never reads them.
+    """
+    if not is_predicted(settings):
+        return ()
+    return ("angles", "moments", "forces") if settings.use == "all" else ("angles",)
+
+
 def compared_with(
     subject: "Subject",
     record: GaitRecord,
@@ -192,7 +201,7 @@ def compared_with(
         leg_length=subject.leg_length_m,
         height=subject.height_m,
         lost=lost_joints(subject),
-        opponents=Opponents(guesses, configuration.record.use == "all", origins),
+        opponents=Opponents(guesses, _own_told(configuration.record), origins),
         known=known_to(subject.uncertainty),
     )
 

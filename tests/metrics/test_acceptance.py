@@ -121,14 +121,17 @@ def test_a_group_is_judged_on_its_side_and_each_curve_has_its_own_light(monkeypa
 
 
 def test_an_informed_guess_knows_no_more_than_the_walk(monkeypatch):
-    """Forces of the person's other trials stand against walks that could read them."""
-    for use, kinetics in (("all", True), ("kinematics", False)):
-        configuration = CONFIGURATION.model_copy(update={"record": RecordSettings(use=use)})
+    """The person's other trials stand against walks that are predicted from them."""
+    name = SUBJECT.trials[0].name
+    for use, holdout, told in (
+        *(("all", "", ()), ("kinematics", "", ())),
+        *(("all", name, ("angles", "moments", "forces")), ("kinematics", name, ("angles",))),
+    ):
+        settings = RecordSettings(use=use, holdout=holdout)
+        configuration = CONFIGURATION.model_copy(update={"record": settings})
         of = compared_with(SUBJECT, SUBJECT.record(), OTHERS, MODEL, configuration).opponents
         best = {group: of.best(kind, names, "left") for group, (kind, names) in GROUPS.items()}
-        assert best["sagittal angles"].own
-        own = [best[group].own for group, (kind, _) in GROUPS.items() if kind != "angles"]
-        assert any(own) == kinetics
+        assert {GROUPS[group][0] for group, guess in best.items() if guess.own} == set(told)
 
 
 def test_a_trial_at_the_same_speed_measures_again_and_is_no_guess():
@@ -173,7 +176,7 @@ def test_bands_of_an_import_are_in_the_units_and_names_of_the_curves():
 
 def test_worse_by_less_than_walks_differ_is_not_shown_and_not_passed(monkeypatch):
     metrics = validated(monkeypatch, between(1.0))
-    of = Opponents(metrics.predictions, True, everything("recorded"))
+    of = Opponents(metrics.predictions, (), everything("recorded"))
     best = of.best("forces", ("vertical",), "right").rmse.forces["vertical_r"]
 
     def state(error, scatter):
@@ -208,7 +211,7 @@ def test_a_walk_that_leaves_its_prediction_by_more_than_predictions_err_is_not_t
     metrics = validated(monkeypatch, between(0.5))
     errors = metrics.walk.errors
     far = errors.forces["vertical_r"].rmse
-    of = Opponents([], True, everything("predicted"))
+    of = Opponents([], (), everything("predicted"))
 
     def light(mean):
         group = HeldOutError(group="vertical force", unit="% BW", mean=mean, sd=None)
