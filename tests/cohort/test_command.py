@@ -94,3 +94,15 @@ def test_a_refused_study_is_not_a_finished_one(found, refused, line):
         refused=refused,
     )  # fmt: skip
     assert command.outcome_line(state) == line
+
+
+def test_a_cohort_with_a_study_that_nothing_recorded_judges_is_no_pass(tmp_path):
+    """All its limits are kept; but the moments were predicted."""
+    from gaitval.apps.cohort.command import _not_judged
+
+    class Stored:
+        def summary(self, name):
+            verdict = {"one": "", "two": "Not judged, because not recorded: moments (predicted)."}
+            return {"verdicts": {"not_judged": verdict[name]}} if name in verdict else None
+
+    assert list(_not_judged(Stored(), ["one", "two", "gone"])) == ["two"]
