@@ -182,7 +182,8 @@ def _fit_to_trials(
         placement.markers,
         stood,
         replace(walking, markers=smooth).columns(names),
-        placement_sd={name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"},
+        placement_sd={name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
+        | {name: sd for name, sd in session.placement_sd.items() if name in names},
     )
     fit, tissue = fitted(), SOFT_TISSUE_SD
     # Without a standing trial, only the walk can show that its markers move less than skin does.
