@@ -116,7 +116,14 @@ def _say_guesses(draft: "Draft") -> None:
     """How many guesses are used, which are not, and whether names and person helped."""
     from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME
     from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, sentence_of
+    from gaitval.scaling.unrecognised import unlabelled
 
+    if without := unlabelled([guess.name for guess in draft.guesses]):
+        display.plain(
+            f"Warning:{without} Numbers go to other markers in the next file, and may change "
+            "within one, so a set drafted from them is of this file alone.",
+            "yellow",
+        )
     if draft.mirrored:
         display.plain(MIRRORED)
     elif not draft.names_count and draft.names_agree == draft.names_agree:

@@ -433,11 +433,19 @@ def named(recording: Recording, marker_set: MarkerSet) -> Recording:
         raise RecordError(
             f"{recording.source}: {len(missing)} of the {len(marker_set.essential)} markers that "
             f"the marker set {marker_set.name} needs are missing: {', '.join(missing)}. The file "
-            f"has {', '.join(recording.names)}. Label the trial with the same names as the "
-            "standing trial, or give the right set with --marker-set."
+            f"has {', '.join(recording.names)}.{_unlabelled(recording, names)} Label "
+            "the trial with the same names as the standing trial, or give the right set with "
+            "--marker-set."
         )
     columns = [recording.names.index(name) for name in names]
     return recording.with_markers(names.values(), recording.markers[:, columns])
+
+
+def _unlabelled(recording: Recording, names: Mapping[str, str]) -> str:
+    """That what is no marker of the set (`names` are) has no labels, if it has none."""
+    from gaitval.scaling.unrecognised import unlabelled
+
+    return unlabelled([name for name in recording.names if name not in names], 0.5)
 
 
 def prepared(
