@@ -7,6 +7,7 @@ import pytest
 from made_up_session import SHORT, made_up_session
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.coordinates import ACTUATED, COORDINATES
 from gaitval.inverse.device_moments import device_moments, turning_axis
 from gaitval.mocap.formats import with_forces
@@ -18,7 +19,6 @@ from gaitval.model.body import SEGMENTS
 from gaitval.model.tree import segment_frames
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.of_import import write_devices
-from gaitval.terminal import app as cli
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gaitval import cli
 from gaitval.mocap.mot import read_storage
-from gaitval.terminal import app as cli
 
 PERSON = "--mass 64.95 --height 1.53 --sex F"
 C3D = "import --static standing.c3d --trial walking.c3d"
