@@ -12,13 +12,15 @@ import numpy as np
 
 import claims
 from claims import ROOT, Claim
+from claims.marked_table import with_table
+from gaitval.artefacts import write_text
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
-from gaitval.metrics import groups
+from gaitval.metrics import groups, held_out
 from gaitval.metrics.baselines import others_line
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.recorded import CURVE_UNITS, by_kind
 from gaitval.prediction.known import known_record
 
 STORE = ROOT / "reports" / "held_out"
@@ -28,6 +30,7 @@ GROUPS = {
     "moments": ("moments", tuple(JOINTS)),
     "forces": ("forces", ("vertical", "forward", "medial")),
 }
+ADDUCTION = {"hip adduction moment": ("moments", ("hip_adduction",))}
 NEAR = 0.15
 """Change of speed up to which copying the nearest trial is hard to beat."""
 _Stored = dict[str, Any]
@@ -188,14 +191,77 @@ def kinetics(_: claims.Given) -> list[Claim]:
 def speeds(_: claims.Given) -> list[Claim]:
     """Walks of a trial at a speed that was held out, beside predictions without physics."""
     found = stored("holdout")
-    before = {name: predicted_errors(*name.split("-")) for name in found}
     rows = speed_rows(found)
-    for group, (kind, names) in groups.GROUPS.items():
-        walked = np.mean([mean(each["errors"][kind], names) for each in found.values()])
-        predicted = np.mean([mean(before[name][kind], names) for name in found])
-        what = f"unseen speed: {group}, error of the walk over that of the statistical prediction"
-        rows.append(Claim(what, float(walked / predicted), "1", len(found)))
+    for which, those in zip(("15 %", "40 %"), split_by_speed(found), strict=True):
+        before = {name: predicted_errors(*name.split("-")) for name in those}
+        for group, (kind, names) in speed_groups().items():
+            walked = np.mean([mean(each["errors"][kind], names) for each in those.values()])
+            predicted = np.mean([mean(before[name][kind], names) for name in those])
+            what = f"unseen speed within {which}: {group}, error of the walk"
+            rows.append(Claim(what, float(walked), CURVE_UNITS[kind], len(those)))
+            what += " over that of the statistical prediction"
+            rows.append(Claim(what, float(walked / predicted), "1", len(those)))
     return rows
+
+
+PAGE = ROOT / "docs" / "held-out.md"
+
+
+def speed_table() -> str:
+    """Errors of statistics and walks, near and far in speed, for the page."""
+    lines = [
+        "| | sagittal angles ° | moments Nm/kg | hip adduction moment | vertical | fore-aft "
+        "| medial % BW |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for which, those in zip(("near", "far"), split_by_speed(stored("holdout")), strict=True):
+        before = {name: predicted_errors(*name.split("-")) for name in those}
+        cells: dict[str, list[str]] = {"the curves": [], "the walk": [], "ratio": []}
+        for group, (kind, names) in speed_groups().items():
+            digits = 2 if group.endswith("force") or kind == "angles" else 4
+            walked = np.mean([mean(each["errors"][kind], names) for each in those.values()])
+            predicted = np.mean([mean(before[name][kind], names) for name in those])
+            cells["the curves"].append(f"{predicted:.{digits}f}")
+            cells["the walk"].append(f"{walked:.{digits}f}")
+            cells["ratio"].append(f"{walked / predicted:.2f}")
+        label = f"{which}, {len(those)} trials"
+        lines += [f"| {label}: {row} | " + " | ".join(c) + " |" for row, c in cells.items()]
+    return "\n".join(lines)
+
+
+def speed_groups() -> dict[str, tuple[Any, tuple[str, ...]]]:
+    """Groups of curves of a walk at another speed: kind and names."""
+    every = {**groups.GROUPS, **ADDUCTION}
+    first = ("sagittal angles", "moments", *ADDUCTION)
+    return {name: every[name] for name in (*first, *(n for n in every if n.endswith("force")))}
+
+
+@claims.measured()
+def bands(_: claims.Given) -> list[Claim]:
+    """Share of the points of held-out trials that the band of the other trials contains."""
+    rows = list(held_out.held_out_trials(builtin_subjects(), RecordSettings()))
+    inside: dict[str, list[float]] = {"near": [], "far": []}
+    for row in rows:
+        others = [each for each in rows if each.independent != row.independent]
+        widths = held_out.half_widths(others, row.away)
+        which = "near" if row.away < held_out.FAR else "far"
+        for (kind, name), error in row.errors.items():
+            width = widths[kind, name[:-2]]
+            says = width > 1e-3 * width.max()  # a force in swing is known
+            inside[which].append(float(np.mean(np.abs(error[says]) <= width[says])))
+    share = f"the {100 * held_out.BAND:.0f} % band of a predicted curve holds"
+    return [
+        *(
+            Claim(f"unseen speed, {which}: {share}", float(np.mean(values)), "1", len(values))
+            for which, values in inside.items()
+        ),
+        Claim(
+            f"unseen speed: {share}",
+            float(np.mean([*inside["near"], *inside["far"]])),
+            "1",
+            len(inside["near"]) + len(inside["far"]),
+        ),
+    ]
 
 
 def predicted_errors(person: str, trial: str) -> dict[str, dict[str, float]]:
@@ -213,3 +279,7 @@ def predicted_errors(person: str, trial: str) -> dict[str, dict[str, float]]:
 def halves(_: claims.Given) -> list[Claim]:
     """Walks that know one half of a session's cycles, against the other half."""
     return halves_rows(stored("halves"))
+
+
+if __name__ == "__main__":
+    write_text(PAGE, with_table(PAGE.read_text(encoding="utf-8"), "speeds", speed_table()))

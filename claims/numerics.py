@@ -1,5 +1,6 @@
 """How far results depend on the physics step, and on rounding."""
 
+import csv
 import statistics
 from dataclasses import dataclass, replace
 
@@ -13,17 +14,10 @@ from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.contact.forces import ground_forces
 from gaitval.datasets.subject_file import load_subject
-from gaitval.metrics.comparison import low_pass_of, simulated_curves
-from gaitval.metrics.cycles import find_cycles
 from gaitval.model.tree import Tree, empty_frames, forward, velocities
-from gaitval.policy.environment import WalkingEnvironment
-from gaitval.policy.rollouts import record_rollout
-from gaitval.policy.storage import load_policy
-from gaitval.reference.adjustment import Adjustment, adjusted
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import Trajectory, Walker, WalkingTask
 
-REPORTS = ROOT / "reports"
 FINEST, STEPS = 0.125e-3, (1e-3, 2e-3)
 """s; what the others are compared with, and these."""
 ACTION = 0.03
@@ -34,11 +28,6 @@ SETTLING = 1
 GRID = 0.006
 """s, a multiple of every step: the ground reaction is compared at these instants."""
 START_PHASES = np.arange(8) / 8
-
-STEERED = ("S01", "S05", "S10")
-"""Subjects whose stored policies walk with each of the steps."""
-FINEST_STEERED = 0.25e-3
-STEERED_CYCLES = 24
 
 
 def walking_task(name: str = "S05") -> WalkingTask:
@@ -138,61 +127,27 @@ def steps(_: claims.Given) -> list[Claim]:
     return rows
 
 
-def steered_walk(name: str, step: float) -> dict[str, Array]:
-    """Mean curves of the stored walker with identified body and corrected reference: joint angles
-    in degrees, moments in Nm/kg, vertical forces in % of body weight.
-    """
-    task, stored = with_step(walking_task(name), step), REPORTS / name / "baseline"
-    mu = np.array(read_json(stored / "identification.json")["identified"])
-    task = WalkingTask.of(task.model, task.record, task.configuration, mu=mu)
-    correction = Adjustment.from_dict(read_json(stored / "correction.json"), str(stored))
-    task = replace(task, reference=adjusted(task.reference, task.reference_body, correction))
-    rollout = record_rollout(
-        WalkingEnvironment(task),
-        load_policy(stored / "policy"),
-        mu=mu,
-        start_phase=0.0,
-        cycles=task.configuration.validation.settling_cycles + STEERED_CYCLES,
-    )
-    curves = simulated_curves(
-        rollout,
-        find_cycles(rollout, task.configuration),
-        mass=task.model.mass,
-        filters=low_pass_of(task.record, task.configuration.validation.filter_frequency),
-    )
-
-    def means(values: dict[str, Array], *names: str) -> Array:
-        keys = [f"{name}_{side}" for name in names for side in "rl"]
-        return np.array([values[key].mean(axis=0) for key in keys])
-
-    joints = ("hip_flexion", "knee_angle", "ankle_angle")
-    return {
-        "angles": np.rad2deg(means(curves.angles, *joints)),
-        "moments": means(curves.moments, *joints),
-        "vertical": 100.0 * means(curves.forces, "vertical"),
-    }
-
-
-@claims.measured()
-def steered(_: claims.Given) -> list[Claim]:
-    """Mean curves of stored policies with usual physics steps against those with a small one."""
-    finest = {name: steered_walk(name, FINEST_STEERED) for name in STEERED}
-    kinds = {
-        "angles": ("hip, knee and ankle angles", "deg"),
-        "moments": ("moments of hip, knee and ankle", "Nm/kg"),
-        "vertical": ("vertical force", "% of body weight"),
-    }
+@claims.measured(stored=("gaitval/metrics/time_step.csv",))
+def convergence(_: claims.Given) -> list[Claim]:
+    """The whole study made anew at a quarter of the step: change of the mean curves."""
+    text = (ROOT / "gaitval" / "metrics" / "time_step.csv").read_text("utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    groups: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for row in csv.DictReader(lines):
+        found = groups.setdefault((row["group"], row["unit"]), [])
+        found.append((float(row["change"]), float(row["error"])))
     rows = []
-    for step in STEPS:
-        walks = {name: steered_walk(name, step) for name in STEERED}
-        for kind, (noun, unit) in kinds.items():
-            off = [
-                np.sqrt(np.mean((walks[name][kind] - finest[name][kind]) ** 2, axis=1)).max()
-                for name in STEERED
-            ]
-            what = f"{noun} off those of a step of 0.25 ms, RMS, at a step of {1e3 * step:g} ms"
-            what = what.replace("force off those", "force off that")
-            rows.append(Claim(what, float(max(off)), unit, len(STEERED)))
+    for (group, unit), values in groups.items():
+        change, error = np.array(values).T
+        what = f"{group}: change of the mean curves in a study at a quarter of the step"
+        rows += [
+            Claim(f"{what}, mean of the people", float(change.mean()), unit, len(values)),
+            Claim(f"{what}, largest", float(change.max()), unit, len(values)),
+            Claim(f"{what}, mean over the mean error shown", float(change.mean() / error.mean()),
+                  "1", len(values)),
+            Claim(f"{what}, over the error shown, largest", float((change / error).max()), "1",
+                  len(values)),
+        ]  # fmt: skip
     return rows
 
 

@@ -31,7 +31,7 @@ from gaitval.reference.motion import ReferenceMotion
 from gaitval.session.request import Halves, ImportOptions
 from gaitval.study.identification_stages import choose_stage, evaluate_stage, identify_stage
 from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
-from gaitval.study.predicted_study import run_prediction, run_range
+from gaitval.study.predicted_study import run_prediction
 from gaitval.study.report_stages import metrics_of
 from gaitval.study.run import choose_start
 from gaitval.study.scaling_stages import reference_stage, scale_stage
@@ -149,11 +149,12 @@ def holdout(names: list[str], work: Path) -> None:
             except SubjectError as error:  # too far from every other speed
                 print(error, flush=True)
                 continue
-            with live_view() as live:
-                with open_run(subject, configuration, folder, live) as run:
-                    run_range(run)
-                with open_run(subject, configuration, folder / "at", live) as run:
-                    run_prediction(run, folder)
+            with (
+                live_view() as live,
+                open_run(subject, configuration, folder, live) as range_run,
+                open_run(subject, configuration, folder / "at", live) as run,
+            ):
+                run_prediction(run, range_run)
             store("holdout", name, read_json(folder / "at" / "metrics.json"), run)
 
 

@@ -4,7 +4,8 @@
 
 PERRY.csv has EMG of 29 muscles over the gait cycle (Perry and Burnfield 2010, as digitised for
 Moco's paper; `percent_gait_cycle`, then a column a muscle). The walks are those of the ten built-in
-people's stored policies. `gaitval.muscles.sharing.CRITERIA` has its weights of contact forces from
+people's stored policies. `gaitval.musculature.sharing.CRITERIA` has its weights of contact forces
+from
 here. Minutes.
 """
 
@@ -23,7 +24,7 @@ from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.muscles import CRITERIA, Criterion, share
+from gaitval.musculature import CRITERIA, Criterion, share
 
 CYCLES, SETTLED = 4, 0.35
 """Gait cycles of a walk, and the part of it that does not count."""

@@ -1,6 +1,6 @@
 """Compute the muscle paths that gaitval ships, from a published model, with OpenSim.
 
-    python experiments/muscle_paths.py MODEL.osim gaitval/muscles/paths.npz
+    python experiments/muscle_paths.py MODEL.osim gaitval/musculature/paths.npz
 
 MODEL is Rajagopal et al. (2016) IEEE Trans Biomed Eng 63:2068-2079 with the changes of Lai et al.
 (2017) Ann Biomed Eng 45:2762-2774 and Uhlrich et al. (2022) Sci Rep 12:9842
@@ -28,12 +28,14 @@ import pickle
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import opensim as osim
 from scipy.linalg import solve
 from scipy.stats import qmc
+
+from gaitval.scaling.joint_centres import hip_joint_centre
 
 COORDINATES = (
     "hip_flexion",
@@ -46,6 +48,7 @@ COORDINATES = (
 KNEE = COORDINATES.index("knee_angle")
 RANGES = np.radians([[-45, 70], [-32, 32], [-35, 35], [-15, 95], [-45, 40], [-35, 35]])
 """Range of each coordinate: of people's gait, and 20 degrees beyond (less where joints end)."""
+MIDDLE, HALF = RANGES.mean(axis=1), np.diff(RANGES, axis=1)[:, 0] / 2
 
 BONES = {
     "pelvis": ("pelvis",),
@@ -246,7 +249,7 @@ def knee_motion(leg: Leg) -> dict[str, np.ndarray]:
 
 
 def bones(leg: Leg) -> dict[str, np.ndarray]:
-    """Joints and axes of the model, and its zero: see `gaitval.muscles.paths.MuscleSkeleton`."""
+    """Joints, axes and zero of the model: see `gaitval.musculature.paths.MuscleSkeleton`."""
     leg.pose(np.zeros(6))
     bodies = leg.model.getBodySet()
 
@@ -266,6 +269,9 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         turn.setRotationToBodyFixedXYZ(frame.get_orientation())
         return np.array([turn.get(i, 2) for i in range(3)])
 
+    hip = osim.PhysicalOffsetFrame.safeDownCast(
+        leg.model.getJointSet().get("hip_r").getParentFrame()
+    )
     turn, knee = in_body("tibia_r", "femur_r")
     (_, talus), (_, calcaneus) = in_body("talus_r", "tibia_r"), in_body("calcn_r", "talus_r")
     (_, toes) = in_body("toes_r", "calcn_r")
@@ -276,6 +282,7 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         # As gaitval's regression (Harrington et al. 2007) finds it from this pelvis' ASIS: its own
         # hips are nearer to each other, and the person's pelvis would seem larger than it is.
         "hip_half_width": 0.33 * 2 * asis[2] + 0.0073,
+        "hip_from_regression": hip.get_translation().to_numpy() - regressed(asis, psis),
         "thigh": np.linalg.norm(KNEE_CENTRE),
         "shank": np.linalg.norm(shank),
         # From the ankle to the toes' joint, along the foot.
@@ -290,6 +297,18 @@ def bones(leg: Leg) -> dict[str, np.ndarray]:
         "knee_zero": np.arctan2(shank[0], -shank[1]),
         "shank_axis": turn.T @ shank / np.linalg.norm(shank),
     }
+
+
+def regressed(asis: np.ndarray, psis: np.ndarray) -> np.ndarray:
+    """The right hip's centre by gaitval's regression from the right ASIS and PSIS, (3,) m each, in
+    the pelvis of the model (x forward, y up, z right).
+    """
+    forward = (asis - psis) * [1, 1, 0]
+    depth = float(np.linalg.norm(forward))
+    x = forward / depth
+    up = np.array([-x[1], x[0], 0.0])
+    ahead, left, above = hip_joint_centre(2 * asis[2], depth)
+    return asis * [1, 1, 0] + ahead * x + above * up + np.array([0.0, 0.0, -left])
 
 
 def least_squares(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -359,6 +378,176 @@ def samples(path: str, leg: Leg, poses: np.ndarray) -> tuple[Any, ...]:
     return length, slope, virtual, by_bone, motion
 
 
+def drawn_poses() -> np.ndarray:
+    """Where the model is measured, as shares of `RANGES` (poses, 6) in [-1, 1]: `SAMPLES` to fit
+    to, `TESTS` of the whole range to judge by, and `TESTS` of gait alone.
+    """
+    unit = 2 * qmc.Sobol(6, seed=1).random(4096)[: SAMPLES + 2 * TESTS] - 1
+    # Also the ends of the range, where polynomials are worst.
+    unit[:SAMPLES] = np.clip(1.04 * unit[:SAMPLES], -1, 1)
+    low, high = ((GAIT[:, k] - MIDDLE) / HALF for k in (0, 1))
+    unit[-TESTS:] = (low + high) / 2 + (high - low) / 2 * unit[-TESTS:]
+    return np.asarray(unit)
+
+
+def kept_samples(path: str, leg: Leg, poses: np.ndarray, file: Path | None) -> tuple[Any, ...]:
+    """`samples`, from `file` if they are there already, else written to it."""
+    if file is not None and file.exists():
+        return tuple(pickle.loads(file.read_bytes()))
+    sampled = samples(path, leg, poses)
+    if file is not None:
+        file.write_bytes(pickle.dumps(sampled))
+    return sampled
+
+
+class LengthFit(NamedTuple):
+    """The length of one muscle as a polynomial.
+
+    Attributes
+    ----------
+    spans : places in `COORDINATES` of those that move it.
+    degree, powers : total degree, and the products (terms, coordinates).
+    value : (poses, terms) of the products.
+    whole : (terms,) coefficients, m.
+    smooth, kept, judged, gait : (poses,) where the path does not jump; of these the poses fitted
+        to, those of the whole range that are not, and those of gait.
+    length_error, arm_error : (poses,) m and (poses, coordinates) m/rad.
+    """
+
+    spans: np.ndarray
+    degree: int
+    powers: np.ndarray
+    value: np.ndarray
+    whole: np.ndarray
+    smooth: np.ndarray
+    kept: np.ndarray
+    judged: np.ndarray
+    gait: np.ndarray
+    length_error: np.ndarray
+    arm_error: np.ndarray
+
+
+def fitted_length(unit: np.ndarray, length: np.ndarray, slope: np.ndarray) -> LengthFit:
+    """The lowest degree that reaches `GOAL_ARM`: `length` (poses,) m and `slope` (poses, 6) m/rad
+    at the poses `unit`.
+    """
+    spans = np.flatnonzero(np.abs(slope).max(axis=0) > 1e-5)
+    x, slope, highest = unit[:, spans], slope[:, spans], HIGHEST[len(spans)]
+    coarse = basis(x, powers_of(spans, min(6, highest - 1)))
+    smooth = smooth_part(coarse[0], coarse[1] / HALF[spans], length, slope)
+    number = np.arange(len(unit))
+    train, inside = number < SAMPLES, number >= SAMPLES + TESTS
+    kept, judged, gait = train & smooth, ~train & ~inside & smooth, inside & smooth
+    for degree in range(3, highest + 1):
+        powers = powers_of(spans, degree)
+        value, down = basis(x, powers)
+        down /= HALF[spans]
+        every = [(value / 0.2e-3, length / 0.2e-3)]
+        every += [(down[..., i] / 1e-3, slope[:, i] / 1e-3) for i in range(len(spans))]
+        whole = least_squares(
+            np.concatenate([a[kept] for a, _ in every]),
+            np.concatenate([b[kept] for _, b in every]),
+        )
+        arm_error = np.abs(down.transpose(0, 2, 1) @ whole - slope)
+        if np.quantile(arm_error[judged], 0.95) < GOAL_ARM:
+            break
+    length_error = np.abs(value @ whole - length)
+    return LengthFit(
+        spans, degree, powers, value, whole, smooth, kept, judged, gait, length_error, arm_error
+    )
+
+
+def fitted_bones(
+    fit: LengthFit, length: np.ndarray, by_bone: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """How much each bone adds to the length (terms,), of the bones that do; the largest part takes
+    what the fits of the others leave. `by_bone` (poses,) m.
+    """
+    parts = {b: v for b, v in by_bone.items() if np.abs(v).max() > 1e-6}
+    whole_of_parts = np.abs(sum(parts.values()) - length)
+    usable = fit.kept & (whole_of_parts < JUMP)
+    found = {b: least_squares(fit.value[usable], v[usable]) for b, v in parts.items()}
+    largest = max(parts, key=lambda b: np.abs(parts[b]).mean())
+    found[largest] = fit.whole - sum(c for b, c in found.items() if b != largest)
+    return found
+
+
+def fitted_joints(
+    fit: LengthFit, virtual: dict[tuple[str, str], np.ndarray]
+) -> dict[str, tuple[np.ndarray, float]]:
+    """Pull on each joint's distal part (3, terms), of the joints that feel one, and the error that
+    95 % of it keep. `virtual` (poses, 3) per newton of tension.
+    """
+    joints = {}
+    low = fit.powers.sum(axis=1) <= max(5, fit.degree - 2)
+    for (label, kind), v in virtual.items():
+        if np.abs(v).max() < 1e-6:
+            continue
+        usable = fit.kept & (np.abs(v).max(axis=1) < 3.0)
+        found = least_squares(fit.value[usable][:, low], v[usable])
+        off = np.abs(fit.value[fit.judged][:, low] @ found - v[fit.judged])
+        filled = np.zeros((3, len(fit.powers)), dtype=np.float32)
+        filled[:, low] = found.T
+        joints[f"{label}_{kind}"] = filled, float(np.quantile(off, 0.95))
+    return joints
+
+
+def described(
+    name: str, muscle: Any, fit: LengthFit, bones_of: list[str], errors: dict[str, float]
+) -> dict[str, Any]:
+    """A muscle's row of the table that is shipped: what it is, and how right its path is."""
+    muscle = osim.Millard2012EquilibriumMuscle.safeDownCast(muscle)
+    passive = muscle.getFiberForceLengthCurve()
+    of_gait = np.arange(len(fit.smooth)) >= SAMPLES + TESTS
+
+    def mm(values: np.ndarray, share: float = 0.95) -> float:
+        return round(float(np.quantile(values, share)) * 1e3, 3)
+
+    return {
+        "name": name,
+        "coordinates": [COORDINATES[c] for c in fit.spans],
+        "bones": bones_of,
+        "joints": list(errors),
+        "max_force_n": muscle.getMaxIsometricForce(),
+        "optimal_fibre_m": muscle.getOptimalFiberLength(),
+        "tendon_slack_m": muscle.getTendonSlackLength(),
+        "pennation_rad": muscle.getPennationAngleAtOptimalFiberLength(),
+        "passive_from": passive.get_strain_at_zero_force(),
+        "passive_to": passive.get_strain_at_one_norm_force(),
+        "degree": int(fit.degree),
+        "jumps": round(1 - float(fit.smooth[~of_gait].mean()), 4),
+        "jumps_gait": round(1 - float(fit.smooth[of_gait].mean()), 4),
+        "length_error_95_mm": mm(fit.length_error[fit.judged]),
+        "arm_error_95_mm": mm(fit.arm_error[fit.judged]),
+        "arm_error_gait_95_mm": mm(fit.arm_error[fit.gait]),
+        "arm_error_gait_worst_mm": mm(fit.arm_error[fit.gait], 1.0),
+        "force_error_95": {k: round(v, 4) for k, v in errors.items()},
+    }
+
+
+def print_muscle(row: dict[str, Any], terms: int) -> None:
+    """One line for a row of `described`."""
+    print(
+        f"{row['name']:10s} {len(row['coordinates'])} degree {row['degree']} ({terms} terms), "
+        f"jumps in {row['jumps']:.2%}; mm: length {row['length_error_95_mm']}, arm "
+        f"{row['arm_error_95_mm']}, in gait {row['arm_error_gait_95_mm']}, at most "
+        f"{row['arm_error_gait_worst_mm']}; {row['force_error_95']}",
+        flush=True,
+    )
+
+
+def print_all(fits: list[LengthFit]) -> None:
+    """Errors over all muscles."""
+    for label, errors in {
+        "length": [fit.length_error[fit.judged] for fit in fits],
+        "arms": [fit.arm_error[fit.judged].ravel() for fit in fits],
+        "arms in gait": [fit.arm_error[fit.gait].ravel() for fit in fits],
+    }.items():
+        off = np.concatenate(errors) * 1e3
+        message = ", ".join(f"{q:.0%} {np.quantile(off, q):.3f} mm" for q in (0.95, 0.99))
+        print(f"all {label}: {message}")
+
+
 def main() -> None:
     """Sample, fit and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -368,111 +557,25 @@ def main() -> None:
     arguments = parser.parse_args()
     osim.Logger.setLevelString("off")
 
-    middle, half = RANGES.mean(axis=1), np.diff(RANGES, axis=1)[:, 0] / 2
-    unit = 2 * qmc.Sobol(6, seed=1).random(4096)[: SAMPLES + 2 * TESTS] - 1
-    # Also the ends of the range, where polynomials are worst.
-    unit[:SAMPLES] = np.clip(1.04 * unit[:SAMPLES], -1, 1)
-    # The last poses are only of gait.
-    low, high = ((GAIT[:, k] - middle) / half for k in (0, 1))
-    unit[-TESTS:] = (low + high) / 2 + (high - low) / 2 * unit[-TESTS:]
-    poses = middle + half * unit
-    leg = Leg(arguments.model)
-    names = [m.getName()[:-2] for m in leg.muscles]
-    if arguments.samples is not None and arguments.samples.exists():
-        length, slope, virtual, by_bone, motion = pickle.loads(arguments.samples.read_bytes())
-    else:
-        length, slope, virtual, by_bone, motion = sampled = samples(arguments.model, leg, poses)
-        if arguments.samples is not None:
-            arguments.samples.write_bytes(pickle.dumps(sampled))
-
-    arrays, table, errors = dict(motion), [], []
-    number = np.arange(len(poses))
-    train, inside = number < SAMPLES, number >= SAMPLES + TESTS
-    for m, name in enumerate(names):
-        spans = np.flatnonzero(np.abs(slope[:, m]).max(axis=0) > 1e-5)
-        x, count = unit[:, spans], len(spans)
-        coarse = basis(x, powers_of(spans, min(6, HIGHEST[count] - 1)))
-        smooth = smooth_part(
-            coarse[0], coarse[1] / half[spans], length[:, m], slope[:, m][:, spans]
-        )
-        kept, judged, gait = train & smooth, ~train & ~inside & smooth, inside & smooth
-        for degree in range(3, HIGHEST[count] + 1):
-            powers = powers_of(spans, degree)
-            value, down = basis(x, powers)
-            down /= half[spans]
-            every = [(value / 0.2e-3, length[:, m] / 0.2e-3)]
-            every += [(down[..., i] / 1e-3, slope[:, m, c] / 1e-3) for i, c in enumerate(spans)]
-            whole = least_squares(
-                np.concatenate([a[kept] for a, _ in every]),
-                np.concatenate([b[kept] for _, b in every]),
-            )
-            arm_error = np.abs(down.transpose(0, 2, 1) @ whole - slope[:, m][:, spans])
-            if np.quantile(arm_error[judged], 0.95) < GOAL_ARM:
-                break
-        length_error = np.abs(value @ whole - length[:, m])
-        errors.append((length_error[judged], arm_error[judged].ravel(), arm_error[gait].ravel()))
-        # How much each bone adds; the largest part takes what the fits of the others leave.
-        parts = {b: v[:, m] for b, v in by_bone.items() if np.abs(v[:, m]).max() > 1e-6}
-        whole_of_parts = np.abs(sum(parts.values()) - length[:, m])
-        usable = kept & (whole_of_parts < JUMP)
-        coefficients = {b: least_squares(value[usable], v[usable]) for b, v in parts.items()}
-        largest = max(parts, key=lambda b: np.abs(parts[b]).mean())
-        coefficients[largest] = whole - sum(c for b, c in coefficients.items() if b != largest)
-        joints = {}
-        low = powers.sum(axis=1) <= max(5, degree - 2)
-        for (label, kind), values in virtual.items():
-            v = values[:, m]
-            if np.abs(v).max() < 1e-6:
-                continue
-            usable = kept & (np.abs(v).max(axis=1) < 3.0)
-            found = least_squares(value[usable][:, low], v[usable])
-            off = np.abs(value[judged][:, low] @ found - v[judged])
-            joints[f"{label}_{kind}"] = float(np.quantile(off, 0.95))
-            filled = np.zeros((3, len(powers)), dtype=np.float32)
-            filled[:, low] = found.T
-            arrays[f"{name}/{label}_{kind}"] = filled
-        arrays[f"{name}/powers"] = powers
-        arrays[f"{name}/length"] = np.stack(list(coefficients.values())).astype(np.float32)
-        muscle = osim.Millard2012EquilibriumMuscle.safeDownCast(leg.muscles[m])
-        passive = muscle.getFiberForceLengthCurve()
-
-        def mm(values: np.ndarray, share: float = 0.95) -> float:
-            return round(float(np.quantile(values, share)) * 1e3, 3)
-
-        table.append(
-            {
-                "name": name,
-                "coordinates": [COORDINATES[c] for c in spans],
-                "bones": list(coefficients),
-                "joints": list(joints),
-                "max_force_n": muscle.getMaxIsometricForce(),
-                "optimal_fibre_m": muscle.getOptimalFiberLength(),
-                "tendon_slack_m": muscle.getTendonSlackLength(),
-                "pennation_rad": muscle.getPennationAngleAtOptimalFiberLength(),
-                "passive_from": passive.get_strain_at_zero_force(),
-                "passive_to": passive.get_strain_at_one_norm_force(),
-                "degree": int(degree),
-                "jumps": round(1 - float(smooth[~inside].mean()), 4),
-                "jumps_gait": round(1 - float(smooth[inside].mean()), 4),
-                "length_error_95_mm": mm(length_error[judged]),
-                "arm_error_95_mm": mm(arm_error[judged]),
-                "arm_error_gait_95_mm": mm(arm_error[gait]),
-                "arm_error_gait_worst_mm": mm(arm_error[gait], 1.0),
-                "force_error_95": {k: round(v, 4) for k, v in joints.items()},
-            }
-        )
-        message = table[-1]
-        print(
-            f"{name:10s} {count} degree {degree} ({len(powers)} terms), jumps in "
-            f"{message['jumps']:.2%}; mm: length {message['length_error_95_mm']}, arm "
-            f"{message['arm_error_95_mm']}, in gait {message['arm_error_gait_95_mm']}, at most "
-            f"{message['arm_error_gait_worst_mm']}; {message['force_error_95']}",
-            flush=True,
-        )
-    for label, kind in enumerate(("length", "arms", "arms in gait")):
-        off = np.concatenate([e[label] for e in errors]) * 1e3
-        message = ", ".join(f"{q:.0%} {np.quantile(off, q):.3f} mm" for q in (0.95, 0.99))
-        print(f"all {kind}: {message}")
+    unit, leg = drawn_poses(), Leg(arguments.model)
+    length, slope, virtual, by_bone, motion = kept_samples(
+        arguments.model, leg, MIDDLE + HALF * unit, arguments.samples
+    )
+    arrays, table, fits = dict(motion), [], []
+    for m, muscle in enumerate(leg.muscles):
+        name = muscle.getName()[:-2]
+        fit = fitted_length(unit, length[:, m], slope[:, m])
+        of_bones = fitted_bones(fit, length[:, m], {b: v[:, m] for b, v in by_bone.items()})
+        joints = fitted_joints(fit, {k: v[:, m] for k, v in virtual.items()})
+        for label, (pull, _) in joints.items():
+            arrays[f"{name}/{label}"] = pull
+        arrays[f"{name}/powers"] = fit.powers
+        arrays[f"{name}/length"] = np.stack(list(of_bones.values())).astype(np.float32)
+        errors = {label: error for label, (_, error) in joints.items()}
+        table.append(described(name, muscle, fit, list(of_bones), errors))
+        fits.append(fit)
+        print_muscle(table[-1], len(fit.powers))
+    print_all(fits)
     arrays["ranges"] = RANGES
     arrays["about"] = np.frombuffer(
         json.dumps({"coordinates": COORDINATES, "muscles": table}).encode(), dtype=np.uint8

@@ -3,7 +3,7 @@
     pip install daqp quadprog clarabel osqp
     python -m experiments.muscle_solvers
 
-100 frames of 40 muscles and 6 rows, as `gaitval.muscles.sharing` has them. Nothing is shipped.
+100 frames of 40 muscles and 6 rows, as `gaitval.musculature.sharing` has them. Nothing is shipped.
 """
 
 import time
@@ -17,7 +17,7 @@ import quadprog
 from scipy import sparse
 
 from gaitval.arrays import Array
-from gaitval.muscles.sharing import LOWEST, solve
+from gaitval.musculature.sharing import LOWEST, solve
 
 FRAMES, ROWS, MUSCLES = 100, 6, 40
 

@@ -1,43 +1,60 @@
-"""Shipped: writes gaitval/apps/patients/sound_sides.csv, what amputees' sound sides do.
+"""Shipped: writes what amputees' sides do, and how far their ankle moments are off, into
+gaitval/apps/patients: sound_sides.csv, prosthetic_sides.csv, ankle_errors.csv.
 
-    python -m experiments.sound_sides ../shared/data          # the file
-    python -m experiments.sound_sides ../shared/data --check  # fails if it is another
+    python -m experiments.sound_sides ../shared/data          # the files
+    python -m experiments.sound_sides ../shared/data --check  # fails if one is another
 
-Reads the strides of above-knee amputees (`gps/`) and their ankles' moments (`amputee/`), of the
-sound side alone. `later`: where the moment has fallen to `ENDED` of its peak, less where the
-angles have the foot leave the ground, less the mean of the same in the ten built-in people.
-`larger`: with the foot leaving so late, the factor of healthy people's moment in the time of this
-foot (`told.rolled_ankle`) that is nearest to the measured one by least squares.
+Reads the strides of above-knee amputees (`gps/`) and their ankles' moments (`amputee/`). `later`:
+where the moment has fallen to `ENDED` of its peak, less where the angles have the foot leave the
+ground, less the mean of the same in the ten built-in people. `larger`: with the foot leaving so
+late, the factor of healthy people's moment in the time of this foot (`told.rolled_ankle`) that is
+nearest to the measured one by least squares. Errors are of the moments that are expected before any
+walk, each person's with the others' figures alone; they need the first two files, so these are
+written first.
 """
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from claims.patients import HEALTHY, SPEEDS, tables, true_moments
 from experiments.shipped import csv_text, parser_of, ship
+from gaitval.apps.patients.ankle_errors import ERRORS
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import expected_record, over_stance, rolled_ankle
+from gaitval.apps.patients.passive_foot import expected_ankles
 from gaitval.apps.patients.records import Patient, two_sided
 from gaitval.apps.patients.rolling_foot import feet
-from gaitval.apps.patients.sound_side import TABLE
+from gaitval.apps.patients.sound_side import PROSTHETIC_TABLE, TABLE, rows_of
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.prediction.population import with_others_kinetics
 from gaitval.scaling.scaling import scale_subject
 
-FILE = Path(__file__).resolve().parent.parent / "gaitval" / "apps" / "patients" / TABLE
+FOLDER = Path(__file__).resolve().parent.parent / "gaitval" / "apps" / "patients"
 
 ENDED = 0.05
 """Of the largest plantarflexor moment, below which it has ended."""
 
 PHASE = np.linspace(0.0, 1.0, 101)
 
-HEADER = """\
+ABOUT = {
+    TABLE: """\
 # Sound sides of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): how much later,
 # of the cycle, the ankle's moment ends than the angles and healthy people say; and by what factor
-# it is larger. Computed by experiments/sound_sides.py from: Hood S, Ishmael MK, Gunnell A, Foreman
+# it is larger. """,
+    PROSTHETIC_TABLE: """\
+# Prosthetic sides of {people} above-knee amputees on a treadmill at 0.8 m/s (TF02: 0.7): how much
+# later, of the cycle, the ankle's moment ends than the angles and healthy people say. """,
+    ERRORS: """\
+# Errors of the ankle moments expected of {people} above-knee amputees before any walk, at 0.8 m/s
+# (TF02: 0.7), RMS over the people in Nm/kg: of whole curves (mean), and at each percent of the
+# cycle. """,
+}
+SOURCE = """\
+Computed by experiments/sound_sides.py from: Hood S, Ishmael MK, Gunnell A, Foreman
 # KB, Lenzi T (2020) A kinematic and kinetic dataset of 18 above-knee amputees walking at various
 # speeds. Sci Data 7:150, https://doi.org/10.1038/s41597-020-0494-7. Licence of the data and of this
 # file: CC BY 4.0, https://creativecommons.org/licenses/by/4.0/. Its authors do not endorse this
@@ -82,22 +99,70 @@ def figures(patient: Patient, side: Side, moment: Array, usual: float) -> tuple[
     return later, float(expected @ moment / (expected @ expected))
 
 
-def table(data: Path) -> str:
-    """The file."""
-    truth, usual = true_moments(data), bias()
+def _amputees(data: Path, kind: str) -> Iterator[tuple[Patient, Side, Array]]:
+    """Those whose ankle moment on a side ("intact", "prosthetic") was measured, and it."""
+    truth = true_moments(data)
     strides, people = tables(data)
-    rows = []
     for each in found_patients(strides, people, SPEEDS, [HEALTHY]):
-        moment = truth.get((each.subject.identifier, "intact"))
+        moment = truth.get((each.subject.identifier, kind))
         if each.person.amputation is not None and moment is not None:
-            later, larger = figures(each, opposite(each.person.amputation), moment, usual)
-            rows.append((each.subject.identifier, f"{later:.4f}", f"{larger:.3f}"))
-    return HEADER.format(people=len(rows)) + csv_text([("person", "later", "larger"), *rows])
+            side = each.person.amputation
+            yield each, side if kind == "prosthetic" else opposite(side), moment
+
+
+def _file(table: str, people: int, rows: Sequence[Sequence[object]]) -> str:
+    return ABOUT[table].format(people=people) + SOURCE + csv_text(rows)
+
+
+def sound_sides(data: Path) -> str:
+    """The file of that name."""
+    usual = bias()
+    rows = [
+        (each.subject.identifier, f"{later:.4f}", f"{larger:.3f}")
+        for each, side, moment in _amputees(data, "intact")
+        for later, larger in [figures(each, side, moment, usual)]
+    ]
+    return _file(TABLE, len(rows), [("person", "later", "larger"), *rows])
+
+
+def prosthetic_sides(data: Path) -> str:
+    """The file of that name."""
+    usual = bias()
+    rows = [
+        (each.subject.identifier, f"{figures(each, side, moment, usual)[0]:.4f}")
+        for each, side, moment in _amputees(data, "prosthetic")
+    ]
+    return _file(PROSTHETIC_TABLE, len(rows), [("person", "later"), *rows])
+
+
+def ankle_errors(data: Path) -> str:
+    """The file of that name."""
+    others, rows, people = builtin_subjects(), [], 0
+    for kind, name in (("intact", "sound"), ("prosthetic", "prosthetic")):
+        errors = np.array(
+            [
+                expected_ankles(each, others)[side](PHASE) - moment
+                for each, side, moment in _amputees(data, kind)
+            ]
+        )
+        people = len(errors)
+        whole = float(np.sqrt((errors**2).mean(axis=1)).mean())
+        points = np.sqrt((errors**2).mean(axis=0))
+        rows.append((name, people, f"{whole:.4f}", *(f"{each:.4f}" for each in points)))
+    columns = ("side", "people", "mean", *(f"p{each}" for each in range(101)))
+    return _file(ERRORS, people, [columns, *rows])
 
 
 def main() -> None:
     """Command line; see the module's docstring."""
-    ship({FILE: table}, parser_of(__doc__).parse_args(), "sound_sides")
+    arguments = parser_of(__doc__).parse_args()
+    for name, make in (
+        (TABLE, sound_sides),
+        (PROSTHETIC_TABLE, prosthetic_sides),
+        (ERRORS, ankle_errors),
+    ):
+        ship({FOLDER / name: make}, arguments, "sound_sides")
+        rows_of.cache_clear()
 
 
 if __name__ == "__main__":

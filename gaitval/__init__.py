@@ -21,6 +21,7 @@ _HOMES = {
     "limits": "limits",
     "load_policy": "walks",
     "load_subject": "subjects",
+    "muscles": "muscle_forces",
     "read_recording": "recordings",
     "reference_motion": "references",
     "rollout": "walks",

@@ -4,6 +4,7 @@ from gaitval.interface.changes import change as change
 from gaitval.interface.limits import limits as limits
 from gaitval.interface.motions import inverse_dynamics as inverse_dynamics
 from gaitval.interface.motions import inverse_kinematics as inverse_kinematics
+from gaitval.interface.muscle_forces import muscles as muscles
 from gaitval.interface.recordings import read_recording as read_recording
 from gaitval.interface.references import reference_motion as reference_motion
 from gaitval.interface.sessions import import_session as import_session

@@ -36,7 +36,7 @@ SOURCES = (
     "model/body.py",
     "lanes.py",
     "model/tree.py",
-    "muscles/dual_newton.py",
+    "musculature/dual_newton.py",
     "policy/judgement.py",
     "policy/observation.py",
     "policy/policy_update.py",

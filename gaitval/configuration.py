@@ -360,7 +360,7 @@ class TrainingSettings(Section):
     """Environments over all workers; a multiple of eight makes the best use of the processor."""
     steps_per_action: int = Field(5, ge=1, le=1000)
     """Physics steps for one action while learning: 10 ms, so that samples cover more time. What has
-    learned so walks better with quicker actions (docs/decisions.md)."""
+    learned so walks better with quicker actions (docs/paper.md)."""
     rollout_steps: int = Field(128, ge=1, le=ROLLOUT_SAMPLES)
     """Steps of each environment between updates."""
     batch_size: int = Field(512, ge=2, le=ROLLOUT_SAMPLES)
@@ -406,8 +406,8 @@ class IdentificationSettings(Section):
     """The posterior of mu, and CMA-ES (Hansen's cma) for its mode."""
 
     method: Literal["shared", "posterior", "rollouts", "none"] = "shared"
-    """`shared`, `rollouts`: see `gaitval.identification.methods`. `posterior`: all errors are
-    independent. `none`: the body stays as scaled."""
+    """`shared`: see `gaitval.identification.default`. `rollouts`: the paper's, with the policy of
+    each round. `posterior`: all errors are independent. `none`: the body stays as scaled."""
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
     identified (`gaitval.model.extended`) and reported, but not used by the walker."""

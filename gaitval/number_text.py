@@ -10,3 +10,15 @@ def number(value: float | None, digits: int = 2) -> str:
     text = f"{value:.{digits}f}"
     # a small negative value rounds to "-0.00"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
+def rough(value: float | None, figures: int = 2) -> str:
+    """`value` with as many `figures` as a measured error is worth, never in powers of ten: 0.031,
+    1.2, 120; a dash if not measured.
+    """
+    if value is None or not np.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    size = float(f"{abs(value):.{figures - 1}e}")  # rounded first: 9.97 is 10
+    return number(value, max(0, figures - 1 - int(np.floor(np.log10(size)))))

@@ -47,7 +47,7 @@ if [ "$status" -ne 2 ] || ! grep -q "gaitval\[cohort\]" said; then
     exit 1
 fi
 "$commands/gaitval" subject 5 "$@"
-for name in metrics.json report.html report.pdf; do
+for name in metrics.json report.html report-details.html report.pdf; do
     if [ ! -s "reports/S05/$name" ]; then
         echo "wheel_check: reports/S05/$name was not written" >&2
         exit 1

@@ -116,6 +116,24 @@ def _pdf_alone_where_asked() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module", autouse=True)
+def _words_alone(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Without the slow tests, pages of whole commands come without figures: their tests read words
+    and numbers, and those of `tests/reporting` look at the figures. With them, as in CI, everything
+    is drawn, for a recording that lacks something may have no curve where a figure wants one; but
+    it is painted only where GAITVAL_WHOLE_PAGES is set, since that is half of the time of an
+    import."""
+    from html_page import only_quick_tests, reads_words, unpainted, whole_pages, without_figures
+
+    with pytest.MonkeyPatch.context() as patch:
+        if reads_words(request.path):
+            if only_quick_tests(request.config):
+                without_figures(patch)
+            if not whole_pages():  # some pages draw their figures themselves
+                unpainted(patch)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
 def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
     """Without the slow tests, equal C3D files are read once, but in tests of reading them. With
     them, as in CI, each is read each time."""
@@ -125,6 +143,18 @@ def _c3d_once(request: pytest.FixtureRequest) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         if only_quick_tests(request.config) and request.path.parent.name != "mocap":
             read_once(patch)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _few_bands(request: pytest.FixtureRequest) -> Iterator[None]:
+    """The bands of an import come of a few changes, but in tests that read them and in programs
+    that tests start."""
+    from few_bands import few_changes, reads_bands
+
+    with pytest.MonkeyPatch.context() as patch:
+        if not reads_bands(request.path, Path(__file__).parent):
+            few_changes(patch)
         yield
 
 

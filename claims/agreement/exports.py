@@ -78,6 +78,7 @@ def angles_in_mujoco(walked: "ExportedWalk", cycles: int) -> tuple[dict[str, flo
         ground_reaction=found["ground_reaction"],
         velocities=np.zeros_like(found["positions"]),
         centre_of_pressure=np.zeros((count, 2, 3)),
+        free_moment=np.zeros((count, 2)),
         centre_of_mass=found["positions"][:, 3:6],
         root_force=np.zeros((count, 6)),
         mu=walked.mu,
@@ -124,8 +125,8 @@ def gymnasium(_: claims.Given) -> Claim:
 
     made = library.make("gaitval.apps.export.environment:gaitval/Walker-v0", walker=PERSON)
     with warnings.catch_warnings():
-        # Advice on spaces without bounds, which a normaliser answers.
-        warnings.filterwarnings("ignore", message=".*Box.*")
+        # Advice on actions, which are radians over a scale and not -1 to 1.
+        warnings.filterwarnings("ignore", message=".*symmetric and normalized.*")
         warnings.simplefilter("error", append=True)
         try:
             check_env(made.unwrapped)
@@ -157,7 +158,7 @@ def round_trips(_: claims.Given) -> list[Claim]:
         force = np.stack([plate.force for plate in plates], axis=1)[..., [0, 2, 1]] * [1, -1, 1]
         differences["OpenSim"] = max(
             _relative(positions, walk.positions[rows]),
-            _relative(moments, walk.moments[walked.acting]),
+            _relative(moments, walk.moments[walked.rows]),
             _relative(force, foot_forces(walked).force),
         )
         (path,) = write_c3d_file(folder, walked)

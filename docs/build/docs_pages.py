@@ -41,7 +41,7 @@ def weight(page: str) -> float:
         return CODE
     if page.startswith("notebook/"):
         return NOTEBOOK
-    looked_up = page.startswith("reference/") or page in BORROWED or page == "decisions.md"
+    looked_up = page.startswith("reference/") or page in BORROWED or page == "paper.md"
     return 1.0 if looked_up else GUIDES
 
 

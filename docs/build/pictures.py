@@ -195,6 +195,7 @@ PICTURES: Final = {
     "compare": Picture("compare", "compare/comparison.html", beginning),
     "change": Picture("change", "change/change.html", beginning),
     "judge": Picture("judge", "judged/judge.html", beginning),
+    "muscles": Picture("muscles", "muscles/muscles.html", beginning),
     "events": Picture("events", "events.svg", whole),
     "markers": Picture("markers", "my.svg", left_half),
     "recording": Picture("treadmill", "treadmill/recording/recording.html", recording),
@@ -233,6 +234,7 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
         *("--markers", "imported/recording/trial1_markers.trc"),
         *("--external-loads", "imported/recording/trial1_external_loads.xml"),
     ),
+    "muscles": ("muscles", "imported", "--bands", "--out", "muscles"),
     "events": (
         *("events", "sample/walking.c3d", "--standing", "sample/standing.c3d"),
         *("--out", "events.svg"),
@@ -260,6 +262,7 @@ STEPS: Final[dict[str, tuple[str, ...]]] = {
 """The command of each step, run in the work folder."""
 BEFORE: Final = {
     "judge": "imported",
+    "muscles": "imported",
     "events": "sample",
     "markers": "sample",
     "imported": "sample",

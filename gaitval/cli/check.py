@@ -94,8 +94,10 @@ def check(
         write_junit(rows, junit, about={"inputs": inputs})
     if history is not None:
         histories.keep(history, rows, now.subject.identifier, commit=commit)
-    display.plain(f"Inputs: {inputs}")
-    judge_moved(rows, folder)
+    try:
+        judge_moved(rows, folder)
+    finally:  # whether accuracy was lost comes first; what it may come from, after
+        display.plain(f"Inputs: {inputs}")
 
 
 def _prepared(junit: Path | None, history: Path | None) -> "Commit | None":

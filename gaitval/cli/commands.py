@@ -108,6 +108,12 @@ def _markers() -> Added:
     return markers
 
 
+def _muscles() -> Added:
+    from gaitval.apps.muscles.command import muscles
+
+    return muscles
+
+
 def _patients() -> Added:
     from gaitval.apps.patients.command import patients
 
@@ -150,6 +156,7 @@ TABLE: Final[dict[str, Callable[[], Added]]] = {
     "live": _live,
     "locohub": _locohub,
     "markers": _markers,
+    "muscles": _muscles,
     "patients": _patients,
     "predict": _predict,
     "screen": _screen,

@@ -24,7 +24,7 @@ data_app = typer.Typer(
     rich_markup_mode="rich",
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="List and download published data sets; copy the sample recording.",
+    help="List and download published data sets; copy the samples.",
 )
 data = Added(data_app, after="subjects")
 
@@ -99,8 +99,9 @@ def data_fetch(
 @data_app.command(
     "sample",
     cls=Command,
-    help="Copy the sample recording: markers and force plates of a virtual person, as C3D, with "
-    "the true angles and moments beside them. It comes with gaitval; nothing is downloaded."
+    help="Copy the samples: markers and force plates of a virtual person, as C3D, with the true "
+    "angles and moments beside them; and a table of strides for `gaitval patients`. They come "
+    "with gaitval; nothing is downloaded."
     "\n\n\b\nExamples:\n  gaitval data sample\n  gaitval data sample recordings/sample",
 )
 def data_sample(
@@ -108,12 +109,13 @@ def data_sample(
         Path, typer.Argument(metavar="[FOLDER]", help="Where to copy it.", show_default=False)
     ] = Path("sample"),
 ) -> None:
-    """Copy the sample recording."""
+    """Copy the samples."""
     from gaitval.artefacts import read_json
-    from gaitval.datasets.sample import copy_sample, import_line
+    from gaitval.datasets.sample import copy_sample, import_line, patients_line
 
     files = copy_sample(folder)
     size = sum(file.stat().st_size for file in files)
     display.plain(f"{folder}: {', '.join(file.name for file in files)} ({size / 1e3:.0f} kB)")
     line = import_line(folder, read_json(folder / "truth.json"))
     display.plain(f"Import it: {line}")
+    display.plain(f"Its strides: {patients_line(folder)}")

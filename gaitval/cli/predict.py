@@ -60,16 +60,16 @@ def predict(
     """Walk at a speed that was not recorded, or that is held out.
 
     What is expected at that speed follows from the person's other trials and from how other people
-    change with speed. One policy for each person learns the range of speeds (the first time: 5
-    minutes); a speed then takes a minute. With --holdout the walk is compared with the trial that
-    was held out, beside predictions that need no model: the nearest trial copied, the straight line
-    of two trials, the change of other people added.
+    change with speed. A speed takes a minute. Where the general policy falls, one policy of this
+    person first learns a range of speeds (5 minutes, once). With --holdout the walk is compared
+    with the trial that was held out, beside predictions that need no model: the nearest trial
+    copied, the straight line of two trials, the change of other people added.
     """
     from gaitval.configuration import load_configuration
     from gaitval.datasets.subject_file import builtin_subjects, load_subject
     from gaitval.metrics.results import read_metrics
     from gaitval.prediction.known import known_record
-    from gaitval.study.predicted_study import run_prediction, run_range
+    from gaitval.study.predicted_study import run_prediction
     from gaitval.study.stage import open_run
 
     person = load_subject(subject)
@@ -93,11 +93,12 @@ def predict(
     # one range for all speeds: a speed in its settings would train it again for each
     of_range = configuration.model_copy(update={"record": record.model_copy(update={"speed": 0.0})})
     at = record.speed or person.on_trial(record.holdout).walking_speed_m_s
-    with display.live_view() as live:
-        with open_run(person, of_range, folder, live) as run:
-            run_range(run, force=force)
-        with open_run(person, configuration, folder / f"at-{at:g}", live) as run:
-            run_prediction(run, folder, force=force)
+    with (
+        display.live_view() as live,
+        open_run(person, of_range, folder, live) as range_run,
+        open_run(person, configuration, folder / f"at-{at:g}", live) as run,
+    ):
+        run_prediction(run, range_run, force=force)
     metrics = read_metrics(run.folder)
     if record.holdout:
         display.print_groups(metrics)

@@ -139,8 +139,9 @@ def identify(
 
     Looks for the lengths and joint locations of the body with which the recorded motion, moments
     and forces agree best, and says of each parameter whether the record determines it. Nothing
-    walks for it, and no policy is used; what the record leaves open draws each parameter towards
-    the body as scaled.
+    walks for it, and no policy is used (but with identification.method=rollouts that of the round,
+    which is trained before); what the record leaves open draws each parameter towards the body as
+    scaled.
     """
     _stage("identify", subject, out, config, settings, force, round_number=round_number)
 
@@ -215,9 +216,9 @@ def validate(
 ) -> None:
     """Compare the walks with the record and the limits: metrics.json.
 
-    Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails, or
-    if what decides was not recorded, so not judged. To check a policy against its earlier accuracy,
-    use `gaitval check`.
+    Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails or is
+    not shown to be kept, or if what decides was not recorded, so not judged. To check a policy
+    against its earlier accuracy, use `gaitval check`.
     """
     from gaitval.metrics.results import read_metrics
 
@@ -229,9 +230,9 @@ def validate(
     refused = metrics.summary.refused
     if refused:
         raise ToleranceError(
-            f"{refused} of {refused + metrics.summary.accepted} values miss their acceptance "
-            f"limit (rows above). All errors are in {folder / 'metrics.json'}; `gaitval report` "
-            "shows the curves."
+            f"{refused} of {refused + metrics.summary.accepted} values are not accepted: they miss "
+            "their limit, or a guess without a model is as near to the record (rows above). All "
+            f"errors are in {folder / 'metrics.json'}; `gaitval report` shows the curves."
         )
     _judged(folder)
 
@@ -258,7 +259,8 @@ def report(
     language: LanguageOption = None,
     paper: PaperOption = None,
 ) -> None:
-    """Write the report: report.html and report.pdf, and the numbers behind its figures as CSV.
+    """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
+    its figures as CSV.
 
     Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """

@@ -6,7 +6,7 @@ is below 0.25 ms. The forces are therefore linearly implicit in the velocity: wi
 ∂f/∂v of a foot's contact and the mass m that it moves, the velocity at the end of the step is v +
 (h/m) (f - f'), where f' is the force of the previous step, whose effect is already in v. Hence f =
 (f(v) + a f') / (1 + a) with a = h κ / m. A constant force is unchanged, and the law holds exactly
-as h goes to 0 (measured in docs/decisions.md and docs/speed.md).
+as h goes to 0 (measured in docs/paper.md and docs/speed.md).
 """
 
 from typing import NamedTuple

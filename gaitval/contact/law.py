@@ -2,7 +2,7 @@
 
 A law is a named tuple of its numbers with a compiled `force`. From the type of the tuple numba
 knows which force to compile into the engines, so choosing a law costs nothing in a physics step.
-docs/how-to/contact-law.md shows how to add one.
+docs/how-to/extend.md#choose-or-add-a-contact-law shows how to add one.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,4 +1,5 @@
-"""The sample recording that comes with gaitval: a virtual person whose motion is known.
+"""The samples that come with gaitval: a recording of a virtual person whose motion is known, and a
+table of strides of three virtual people.
 
 `gaitval/samples/README.md` says how it was made.
 """
@@ -11,7 +12,10 @@ from gaitval import file_gate
 from gaitval.artefacts import replacing
 from gaitval.errors import ArchiveError
 
-SAMPLE: Final = ("standing.c3d", "walking.c3d", "truth.csv", "truth.json", "README.md")
+SAMPLE: Final = (
+    *("standing.c3d", "walking.c3d", "truth.csv", "truth.json"),
+    *("strides.csv", "people.csv", "README.md"),
+)
 """Its files."""
 
 
@@ -48,3 +52,9 @@ def import_line(folder: Path, about: dict[str, Any]) -> str:
     person = f"--mass {about['mass_kg']:g} --height {about['height_m']:g} --sex {about['sex']}"
     out = Path("reports") / folder.name
     return f"gaitval import {files} {person} --belt {about['belt_m_s']:.4f} --out {out}"
+
+
+def patients_line(folder: Path) -> str:
+    """The command that makes subjects of the strides of the sample in `folder`."""
+    tables = f"{folder / 'strides.csv'} --people {folder / 'people.csv'}"
+    return f"gaitval patients {tables} --healthy virtual_healthy --out runs/patients"

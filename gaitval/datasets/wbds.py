@@ -21,7 +21,7 @@ is the least certain (it depends on using the foot's axes).
 
 The moments show a calibration error of the force plates against the markers: over the ten subjects
 the ankle moment divided by vertical force at 45 % of the cycle is 0.14 m on the right and 0.10 m on
-the left, a difference that no gait has (docs/decisions.md). The curves are left as recorded;
+the left, a difference that no gait has (docs/paper.md). The curves are left as recorded;
 `plates` finds the correction, which each subject's file has beside them.
 """
 

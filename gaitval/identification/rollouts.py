@@ -5,7 +5,7 @@ by CMA-ES with a population of 8. Each generation's eight bodies walk at once, i
 compiled engine. Likeness is epsilon (`metrics.epsilon`) of a walk's mean curves against the record;
 somebody who falls is as unlike as `FALLEN`. There is no prior but the distribution that the search
 starts with, and no posterior: the result is a point, which a policy that follows its reference on
-any body hardly depends on (docs/identification.md). Damping and friction stay, as elsewhere.
+any body hardly depends on (docs/how-to/body.md). Damping and friction stay, as elsewhere.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,10 +20,12 @@ from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.gait.record import GaitRecord
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.posterior import Searched, search
+from gaitval.identification.unidentified import bounded
 from gaitval.lanes import WIDTH
 from gaitval.metrics.comparison import curves_of
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.epsilon import epsilon
+from gaitval.metrics.results import FoundParameters
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.policy.rollouts import record_together
@@ -137,4 +139,41 @@ def identified_by_rollouts(
     )
     mu = body(searched.best)
     (after,) = walks([mu])
+    if after >= before:  # where all bodies fall, the best of them is the one drawn first
+        mu, after = nominal_parameters(), before
     return ByRollouts(mu, after, before, walks.count, searched)
+
+
+def rollouts_identification(
+    fit: BodyFit,
+    record: GaitRecord,
+    model: BodyModel,
+    policy: Policy,
+    configuration: Configuration,
+    on_progress: Callable[[dict[str, float]], None],
+) -> FoundParameters:
+    """`identification.method=rollouts`: the paper's own, with a `policy` (that of the round), on
+    `record` and the body (`model`) as scaled. It has no posterior, so no parameter is identified by
+    it; the walker takes its body all the same.
+
+    Of `fit` only the prior is used. The `configuration` has the
+    settings of the search and of walking; `on_progress` is called after each generation, with its
+    best epsilon.
+    """
+    most = configuration.identification.generations
+
+    def on_generation(generation: int, best: float) -> None:
+        on_progress({"generation": generation, "total": most, "value": best})
+
+    found = identified_by_rollouts(
+        BodyWalks(record, model, policy, configuration),
+        fit.prior_sd, configuration.identification,
+        seed=configuration.seed, on_generation=on_generation,
+    )  # fmt: skip
+    return bounded(found.mu, fit.prior_sd, configuration).model_copy(
+        update={
+            "posterior_mean": found.mu.tolist(),
+            "converged": found.searched.converged,
+            "history": list(found.searched.history),
+        }
+    )

@@ -1,6 +1,7 @@
 """What the report and the command line show of an import: limits, tables, figures."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -9,6 +10,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import file_hash, versions
 from gaitval.build_info import now, source_commit
 from gaitval.coordinates import SIDES, Side
+from gaitval.errors import GaitvalError
 from gaitval.gait.agreement import residuals_known
 from gaitval.gait.cycles import mean_and_deviation
 from gaitval.inverse.inverse_dynamics import Residuals, ground_level, residuals
@@ -16,7 +18,9 @@ from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.inverse.marker_placement import MarkerPlacement
 from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
 from gaitval.metrics.tolerances import Verdict, evaluate, measured
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.reporting import recording_report as page
+from gaitval.session.loaded import loaded_motion
 from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
@@ -172,10 +176,41 @@ def summary_of(found: Import) -> page.RecordingSummary:
             for cycle in walk.cycles[side]
             if cycle.reasons
         ],
+        muscles=found_muscles(found),
         versions=versions(),
         commit=source_commit(),
         written=now(),
     )
+
+
+MOST_CYCLES: Final = 5
+"""Gait cycles of a side of each trial whose muscles the page shows: the middle ones."""
+
+
+def found_muscles(found: Import) -> MuscleGait | None:
+    """Muscles of the trials' middle cycles; None without moments, or where they cannot be worked
+    out, which `gaitval muscles` says.
+    """
+    request = found.request
+    if request.aid is not None:  # moments lack what the aid carries
+        return None
+    motions = []
+    for walk in found.trials:
+        motion = loaded_motion(
+            walk, found.body.model, height=request.height_m, prosthesis=request.prosthesis
+        )
+        if motion is not None:
+            few = {side: _middle(cycles) for side, cycles in motion.cycles.items()}
+            motions.append(replace(motion, cycles=few, spans={}))
+    try:
+        return muscles_of(motions) if any(any(m.cycles.values()) for m in motions) else None
+    except GaitvalError:
+        return None
+
+
+def _middle(cycles: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
+    first = max(0, (len(cycles) - MOST_CYCLES) // 2)
+    return cycles[first : first + MOST_CYCLES]
 
 
 def _force_curves(found: Import) -> dict[str, tuple[Array, Array]]:
@@ -213,7 +248,7 @@ def _stance_fraction(found: Import, side: Side) -> float:
 
 _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling", "kinematics")
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
-_SHOWN_STEPS: Final = (*_DECIDED, "warnings")
+_SHOWN_STEPS: Final = (*_DECIDED, "warnings", "uncertainty")
 """Steps that the page says elsewhere than among the findings."""
 
 

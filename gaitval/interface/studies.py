@@ -20,7 +20,7 @@ from gaitval.study.one_stage import run_one
 from gaitval.study.run import run_subject
 from gaitval.study.stage import RECORDS, Observer, open_run
 
-REPORT = ("report.html", "report.pdf")
+REPORT = ("report.html", "report-details.html", "report.pdf")
 
 
 def run_study(
@@ -111,7 +111,8 @@ def write_report(
     language: str | None = None,
     paper: str | None = None,
 ) -> tuple[Path, Path]:
-    """Write the report of a run, as `gaitval report` does: `report.html` and `report.pdf`.
+    """Write the report of a run, as `gaitval report` does: `report.html`, `report-details.html` and
+    `report.pdf`.
 
     A run folder must be up to date, and its report is written only where something has changed. A
     stored baseline gets the report of what it holds; what is missing says so.
@@ -145,7 +146,7 @@ def write_report(
     >>> folder = shutil.copytree(gv.load_policy(5).folder, "S05")
     >>> page, document = gv.write_report(folder)
     >>> page.name, document.name
-    ('report.html', 'report.pdf')
+    ('report.html', 'report-details.html', 'report.pdf')
     """
     where = Path(folder)
     if not (where / METRICS).is_file():

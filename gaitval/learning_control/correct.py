@@ -9,11 +9,11 @@ changes are of the height of the pelvis and the lowest harmonics of hip, knee, a
 angles. How curves answer is known from other people's walks and learned from every walk of the
 search (`slopes`); the steps are Gauss-Newton's.
 
-The target is the reference, moved a part of the way (`TO_RECORD`, `TO_ESTIMATE`) to the record that
-it was fitted to, if that is given. A walk obeys the laws of motion anyway, so it can have part of
-what the fit gave up for them. Data held out from the run stay held out. A Gaussian prior holds
-every change near zero, so only changes that affect the walk are free; their effective number is
-reported.
+The target is the reference, moved a part of the way (`TO_RECORD`, `TO_ESTIMATE`, `TO_PREDICTION`)
+to the record that it was fitted to, if that is given. A walk obeys the laws of motion anyway, so it
+can have part of what the fit gave up for them. Data held out from the run stay held out. A Gaussian
+prior holds every change near zero, so only changes that affect the walk are free; their effective
+number is reported.
 
 Policy, body and physics are unchanged, and nothing supports the body: it is the same walker, given
 a motion that differs from the reference by about a degree. Even so it can fall after a minute where
@@ -33,7 +33,13 @@ from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.lanes import WIDTH
 from gaitval.learning_control.slopes import Slopes, shared_slopes
-from gaitval.learning_control.walked import Walked, accuracy_of, fitted
+from gaitval.learning_control.walked import (
+    ACCURACY,
+    Accuracies,
+    Walked,
+    accuracy_of,
+    fitted,
+)
 from gaitval.metrics.comparison import curves_of, rms
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.record_results import Kind
@@ -59,10 +65,13 @@ _FLAT = 4
 """Harmonics above this have a prior of the same angular acceleration: without, forces ring."""
 _SHARES = (1.0, 0.7, 0.4)
 """Shares of the change that was found. The largest one that does no harm is used."""
-TO_RECORD, TO_ESTIMATE = 0.3, 1.0
-"""Of the way, with the person's own kinetics, which contradict one another, and with estimated
-ones, which do so less. Chosen by walks of people that no table contains
-(docs/notebook/experiments.md)."""
+TO_RECORD, TO_ESTIMATE, TO_PREDICTION = 0.3, 1.0, 1.0
+"""Of the way, with the person's own kinetics, which contradict one another, and with estimated and
+predicted ones, which do so less. Chosen by walks of people that no table contains
+(docs/notebook/experiments.md); of predictions by walks of held-out trials
+(docs/notebook/held-out.md)."""
+TOWARDS_PREDICTION = 2.0
+"""How many times as free a change is towards a prediction: there is more to make up for."""
 _CYCLES = 8
 """Cycles of a walk that are averaged."""
 
@@ -118,11 +127,14 @@ class Corrected:
 
 
 def beside_reference(
-    environment: WalkingEnvironment, cases: Sequence["CorrectedWalk"], to_record: float = 0.0
+    environment: WalkingEnvironment,
+    cases: Sequence["CorrectedWalk"],
+    to_record: float = 0.0,
+    accuracies: Accuracies = ACCURACY,
 ) -> list["Walked | None"]:
     """Walk with at most eight changed references side by side (`cases`, of one policy and body),
-    each beside the unchanged one of `environment`, or `to_record` of the way to the record; None
-    for a walker that fell.
+    each beside the unchanged one of `environment`, or `to_record` of the way to the record, with
+    errors over `accuracies`; None for a walker that fell.
     """
     task, first = environment.task, cases[0]
     tasks = [
@@ -139,7 +151,7 @@ def beside_reference(
         cycles=task.configuration.validation.settling_cycles + _CYCLES + 2,
     )
     wanted = target(task, to_record)
-    return [_compared(task, rollout, wanted) for rollout in rollouts]
+    return [_compared(task, rollout, wanted, accuracies) for rollout in rollouts]
 
 
 def target(task: WalkingTask, to_record: float) -> dict[Kind, dict[str, Array]]:
@@ -157,7 +169,10 @@ def target(task: WalkingTask, to_record: float) -> dict[Kind, dict[str, Array]]:
 
 
 def _compared(
-    task: WalkingTask, rollout: Rollout, wanted: Mapping[Kind, Mapping[str, Array]]
+    task: WalkingTask,
+    rollout: Rollout,
+    wanted: Mapping[Kind, Mapping[str, Array]],
+    accuracies: Accuracies,
 ) -> Walked | None:
     """A walk beside the curves that are wanted; None if it fell."""
     cycles = find_cycles(rollout, task.configuration).first(_CYCLES)
@@ -173,9 +188,10 @@ def _compared(
             if fitted(kind, name):
                 # A curve has 101 samples but is worth 12 independent numbers: so weighted, its sum
                 # of squares is 12 where it is off by its accuracy throughout.
-                weight = float(np.sqrt(INDEPENDENT / len(curve))) / accuracy_of(kind, name)
+                weight = float(np.sqrt(INDEPENDENT / len(curve)))
+                weight /= accuracy_of(kind, name, accuracies)
                 parts.append(weight * (mean - curve))
-    return Walked(np.concatenate(parts), errors)
+    return Walked(np.concatenate(parts), errors, accuracies)
 
 
 @dataclass(frozen=True)
@@ -191,10 +207,13 @@ class CorrectedWalk:
 
 
 def _walks(
-    pool: RolloutPool, to_record: float, cases: Sequence[CorrectedWalk]
+    pool: RolloutPool,
+    to_record: float,
+    cases: Sequence[CorrectedWalk],
+    accuracies: Accuracies = ACCURACY,
 ) -> Iterator[Walked | None]:
     """`beside_reference` of any number of cases."""
-    walk = partial(beside_reference, to_record=to_record)
+    walk = partial(beside_reference, to_record=to_record, accuracies=accuracies)
     # What goes before and after the walks of a group takes as long as they: workers share it.
     return chain.from_iterable(pool.each(walk, in_groups(cases, pool.workers)))
 
@@ -221,6 +240,8 @@ def correct(
     *,
     target_record: GaitRecord | None = None,
     to_record: float = TO_RECORD,
+    accuracies: Accuracies = ACCURACY,
+    freedom: float = 1.0,
     slopes: Slopes | None = None,
     on_progress: Callable[[dict[str, float]], None] | None = None,
 ) -> Corrected:
@@ -234,9 +255,10 @@ def correct(
     `task` has body, reference and constants; the trained `policy` is not changed; `mu` (14,) are
     body parameters. `target_record` is the record that the reference was fitted to, with the
     person's own or estimated kinetics, to which the target goes a part of the way, `to_record`;
-    without it the target is the reference alone. `slopes`, by rad and m, are what is known of them
-    beforehand, by default what other people's walks say. `on_progress` is called after each step
-    with `steps`, `total` and `error`.
+    without it the target is the reference alone. Errors weigh by `accuracies`; `freedom` is how
+    many times as large a change the prior expects. `slopes`, of errors over `ACCURACY` by rad and
+    m, are what is known of them beforehand, by default what other people's walks say. `on_progress`
+    is called after each step with `steps`, `total` and `error`.
     """
     settings = task.configuration.correction
     if target_record is None:
@@ -245,7 +267,7 @@ def correct(
         task = replace(task, record=target_record)
     phases = tuple(task.configuration.validation.start_phases)
     start = phases[0]
-    sd = prior_sd(settings.harmonics)
+    sd = freedom * prior_sd(settings.harmonics)
 
     def progress(number: int, found: float) -> None:
         if on_progress is not None:
@@ -260,7 +282,7 @@ def correct(
                 for phase in phases
                 for point in points
             ]
-            return list(_walks(pool, to_record, cases))
+            return list(_walks(pool, to_record, cases, accuracies))
 
         @cache
         def far(used: int, start: tuple[float, ...]) -> tuple[Endurance, ...]:
@@ -272,9 +294,12 @@ def correct(
 
         none = np.zeros_like(sd)
         speed = targets_of(task.reference, task.model).speed
+        known = slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES)
+        if accuracies is not ACCURACY:
+            known = known.reweighted(_by_accuracy(task, accuracies))
         found = search(
             lambda points: walk(points, start),
-            (slopes or shared_slopes(speed, settings.harmonics, len(JOINTS), SAMPLES)).scaled(sd),
+            known.scaled(sd),
             steps=settings.steps,
             allowed=lambda point: correction_of(sd * point).largest() <= settings.largest,
             on_step=progress,
@@ -294,6 +319,17 @@ def correct(
         after=walks[used],
         starts=starts[: len(phases)],
     )
+
+
+def _by_accuracy(task: WalkingTask, accuracies: Accuracies) -> Array:
+    """By how much every deviation is larger than over `ACCURACY`."""
+    factors = [
+        np.full(len(curve), accuracy_of(kind, name) / accuracy_of(kind, name, accuracies))
+        for kind, curves in target(task, 0.0).items()
+        for name, curve in curves.items()
+        if fitted(kind, name)
+    ]
+    return np.concatenate(factors)
 
 
 def _usable(

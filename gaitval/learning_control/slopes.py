@@ -47,6 +47,11 @@ class Slopes:
         """The same by unknowns in other `units`, (n,) of those that they have here."""
         return Slopes(self.mean * units, self.covariance * np.outer(units, units))
 
+    def reweighted(self, factors: Array) -> "Slopes":
+        """The same of deviations that are (m,) `factors` times as large."""
+        # the covariance is summed over the rows, which it does not tell apart
+        return Slopes(self.mean * factors[:, None], self.covariance * float(np.mean(factors**2)))
+
     def learned(self, steps: Array, changes: Array) -> "Slopes":
         """The same after `steps` (k, n) from a point changed the deviations by `changes` (k, m)."""
         crossed = steps @ self.covariance

@@ -10,7 +10,7 @@ from scipy.linalg import solve
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 from gaitval.measurement.balance import FALL, NEWTON, PRESSURE
-from gaitval.measurement.bands import Bands
+from gaitval.measurement.bands import Bands, remedy_of
 from gaitval.measurement.estimate import LEAST_SCALE, Examined, scales
 from gaitval.measurement.standing import KINDS
 from gaitval.session.session import Import
@@ -37,13 +37,17 @@ _DrawnCurves = Mapping[str, tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class BandRow:
-    """The band of a curve: half of its median width in `unit`, and its sources in words."""
+    """The band of a curve: half of its median width in `unit`, its sources in words, the largest
+    of them, and what would make that one smaller.
+    """
 
     curve: str
     half: float
     unit: str
     digits: int
     sources: str
+    cause: str
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -82,18 +86,19 @@ def band_rows(curves: _DrawnCurves, bands: Bands) -> list[BandRow]:
         _, unit, digits = UNITS[kind]
         side = "right" if joint.endswith("_r") else "left"
         title = f"{TITLES[joint[:-2]]}, {kind}, {side}"
-        rows.append(BandRow(title, float(np.median(half)), unit, digits, _sources(bands, name)))
+        rows.append(BandRow(title, float(np.median(half)), unit, digits, *_causes(bands, name)))
     for name, half_m in bands.lengths.items():
         segment, _, side = name.rpartition("_")
         if segment in ("thigh", "shank") and half_m > 0.0:
             title = f"{segment.capitalize()}, length, {side}"
-            rows.append(BandRow(title, 1000 * half_m, "mm", 0, _sources(bands, f"length_{name}")))
+            rows.append(BandRow(title, 1000 * half_m, "mm", 0, *_causes(bands, f"length_{name}")))
     return rows
 
 
-def _sources(bands: Bands, name: str) -> str:
-    """The largest sources of a curve's variance, in words."""
-    return "; ".join(f"{100 * share:.0f} % {of}" for of, share in bands.shares[name][:3])
+def _causes(bands: Bands, name: str) -> tuple[str, str, str]:
+    """The largest sources of a curve's variance, in words, the largest of all, and its remedy."""
+    few = [f"{100 * share:.0f} % {of}" for of, share in bands.shares[name][:3]]
+    return "; ".join(few), few[0], remedy_of(bands.shares[name][0][0])
 
 
 def draw_bands(curves: _DrawnCurves) -> str:

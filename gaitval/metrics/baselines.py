@@ -11,13 +11,15 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.cycle_curves import JOINT_ANGLES, PELVIS_ANGLES, Curves, recorded_curves
+from gaitval.gait.record import GaitRecord
 from gaitval.gait.sampling import SAMPLES
 from gaitval.metrics.comparison import rms
-from gaitval.metrics.origin import Origins, curve_origin
+from gaitval.metrics.origin import Origins, curve_origin, measure_origin
 from gaitval.metrics.record_results import Kind, PredictionErrors, PredictionResult
-from gaitval.metrics.recorded import by_kind
+from gaitval.metrics.recorded import by_kind, step_lengths
 from gaitval.metrics.typed import number, sided
 from gaitval.prediction.speed_line import FEWEST_PEOPLE, dimensionless_speed, line_weights
 
@@ -32,13 +34,17 @@ class Prediction:
     known : what the method knows of the person.
     people : how many others it was made from.
     curves : as `gait.cycle_curves.recorded_curves`; without moments and forces where the method's
-        trials have none.
+        trials have none, and without angles where it only has kinetics.
+    steps : stance fractions, right and left, and step lengths, right and left, in leg lengths (4,).
+    own : whether it is made from the person's own other trials.
     """
 
     name: str
     known: str
     people: int
     curves: Curves
+    steps: Array
+    own: bool
 
 
 def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
@@ -62,6 +68,29 @@ def others_line(subject: Subject, others: Sequence[Subject]) -> Prediction | Non
         known="walking speed and leg length",
         people=len(learned),
         curves=_combined(recorded, weights),
+        steps=weights @ np.array([_steps(other) for other in learned]),
+        own=False,
+    )
+
+
+def anybody(subject: Subject, others: Sequence[Subject]) -> Prediction | None:
+    """The moments and forces that a walk told angles alone is given: those expected of anybody at
+    the speed of `subject` from `others`; None with fewer than `FEWEST_PEOPLE`.
+    """
+    from gaitval.prediction.population import with_others_kinetics
+
+    learned = [other for other in others if not subject.is_person_of(other)]
+    if len(learned) < FEWEST_PEOPLE:
+        return None
+    record = with_others_kinetics(subject, learned)
+    curves = recorded_curves(record)
+    return Prediction(
+        name="expected of anybody",
+        known="walking speed, stride time and leg length",
+        people=len(learned),
+        curves=Curves({}, curves.moments, curves.forces),
+        steps=_steps_of(record, subject.leg_length_m),
+        own=False,
     )
 
 
@@ -76,6 +105,8 @@ def nearest_trial(subject: Subject) -> Prediction | None:
         known=f"the person's {nearest.trial} at {nearest.walking_speed_m_s:g} m/s",
         people=0,
         curves=_curves_of([nearest])[0],
+        steps=_steps(nearest),
+        own=True,
     )
 
 
@@ -90,11 +121,14 @@ def line_of_trials(subject: Subject) -> Prediction | None:
         return None
     trials = [nearest[0], others[0]]
     speeds = [trial.walking_speed_m_s for trial in trials]
+    weights = line_weights(np.array(speeds), speed)
     return Prediction(
         name="line through two trials",
         known="the person's " + " and ".join(trial.trial for trial in trials),
         people=0,
-        curves=_combined(_curves_of(trials), line_weights(np.array(speeds), speed)),
+        curves=_combined(_curves_of(trials), weights),
+        steps=weights @ np.array([_steps(trial) for trial in trials]),
+        own=True,
     )
 
 
@@ -119,6 +153,8 @@ def change_added(subject: Subject, others: Sequence[Subject]) -> Prediction | No
         # a line's value is linear in its curves: the difference of the weights gives the difference
         # between the two speeds
         curves=_combined([copied.curves, *recorded], np.append(1.0, here - there)),
+        steps=copied.steps + (here - there) @ np.array([_steps(other) for other in learned]),
+        own=True,
     )
 
 
@@ -126,6 +162,7 @@ def predictions(subject: Subject, others: Sequence[Subject]) -> list[Prediction]
     """Every prediction that can be made for `subject`; the line through `others` first."""
     found = (
         others_line(subject, others),
+        anybody(subject, others),
         nearest_trial(subject),
         line_of_trials(subject),
         change_added(subject, others),
@@ -162,9 +199,45 @@ def predicted_parts(
                     for kind, curves in by_kind(each.curves).items()
                 }
             ),
+            own=each.own,
+            figures=_figures(each, subject, origins),
         )
         for each in predictions(subject, others)
     ]
+
+
+def _figures(guess: Prediction, subject: Subject, origins: Origins) -> dict[str, dict[str, float]]:
+    """Errors of the stance fractions (% of cycle) and step lengths (cm) of a `guess` for `subject`
+    that were recorded. It is told the speed.
+    """
+    away = np.abs(guess.steps - _steps(subject))
+    units = {"stance_fraction_error": 100.0, "step_length_error": 100.0 * subject.leg_length_m}
+    found: dict[str, dict[str, float]] = {
+        measure: {
+            side: float(unit * error)
+            for side, error in zip(SIDES, errors, strict=True)
+            if measure_origin(measure, side, origins) == "recorded" and np.isfinite(error)
+        }
+        for (measure, unit), errors in zip(units.items(), away.reshape(2, 2), strict=True)
+    }
+    return {**found, "speed_error": {"walk": 0.0}}
+
+
+def _steps(subject: Subject) -> Array:
+    """Of the record of `subject`, see `Prediction.steps`; NaN where no forces were recorded."""
+    if not subject.has_kinetics:
+        return np.full(4, np.nan)
+    return _steps_of(subject.record(), subject.leg_length_m)
+
+
+def _steps_of(record: GaitRecord, leg_length: float) -> Array:
+    lengths = step_lengths(record)
+    return np.array(
+        [
+            *(record.stance_fraction[side] for side in SIDES),
+            *(lengths[side] / leg_length for side in SIDES),
+        ]
+    )
 
 
 def _other_trials(subject: Subject) -> list[Subject]:

@@ -14,7 +14,12 @@ from gaitval.metrics.typed import array, number, sided
 
 GROUPS: Final[Mapping[str, tuple[Kind, tuple[str, ...]]]] = {
     "sagittal angles": ("angles", ("hip_flexion", "knee_angle", "ankle_angle")),
+    "other angles": (
+        "angles",
+        ("hip_adduction", "hip_rotation", "pelvis_tilt", "pelvis_list", "pelvis_rotation"),
+    ),
     "moments": ("moments", ("hip_flexion", "knee_angle", "ankle_angle")),
+    "hip adduction moment": ("moments", ("hip_adduction",)),
     "vertical force": ("forces", ("vertical",)),
     "fore-aft force": ("forces", ("forward",)),
     "medial force": ("forces", ("medial",)),

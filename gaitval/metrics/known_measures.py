@@ -36,6 +36,7 @@ QUANTITIES_OF: Final[Mapping[str, tuple[RecordedQuantity, ...]]] = {
     "speed_error": ("timing",),
     "stride_time_error": ("timing",),
     "step_length_error": ("timing",),
+    "step_width_error": ("timing",),
     "stance_fraction_error": ("stance",),
     "epsilon": ("angles", "moments", "forces"),
 }

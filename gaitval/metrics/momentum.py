@@ -29,11 +29,10 @@ def momentum_residual(rollout: Rollout, mass: float) -> float | None:
     # windows overlap by half, so that a force at the edge of one is inside another
     ends = starts + window
     velocity = np.gradient(rollout.centre_of_mass, step, axis=0)
-    # Forces act between two samples: those of a step are stored with the state that it ends in, so
-    # the sum up to a sample is what its velocity, over the step before it, has had.
+    # The force at a sample changes the velocity over the step before it to that over the step after
+    # it, and a central difference is the mean of both.
     total = np.cumsum(force, axis=0)
-    # a central difference is the mean of the velocities over the steps before and after
-    impulse = step * 0.5 * ((total[ends] - total[starts]) + (total[ends + 1] - total[starts + 1]))
+    impulse = step * 0.5 * ((total[ends] - total[starts]) + (total[ends - 1] - total[starts - 1]))
     change = mass * (velocity[ends] - velocity[starts])
     residual = np.linalg.norm(change - impulse, axis=1) / (window * step)
     return float(100.0 * residual.max() / (mass * GRAVITY))

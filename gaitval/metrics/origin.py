@@ -38,7 +38,13 @@ _KINDS: Final[Mapping[RecordedQuantity, Literal["angles", "kinetics", "stance"]]
 }
 """What `Subject.origin` calls the quantities that a side may lack; timing is of both sides."""
 
-_BOTH_SIDES: Final = ("centre_of_mass_rmse", "epsilon", "speed_error", "stride_time_error")
+_BOTH_SIDES: Final = (
+    "centre_of_mass_rmse",
+    "epsilon",
+    "speed_error",
+    "stride_time_error",
+    "step_width_error",
+)
 """Measures of the whole body: their targets are a walk or an axis ("left"), no side."""
 
 

@@ -10,6 +10,7 @@ from pydantic import Field
 from gaitval.gait.cycle_curves import Curves
 from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import Curve, Number, Result, Size, array, named, number, numbers, sided
+from gaitval.musculature.gait import MuscleGait
 from gaitval.quantities import QUANTITIES, Found, Quantity
 from gaitval.quantities.joint_power import BURSTS, JOINT_POWER, JOINTS
 from gaitval.quantities.quantity import StrideTimes
@@ -53,11 +54,16 @@ class WithQuantities(Protocol):
         """The others, by name."""
 
 
-def found_quantities(curves: Curves, stride_time: StrideTimes) -> dict[str, Found]:
+def found_quantities(
+    curves: Curves, stride_time: StrideTimes, muscles: MuscleGait | None = None
+) -> dict[str, Found]:
     """Every quantity of the `curves` of a walk (n, 101) or a record (101,) that can be had, by
-    name; `stride_time` as in `Quantity.of_curves`.
+    name; `stride_time` as in `Quantity.of_curves`. Of its `muscles`, too, where they are known.
     """
     found = {each.name: each.of_curves(curves, stride_time) for each in QUANTITIES}
+    for each in QUANTITIES:
+        if each.of_muscles is not None and muscles is not None:
+            found[each.name] = each.of_muscles(muscles)
     return {name: each for name, each in found.items() if each is not None}
 
 

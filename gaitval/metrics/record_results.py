@@ -13,6 +13,7 @@ from gaitval.metrics.record_consistency import Consistency
 from gaitval.metrics.typed import (
     Count,
     Curve,
+    Flag,
     Number,
     Result,
     Sides,
@@ -132,6 +133,11 @@ class PredictionResult(Result):
     """What it knows of the person."""
     people: Count
     rmse: PredictionErrors
+    own: Flag = False
+    """Whether it is made from the person's own other trials."""
+    figures: dict[str, dict[str, Size]] = Field(default_factory=dict)
+    """Its errors of stance fraction (% of cycle), step length (cm) and speed (%), by measure and
+    target, where they were recorded."""
 
 
 class UnseenErrors(Kinds[Size | None]):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.coordinates import Side
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.plate_correction import PlateCorrection
 from gaitval.gait.record import GaitRecord
@@ -45,7 +46,7 @@ def by_kind(curves: Curves) -> dict[Kind, dict[str, Array]]:
 def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> RecordResult:
     """The part of `metrics.json` about `record`; `subject` has the corrections of its plates."""
     phase = np.arange(1000) / 1000
-    stride, steps = record.speed * record.stride_time, record.steps
+    steps, lengths = record.steps, step_lengths(record)
     # phases of the right cycle at which each foot is in stance; the left one starts at left_phase
     right_on = phase <= record.stance_fraction["right"]
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
@@ -75,9 +76,8 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
             stance_fraction_right=record.stance_fraction["right"],
             stance_fraction_left=record.stance_fraction["left"],
             double_support_fraction=float((right_on & left_on).mean()),
-            # unmeasured: both feet land equally far ahead of the body (limit step-length)
-            step_length_right=steps.right if steps else stride * (1.0 - record.left_phase),
-            step_length_left=steps.left if steps else stride * record.left_phase,
+            step_length_right=lengths["right"],
+            step_length_left=lengths["left"],
             # unset, it is not in the file: hashes of records without steps stay
             **({"step_width": steps.width} if steps else {}),
         ),
@@ -85,6 +85,16 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
         consistency=consistency(record),
         quantities=quantity_results(found),
     )
+
+
+def step_lengths(record: GaitRecord) -> dict[Side, float]:
+    """Step lengths of a `record`, m; unmeasured ones are those of feet that land equally far ahead
+    of the body (limit step-length).
+    """
+    if record.steps is not None:
+        return {"right": record.steps.right, "left": record.steps.left}
+    stride = record.speed * record.stride_time
+    return {"right": stride * (1.0 - record.left_phase), "left": stride * record.left_phase}
 
 
 def _listed(curves: Mapping[str, Array]) -> dict[str, list[float | None]]:

@@ -14,10 +14,12 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
 from gaitval.gait.record import LowPass, Origin
+from gaitval.metrics.acceptance_results import CurveLights, KnownTo
 from gaitval.metrics.comparison import CurveError
 from gaitval.metrics.known_measures import ReadBy, Status
 from gaitval.metrics.learning_gain import LearningGain
 from gaitval.metrics.origin import Origins
+from gaitval.metrics.predicted_results import PredictedCurves
 from gaitval.metrics.quantity_results import JointPower, QuantityResult
 from gaitval.metrics.record_results import (
     CentreOfMass,
@@ -60,7 +62,7 @@ if TYPE_CHECKING:
 
 
 METRICS: Final = "metrics.json"
-SCHEMA_VERSION: Final = 11
+SCHEMA_VERSION: Final = 12
 """Of `metrics.json`."""
 IDENTIFICATION_VERSION: Final = 2
 """Of `identification.json`, which does not contain it."""
@@ -131,6 +133,14 @@ class SpatiotemporalResult(Result):
     mean: Number | None
     sd: Number | None
     recorded: Number | None
+    """Null at a speed that nobody recorded; files of earlier versions have the predicted one."""
+    predicted: Number | None = None
+    """At a speed that nobody recorded."""
+
+    @property
+    def wanted(self) -> float | None:
+        """What the walk is compared with: recorded or predicted."""
+        return self.recorded if self.predicted is None else self.predicted
 
 
 class WalkedCurves(Kinds[MeanCurve]):
@@ -181,10 +191,18 @@ class ComparedMeasure(Measure):
 
 
 class Summary(Result):
-    """Of the rows of role acceptance: passed, failed, with a goal, and with the goal reached."""
+    """Of the rows of role acceptance: passed, not passed, with a goal, with the goal reached."""
 
     accepted: Count
     refused: Count
+    not_shown: Count = 0
+    """Of those refused: not nearer than the best guess, but by no more than walks differ."""
+    guess_judged: Count = 0
+    """Rows on which the best guess without a model could be judged in the place of the walk."""
+    guess_passes: Count = 0
+    """Of those, rows that it would pass."""
+    guess_within: Count = 0
+    """Of those, rows whose limit alone it would keep."""
     goals: Count
     goals_reached: Count
 
@@ -278,6 +296,32 @@ class FoundParameters(OpenResult):
     """Between CMA-ES's result and the mode, in posterior SDs."""
     history: list[Generation]
 
+    @property
+    def determined(self) -> list[str]:
+        """Names of the parameters that the record determined; where it determined none, the body is
+        what was expected of this person, and is not to be called identified.
+        """
+        return [
+            name
+            for name, verdict in zip(self.names, self.verdicts, strict=True)
+            if verdict == "identified"
+        ]
+
+    @property
+    def body_word(self) -> Literal["identified", "expected"]:
+        """What the body that walks is called: identified only where something was determined."""
+        return "identified" if self.determined else "expected"
+
+    @property
+    def differs_from_found(self) -> bool:
+        """Whether the walker has other values than the posterior mean, so that a table needs both:
+        with `identification.method = shared` it has the mean.
+        """
+        return any(
+            abs(found - used) > 1e-9
+            for found, used in zip(self.posterior_mean, self.identified, strict=True)
+        )
+
 
 class IdentificationResult(FoundParameters):
     """The identification of the chosen round of Algorithm 1: `identification.json`."""
@@ -349,6 +393,8 @@ class HeldOutErrors(Result):
     """How wrong gaitval's predictions of recorded trials are, see gaitval/metrics/held_out.py."""
 
     trials: Count
+    """Two trials of a person at two speeds are one difference and count once, as do trials at one
+    speed."""
     people: Count
     own: Flag
     """Whether they are trials of this person; else of other people, because this one has too
@@ -379,7 +425,7 @@ class Metrics(Displayed, Result):
     on the foot, forward, towards the midline, up.
     """
 
-    schema_version: Literal[11]
+    schema_version: Literal[12]
     subject: SubjectResult
     units: CurveUnits
     method: Method
@@ -395,12 +441,18 @@ class Metrics(Displayed, Result):
     """The final walk against further trials at the same speed."""
     prediction_errors: HeldOutErrors | None = None
     """Of held-out trials, where nothing was recorded at the walk's speed."""
+    predicted: PredictedCurves | None = None
+    """Without a model, of a walk at another speed; null in files of earlier versions."""
     walks: WalkResults
     final: Literal["nominal", "identified"]
     """The rollouts that measures and tolerances refer to."""
     measures: list[ComparedMeasure]
     tolerances: list[Verdict]
     summary: Summary
+    lights: CurveLights
+    """Whether each curve of the final walk may be believed."""
+    known_to: list[KnownTo]
+    """What the error of each group of curves is known to."""
     push_recovery: PushRecovery | None
     torque_shares: TorqueShares | None = None
     """Of the final walk."""

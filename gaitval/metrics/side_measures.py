@@ -2,7 +2,7 @@
 
 A row of `SIDE_MEASURES` is all that a measure needs: everything else about it, its unit, what it is
 compared with, its check in a stored baseline, is read from there. `tolerances.toml` has its limits.
-See docs/how-to/verdict.md.
+See docs/how-to/extend.md#add-a-verdict.
 """
 
 from collections.abc import Callable, Iterator

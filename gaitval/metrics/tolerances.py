@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from gaitval.artefacts import read_json, write_json
-from gaitval.coordinates import split_side
+from gaitval.coordinates import Side, split_side
 from gaitval.display import Displayed
 from gaitval.metrics.side_measures import SIDE_MEASURES
-from gaitval.metrics.typed import Count, Flag, Number, Result, number
+from gaitval.metrics.typed import Count, Flag, Number, Result, Size, number
 from gaitval.quantities import QUANTITIES
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ WALK_UNITS = {
     "trunk_motion": "SD",
     "lumbar_moment_peak": "Nm/kg",
     "step_width": "SD",
+    "step_width_error": "cm",
     **{measure.name: measure.unit for each in QUANTITIES for measure in each.measures},
     "centre_of_mass_rmse": "mm",
     **{each.name: each.unit for each in SIDE_MEASURES},
@@ -53,9 +54,9 @@ cycle; the errors of speed and stride time are sizes of relative differences fro
 of stance fraction (percentage points of the cycle) and step length sizes of differences;
 `push_survival` is the share of directions in which a push is survived. Skill is 1 less the RMSE
 over that of a prediction without a model (`baselines`); ringing, arms, trunk and step width
-are those of `unrecorded`, joint power, work and others those of `gaitval.quantities`, centre of
-mass that of `whole_body`, loading and the arm of the ground reaction those of `side_measures`. SD
-are standard deviations between people."""
+(against other people's, or the person's own) are those of `unrecorded`, joint power, work and
+others those of `gaitval.quantities`, centre of mass that of `whole_body`, loading and the arm of
+the ground reaction those of `side_measures`. SD are standard deviations between people."""
 
 RECORDING_UNITS = {
     "scaling_marker_rms": "cm",
@@ -108,9 +109,15 @@ MeasureName = Annotated[str, Field(pattern="^[a-z][a-z0-9_]*$"), AfterValidator(
 Text = Annotated[str, Field(min_length=1)]
 Limit = Literal["at_most", "at_least", "exactly"]
 Role = Literal["acceptance", "context"]
-Basis = Literal["published", "derived", "convention"]
+Basis = Literal["published", "derived", "convention", "unread"]
 """Where a limit comes from: the source states it for this use, it follows from what the source
-states, or it is our own."""
+states, it is our own, or it is quoted from a source that nobody of us read in full."""
+State = Literal["passed", "not shown", "failed"]
+"""Of an acceptance limit. Not shown: no nearer to the record than the best guess, but by less than
+walks of the same policy differ."""
+FailedBy = Literal["limit", "guess", "record"]
+"""What a value misses: the limit itself, an error below that of the best guess without a model,
+or what the record itself is known to."""
 
 _HOLDS: dict[Limit, Callable[[float, float], bool]] = {
     "at_most": operator.le,
@@ -156,6 +163,15 @@ class Tolerance(_Entry):
     def _goal_is_the_stricter(self) -> "Tolerance":
         if self.goal is not None and not _HOLDS[self.limit](self.goal, self.value):
             raise ValueError(f"{self.id}: a goal of {self.goal:g} does not meet the limit itself")
+        return self
+
+    @model_validator(mode="after")
+    def _only_what_was_read_is_cited(self) -> "Tolerance":
+        if self.verified == (self.status == "unread"):
+            raise ValueError(
+                f"{self.id}: status is {self.status!r} but verified is {self.verified}. What "
+                'nobody read in full (verified = false) is "unread", and nothing else is.'
+            )
         return self
 
 
@@ -247,6 +263,36 @@ class Spread(Result):
     not survived would fail it."""
 
 
+class AgainstGuess(Result):
+    """The curves of a group on one side, beside those of the best guess without a model;
+    see gaitval/metrics/acceptance.py.
+    """
+
+    group: str
+    """Of `gaitval.metrics.groups.GROUPS`."""
+    side: Side
+    guess: str
+    """Name of the guess, of those in `predictions`."""
+    error: Size
+    """Its mean RMSE."""
+    walk: Number | None
+    """That of the walk; null where it is too short."""
+    skill: Number | None
+    """1 - walk / error: above 0 the walk is nearer to the record."""
+    low: Number | None
+    high: Number | None
+    """90 % interval of the skill of one more walk; null with fewer than three repeats."""
+
+    @property
+    def state(self) -> State:
+        """Whether the walk is nearer than the guess."""
+        if self.skill is None:
+            return "failed"
+        if self.skill > 0.0:
+            return "passed"
+        return "not shown" if self.high is not None and self.high > 0.0 else "failed"
+
+
 class Verdict(Result):
     """The verdict of a tolerance on a measured value; a value that could not be measured fails."""
 
@@ -274,6 +320,19 @@ class Verdict(Result):
     """Whether the goal is reached; null without one."""
     spread: Spread | None = None
     """Null where nothing was repeated."""
+    state: State = "passed"
+    failed_by: list[FailedBy] = Field(default_factory=list)
+    """Empty if it passed; "guess" also where that is not shown."""
+    guess: AgainstGuess | None = None
+    """Of a curve that decides: its group on its side. Null without a guess without a model."""
+    known: Size | None = None
+    """Of a curve that decides: what the record itself is known to, half the width of its 90 % band,
+    in the unit of the measure; null where that is not known."""
+    guess_within: Flag | None = None
+    """Whether that guess in the place of the walk would keep the limit alone; null for what a
+    guess does not have, such as falls."""
+    guess_passes: Flag | None = None
+    """Whether it would pass, by all of the rule."""
 
     def holds(self, value: float | None) -> bool:
         """Whether another value would keep the limit."""
@@ -308,7 +367,9 @@ def evaluate(measures: Sequence[Measure]) -> list[Verdict]:
             target=measure.target,
             value=measure.value,
             tolerance=tolerance.value,
-            passed=holds(tolerance.limit, measure.value, tolerance.value),
+            passed=(kept := holds(tolerance.limit, measure.value, tolerance.value)),
+            state="passed" if kept else "failed",
+            failed_by=[] if kept else ["limit"],
             reached=None
             if tolerance.goal is None
             else holds(tolerance.limit, measure.value, tolerance.goal),

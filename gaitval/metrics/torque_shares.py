@@ -8,7 +8,8 @@ split without remainder:
       + k a                                 policy: what the action's offset a adds
       − β q̇⁺                                passive damping of the joint
 
-with φ the phase before the physics step and q⁺, q̇⁺ the state after it.
+with φ the phase before the physics step and q⁺, q̇⁺ the state after it, which in a walk is the next
+row; the last row is left out.
 """
 
 import numpy as np
@@ -25,25 +26,26 @@ from gaitval.simulation.walker import WalkingTask
 
 
 def moment_parts(rollout: Rollout, task: WalkingTask) -> dict[str, Array]:
-    """Each of `PARTS` (T, 25) Nm of the moments of `rollout`, which was walked on `task`; they add
-    up to `rollout.moments`.
+    """Each of `PARTS` (T - 1, 25) Nm of the moments of `rollout`, which was walked on `task`; they
+    add up to `rollout.moments` but the last.
     """
     servo = task.configuration.servo
     stiffness = servo_stiffness(servo, task.model.mass)
     damping = servo.damping_time * stiffness
     tables = reference_tables(task.reference, servo.feed_forward)
     # the servo reads the phase before the step, and the state after it (implicit damping)
-    before = np.concatenate([rollout.start_phase, rollout.phase[:-1]])
+    before = rollout.phase[:-1]
     # p of the law above: how fast the phase runs compared with the reference's stride
-    pace = (rollout.phase - before) * task.reference.stride_time / step_of(rollout)
+    pace = np.diff(rollout.phase) * task.reference.stride_time / step_of(rollout)
     target, rate, feed_forward = (_at(table, before) for table in tables)
-    # the actuated coordinates follow the six of the free pelvis
-    positions, velocities = rollout.positions[:, 6:], rollout.velocities[:, 6:]
+    # The actuated coordinates follow the six of the free pelvis; a step moves them by its velocity.
+    positions = rollout.positions[1:, 6:]
+    velocities = np.diff(rollout.positions[:, 6:], axis=0) / step_of(rollout)
     passive = -float(rollout.mu[PARAMETERS.index("damping")]) * velocities
     spring = stiffness * (target - positions)
     servo_moment = spring + damping * (pace[:, None] * rate - velocities)
     # the remainder, since k a is the only other term of the law
-    policy = rollout.moments - feed_forward - servo_moment - passive
+    policy = rollout.moments[:-1] - feed_forward - servo_moment - passive
     return dict(zip(PARTS, (feed_forward, servo_moment, policy, passive), strict=True))
 
 

@@ -101,8 +101,15 @@ def _trunk(rollout: Rollout, cycles: GaitCycles) -> list[float]:
     ]
 
 
-def step_width_measure(width: float | None, leg_length: float) -> Measure:
-    """SDs between people from their mean step width to `width`, at `leg_length`; both in m."""
+def step_width_measure(
+    width: float | None, leg_length: float, recorded: float | None = None
+) -> Measure:
+    """How far the step `width` is off: from the person's own where it was `recorded`, else, in SDs
+    between people, from their mean at `leg_length`. All in m.
+    """
+    if recorded is not None:
+        away = None if width is None else 100.0 * abs(width - recorded)
+        return measured("step_width_error", "walk", away)
     mean, sd = STEP_WIDTH
     value = None if width is None else abs(width / leg_length - mean) / sd
     return measured("step_width", "walk", value)

@@ -3,7 +3,7 @@
 It is long because that file has many parts, and each is made here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final
@@ -15,9 +15,17 @@ from gaitval.artefacts import value_hash, versions
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
-from gaitval.errors import ArtefactError
+from gaitval.errors import ArtefactError, GaitvalError
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.acceptance import (
+    Opponents,
+    accepted,
+    against_guesses,
+    known_groups,
+    known_to,
+    lights,
+)
 from gaitval.metrics.baselines import predicted_parts, skill
 from gaitval.metrics.comparison import (
     CurveError,
@@ -51,7 +59,7 @@ from gaitval.metrics.record_results import (
     UnseenResult,
 )
 from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves, recorded_part
-from gaitval.metrics.repetitions import repetitions
+from gaitval.metrics.repetitions import repeats, repetitions
 from gaitval.metrics.results import (
     SCHEMA_VERSION,
     CorrectionResult,
@@ -78,6 +86,7 @@ from gaitval.metrics.tolerances import Measure, measured
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
+from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.metrics.walk_results import (
     CountBySide,
     Endurance,
@@ -89,6 +98,8 @@ from gaitval.metrics.walk_results import (
 )
 from gaitval.metrics.whole_body import centre_of_mass_measures, walked_centre_of_mass
 from gaitval.model.body import BodyModel
+from gaitval.model.parameters import apply_parameters
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.prediction.known import is_predicted, is_unrecorded, quantities_recorded
 from gaitval.simulation.rollout import Rollout
 
@@ -132,6 +143,10 @@ class Comparator:
     recorded, guesses : its part of `metrics.json`, and that of the predictions without a model.
     origins : where what is compared comes from.
     model, leg_length : the body before mu; m.
+    height : of the person, m.
+    lost : coordinates of joints that a prosthesis has, by side.
+    opponents : the guesses that know no more than the run was told.
+    known : what the record itself is known to, in the units of the curves.
     """
 
     record: GaitRecord
@@ -141,6 +156,10 @@ class Comparator:
     origins: Origins
     model: BodyModel
     leg_length: float
+    height: float
+    lost: Mapping[Side, Collection[str]]
+    opponents: Opponents
+    known: Mapping[tuple[Kind, str], float]
 
 
 def compared_with(
@@ -156,14 +175,25 @@ def compared_with(
     origins = record_origins(subject, configuration.record)
     curves = recorded_curves(record)
     stored = {quantity: SideOrigins(**sides) for quantity, sides in origins.items()}
+    # what repeats the walk's own trial measures the same thing again and is no guess, unless it is
+    # all that a prediction knows
+    alone = subject
+    if not is_predicted(configuration.record):
+        other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
+        alone = subject.model_copy(update={"trials": other})
+    guesses = predicted_parts(alone, others, by_kind(curves), origins)
     return Comparator(
         record=record,
         curves=curves,
         recorded=recorded_part(record, subject).model_copy(update={"origins": stored}),
-        guesses=predicted_parts(subject, others, by_kind(curves), origins),
+        guesses=guesses,
         origins=origins,
         model=model,
         leg_length=subject.leg_length_m,
+        height=subject.height_m,
+        lost=lost_joints(subject),
+        opponents=Opponents(guesses, configuration.record.use == "all", origins),
+        known=known_to(subject.uncertainty),
     )
 
 
@@ -245,7 +275,19 @@ def _unfiltered_measures(
     return measures
 
 
-def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkResult, list[Measure]]:
+def _muscles(rollout: Rollout, of: Comparator, compared: _Compared) -> MuscleGait | None:
+    """Muscles of the compared cycles; None where they cannot be worked out."""
+    body = apply_parameters(of.model, rollout.mu)
+    motion = walk_motion(rollout, compared.cycles, body, height=of.height, lost=of.lost)
+    try:
+        return muscles_of([motion])
+    except GaitvalError:  # a walk that no muscle could walk has its limits failed elsewhere
+        return None
+
+
+def _walk(
+    walks: Rollouts, of: Comparator, compared: _Compared, muscles: MuscleGait | None = None
+) -> tuple[WalkResult, list[Measure]]:
     """Everything reported on the rollouts with one set of body parameters, and their measures."""
     rollout, cycles = walks.compared, compared.cycles
     rows = _spatiotemporal(rollout, compared, of.recorded.spatiotemporal)
@@ -265,7 +307,9 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
     path = walked_centre_of_mass(rollout, cycles)
     stride = {row.name: row.mean for row in rows}
     found = found_quantities(
-        compared.curves, {"r": stride["stride_time_right"], "l": stride["stride_time_left"]}
+        compared.curves,
+        {"r": stride["stride_time_right"], "l": stride["stride_time_left"]},
+        muscles,
     )
     walk = WalkResult(
         mu=rollout.mu.tolist(),
@@ -287,7 +331,9 @@ def _walk(walks: Rollouts, of: Comparator, compared: _Compared) -> tuple[WalkRes
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass),
-        step_width_measure(stride["step_width"], of.leg_length),
+        step_width_measure(
+            stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width
+        ),
         *quantity_measures(found, stored_quantities(of.recorded)),
         *centre_of_mass_measures(path, np.array(of.recorded.centre_of_mass)),
         *(measured(*each) for each in side_values(mean_curves(compared.curves), of.curves)),
@@ -320,13 +366,13 @@ def spatiotemporal_measures(rows: Sequence[SpatiotemporalResult]) -> list[Measur
     row = {str(each.name): each for each in rows}
 
     def measure(kind: str, target: str, name: str, factor: float) -> Measure:
-        mean, recorded = row[name].mean, row[name].recorded
+        mean, recorded = row[name].mean, row[name].wanted
         if mean is None or recorded is None:
             return measured(kind, target, None)
         return measured(kind, target, abs(factor * (mean - recorded)))
 
     def relative(kind: str, name: str) -> Measure:
-        recorded = row[name].recorded
+        recorded = row[name].wanted
         return measure(kind, "walk", name, 100.0 / recorded if recorded else 0.0)
 
     return [
@@ -456,7 +502,7 @@ def validate(
     others: Sequence["Subject"] = (),
     torque_shares: TorqueShares | None = None,
     second_engine: Rollouts | None = None,
-    repeats: Sequence[Repeat] = (),
+    again: Sequence[Repeat] = (),
     centring: float | None = None,
     prediction_errors: HeldOutErrors | None = None,
 ) -> Metrics:
@@ -478,7 +524,7 @@ def validate(
     others : people from whom predictions without a model are made.
     torque_shares : of the validated rollout.
     second_engine : the compared rollout of that body in the second engine.
-    repeats : what was measured of repeated walks (`repeats.repeated_walks`).
+    again : what was measured of repeated walks (`repeats.repeated_walks`).
     centring : share of the policy's action bias that was removed, if not the configured one.
     prediction_errors : of held-out trials (`held_out.prediction_errors`), given beside the distance
         from a prediction.
@@ -497,11 +543,22 @@ def validate(
         _check_starts(nominal, phases[:1], "nominal")
     _check_starts(last, phases, final)
     compared = _compared(last.compared, of, configuration)
-    walk, measures = _walk(last, of, compared)
+    walk, measures = _walk(last, of, compared, _muscles(last.compared, of, compared))
     measures += push_measures(pushes)
-    verdicts = judged(measures, of.origins)
-    repeated = repeated_values(repeats)
+    repeated = repeated_values(again)
+    verdicts = accepted(
+        [
+            each.model_copy(
+                update={"spread": spread_in_repeats(each, repeated, pushes, last.starts)}
+            )
+            for each in judged(measures, of.origins)
+        ],
+        against_guesses(walk.errors, repeated, of.opponents),
+        of.known,
+        of.opponents,
+    )
     recorded = rounded(of.recorded)
+    there = None if second_engine is None else _measured(second_engine, of, configuration)
     return rounded(
         Metrics(
             schema_version=SCHEMA_VERSION,
@@ -525,21 +582,28 @@ def validate(
             ),
             final=final,
             measures=measure_rows(measures, known, of.origins),
-            tolerances=[
-                verdict.model_copy(
-                    update={"spread": spread_in_repeats(verdict, repeated, pushes, last.starts)}
-                )
-                for verdict in verdicts
-            ],
+            tolerances=verdicts,
             summary=summary(verdicts),
+            lights=lights(
+                walk.errors,
+                verdicts,
+                of.known,
+                of.opponents,
+                None if there is None else there[0].errors,
+                prediction_errors,
+            ),
+            known_to=known_groups(
+                walk.curves,
+                None if there is None else there[0].curves,
+                of.known,
+                of.origins,
+            ),
             push_recovery=pushes,
             torque_shares=torque_shares,
             curve_statistics=_statistics(last.compared, compared, of, subject.age_years),
             witness=None
-            if second_engine is None
-            else _second_engine(
-                second_engine, _measured(second_engine, of, configuration)[1], of.origins
-            ),
+            if second_engine is None or there is None
+            else _second_engine(second_engine, there[1], of.origins),
             identification=identification,
             correction=correction,
             training=training,

@@ -51,10 +51,15 @@ def summary(verdicts: Sequence[Verdict]) -> Summary:
     """How many of `verdicts` with role acceptance passed, and how many reached their goals."""
     deciding = [verdict for verdict in verdicts if verdict.role == "acceptance"]
     accepted = [verdict.passed for verdict in deciding]
+    beside = [verdict for verdict in deciding if verdict.guess_passes is not None]
     goals = [verdict.reached for verdict in deciding if verdict.reached is not None]
     return Summary(
         accepted=sum(accepted),
         refused=len(accepted) - sum(accepted),
+        not_shown=sum(verdict.state == "not shown" for verdict in deciding),
+        guess_judged=len(beside),
+        guess_passes=sum(bool(verdict.guess_passes) for verdict in beside),
+        guess_within=sum(bool(verdict.guess_within) for verdict in beside),
         goals=len(goals),
         goals_reached=sum(goals),
     )

@@ -9,7 +9,7 @@ from typing import Final
 from gaitval.coordinates import split_side
 from gaitval.metrics.origin import Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.tolerances import Verdict, load_registry
+from gaitval.metrics.tolerances import State, Verdict, load_registry
 
 SIGNS: Final[Mapping[str, str]] = {"at_most": "≤", "at_least": "≥", "exactly": "="}
 
@@ -28,6 +28,16 @@ CURVE_NAMES: Final[Mapping[str, str]] = {
     "vertical": "vertical force",
 }
 """Of the targets of measures, in the words of gait analysis."""
+
+
+GUESSES: Final[Mapping[str, str]] = {
+    "line through others": "the line through others",
+    "expected of anybody": "what is expected of anybody",
+    "nearest trial copied": "the nearest trial, copied,",
+    "line through two trials": "the line through two trials",
+    "other people's change added": "the nearest trial with other people's change added",
+}
+"""Predictions without a model as an object in a sentence, by their names."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +69,22 @@ class LimitVerdict:
         return not self.failed
 
     @property
+    def state(self) -> State:
+        """Passed, failed, or where nothing failed but something was not shown, that."""
+        states = {row.state for row in self.failed}
+        return "passed" if not states else "not shown" if states == {"not shown"} else "failed"
+
+    @property
     def worst(self) -> Verdict:
-        """The row furthest on the wrong side; one that was not measured, if any."""
+        """The row furthest on the wrong side, of those that failed if any did; one that was not
+        measured, if any.
+        """
         # below a lower limit the smallest value is the worst
         sign = -1.0 if self.first.limit == "at_least" else 1.0
-        return max(self.rows, key=lambda row: math.inf if row.value is None else sign * row.value)
+        return max(
+            self.failed or self.rows,
+            key=lambda row: math.inf if row.value is None else sign * row.value,
+        )
 
     @property
     def close(self) -> list[Verdict]:
@@ -82,6 +103,23 @@ class LimitVerdict:
         """The goal with sign and unit; nothing without one."""
         return bound_text(self.first, self.first.goal)
 
+    def reason_text(self) -> str:
+        """What its worst row missed, where that is not the limit itself; else nothing."""
+        return "" if self.passed else reason_text(self.worst)
+
+    @property
+    def guess(self) -> tuple[int, int] | None:
+        """How many rows the best guess without a model would pass in the place of the walk, and
+        of how many; None where no guess has what is judged, such as falls.
+        """
+        beside = [row.guess_passes for row in self.rows if row.guess_passes is not None]
+        return (sum(beside), len(beside)) if beside else None
+
+    def guess_text(self) -> str:
+        """`guess` in words; nothing where there is none."""
+        found = self.guess
+        return "" if found is None else f"the guess passes {found[0]} of {found[1]}"
+
 
 def limit_verdicts(metrics: Metrics, role: str | None = None) -> list[LimitVerdict]:
     """Every limit applied to the walk in `metrics`, failed ones first: of one `role` ("acceptance"
@@ -89,22 +127,44 @@ def limit_verdicts(metrics: Metrics, role: str | None = None) -> list[LimitVerdi
     """
     remedies = {each.id: each.remedy for each in load_registry().tolerance}
     found = [
-        LimitVerdict(tuple(rows), rows[0].remedy or remedies.get(name, ""))
+        LimitVerdict(tuple(rows), remedy or remedies.get(name, ""))
         for name, group in groupby(metrics.tolerances, key=lambda row: row.id)
         for rows in (list(group),)
+        # of what failed, if anything did: it may say why this walk did
+        for remedy in (min(rows, key=lambda row: row.passed).remedy,)
         if role in (None, rows[0].role)
     ]
     return sorted(found, key=lambda each: each.passed)
 
 
 def failed_limits(metrics: Metrics) -> list[LimitVerdict]:
-    """The failed limits in `metrics`: acceptance limits first, then context."""
+    """The failed limits in `metrics` whose sources were read in full: acceptance limits first, then
+    context. Those of status "unread" are in the list of all limits alone.
+    """
     return [
         each
         for role in ("acceptance", "context")
         for each in limit_verdicts(metrics, role)
-        if not each.passed
+        if not each.passed and each.first.verified
     ]
+
+
+def reason_text(row: Verdict) -> str:
+    """Why a `row` did not pass, where its value keeps the limit; else nothing."""
+    if "limit" in row.failed_by:
+        return ""
+    parts = []
+    if "guess" in row.failed_by and row.guess is not None:
+        of, unit = row.guess, unit_text(row.unit)
+        walk = "not measured" if of.walk is None else f"{of.walk:.2g}{unit}"
+        message = "" if of.skill is None else f", skill {of.skill:+.2f}".replace("-", "−")
+        where = f"{of.side} {of.group}"
+        known = "not shown to be nearer" if row.state == "not shown" else "not nearer"
+        guess = GUESSES.get(of.guess, of.guess)
+        parts.append(f"{where} {known} than {guess}: {walk}, {of.error:.2g}{unit}{message}")
+    if "record" in row.failed_by and row.known is not None:
+        parts.append(f"the record is known to ±{row.known:.2g}{unit_text(row.unit)}")
+    return "; ".join(parts)
 
 
 def spread_text(row: Verdict) -> str:
@@ -165,18 +225,25 @@ def sentence(metrics: Metrics) -> str:
     counts = []
     for role in ("acceptance", "context"):
         some = [each for each in every if each.first.role == role]
-        failed = sum(not each.passed for each in some)
+        failed = sum(each.state == "failed" for each in some)
+        unshown = sum(each.state == "not shown" for each in some)
         counts.append(
             f"no {role} limit was judged"
             if not some
             else f"all {len(some)} {role} limits passed"
-            if not failed
-            else f"{failed} of {len(some)} {role} limits failed"
+            if not failed + unshown
+            else ", ".join(
+                f"{count} of {len(some)} {role} limits {word}"
+                for count, word in ((failed, "failed"), (unshown, "not shown to be kept"))
+                if count
+            )
         )
     first, second = counts
     close = sum(len(each.close) for each in every if each.first.role == "acceptance")
     narrow = f" {close} accepted {'value passes' if close == 1 else 'values pass'} narrowly."
-    message = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}"
+    guess, judged = metrics.summary.guess_passes, metrics.summary.guess_judged
+    beside = f" A guess without a model would pass {guess} of {judged} values." if judged else ""
+    message = f"{first[0].upper()}{first[1:]}; {second}.{narrow if close else ''}{beside}"
     return message + unjudged_text(metrics.origins)
 
 

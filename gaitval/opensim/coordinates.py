@@ -55,6 +55,18 @@ def to_opensim(positions: Array) -> Array:
     return values
 
 
+def from_opensim(values: Array) -> Array:
+    """The motion whose `to_opensim` is `values` (T, 31) rad and m: (T, 31) in the order of
+    `gaitval.coordinates.COORDINATES`, its rotation vector continuous.
+    """
+    positions = np.array(values, dtype=float)
+    world = Rotation.from_euler("ZXY", positions[:, :3]).as_matrix()
+    turns = Rotation.from_matrix(TO_OPENSIM.T @ world @ TO_OPENSIM)
+    positions[:, :3] = turns.as_rotvec()
+    positions[:, 3:6] = positions[:, 3:6] @ TO_OPENSIM
+    return positions
+
+
 def forces_to_opensim(positions: Array, forces: Array) -> Array:
     """Generalised forces (T, 31) Nm and N paired with OpenSim's coordinates, in the order of
     `OPENSIM_COORDINATES`.

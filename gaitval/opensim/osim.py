@@ -19,7 +19,7 @@ dynamics would add them to the measured ground reaction. Set it true for forward
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -33,7 +33,7 @@ from gaitval.artefacts import write_text
 from gaitval.configuration import ContactSettings
 from gaitval.constants import GRAVITY
 from gaitval.contact.law import contact_law
-from gaitval.coordinates import ACTUATED, AXES, RANGES
+from gaitval.coordinates import ACTUATED, AXES, RANGES, Side
 from gaitval.errors import ModelError
 from gaitval.model.body import JOINT_COORDINATES, PARENTS, SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
@@ -91,6 +91,8 @@ def write_osim(
     friction: float,
     *,
     locked: Mapping[str, float] | None = None,
+    height: float | None = None,
+    lost: Mapping[Side, Collection[str]] | None = None,
 ) -> None:
     """Write the model to `path` as `.osim`, whole or not at all; equal arguments give equal bytes.
 
@@ -102,6 +104,8 @@ def write_osim(
     friction : static friction coefficient (the body parameter sigma).
     locked : values (rad) of coordinates that OpenSim's inverse kinematics must not change, because
         no marker determines them (such as `mtp_angle_r` in most marker sets).
+    height : of the person, m: the model then has muscles; `lost` are coordinates of joints that a
+        prosthesis has, by side.
 
     Raises
     ------
@@ -118,7 +122,12 @@ def write_osim(
     _vector(root, "gravity", (0.0, -GRAVITY, 0.0))
     _bodies(_set(root, "BodySet"), model)
     _joints(_set(root, "JointSet"), model, locked)
-    _contact_forces(_set(root, "ForceSet"), model, contact, friction)
+    forces = _set(root, "ForceSet")
+    _contact_forces(forces, model, contact, friction)
+    if height is not None:
+        from gaitval.opensim.osim_muscles import add_muscles
+
+        add_muscles(forces, model, height=height, lost=lost)
     _markers(_set(root, "MarkerSet"), markers)
     _contact_geometry(_set(root, "ContactGeometrySet"), model)
     ElementTree.indent(document)

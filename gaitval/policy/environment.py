@@ -1,7 +1,7 @@
 """The walking task as a Gymnasium environment.
 
 State, action and reward follow the paper (sections III-A, equations 1 and 2) with the decisions of
-docs/decisions.md: bounded reward kernels (`reward`), an `extended` observation as well as the
+docs/paper.md: bounded reward kernels (`reward`), an `extended` observation as well as the
 paper's 71 numbers (`observation`), early termination on the pelvis' height, rotation and drift.
 """
 
@@ -181,10 +181,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         mu = np.asarray(mu, dtype=float)
         if not np.array_equal(mu, self.walker.mu):
             self.walker.set_parameters(mu)
-        # The policy observes how the body differs from the one that its reference was made for.
-        seen = mu - self._shift
-        scaled = (seen - self._middle) / self._half_range if self._extended else seen
-        self.episode.parameters[:] = scaled
+        self.episode.parameters[:] = self.observed_parameters(mu)
         self.lift = self._leg_extension()
         positions, rates = np.empty(COORDINATE_COUNT), np.empty(COORDINATE_COUNT)
         read_row(self.yardstick.targets.positions, phase, positions)
@@ -206,6 +203,19 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.episode.before[:] = 0.0
         self._judge()
         return self._seen(), {}
+
+    def observed_parameters(self, mu: Array) -> Array:
+        """The parameters `mu` (14,) as they are observed: how the body differs from the one that
+        its reference was made for; in the extended observation scaled, so that those which are
+        drawn at random are -1 to 1.
+        """
+        seen = mu - self._shift
+        return (seen - self._middle) / self._half_range if self._extended else seen
+
+    @property
+    def parameter_range(self) -> tuple[Array, Array]:
+        """Smallest and largest mu (14,) that are drawn at random."""
+        return self._lower + self._shift, self._upper + self._shift
 
     def centre(self, policy: Act, mu: Array, *, key: str | None = None) -> None:
         """Subtract `centring` times the action bias of a `policy`, from observations (100, size) to

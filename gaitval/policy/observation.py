@@ -1,6 +1,6 @@
 """Observations of a walking body, and how far it is from the reference.
 
-The paper's 71 numbers (section III-A), or an `extended` observation (docs/decisions.md), and its
+The paper's 71 numbers (section III-A), or an `extended` observation (docs/paper.md), and its
 mirror image in the sagittal plane: the parts of `PARTS`, in their order, in world axes, rad, m and
 s. The paper's ends with the body parameters.
 
@@ -50,7 +50,7 @@ _EFFECTORS = np.array([SEGMENTS.index(name) for name in END_EFFECTORS])
 _FORCE_WEIGHTS = np.array([2.0, 3.0, 1.0])
 """Weights of forward, sideways and vertical ground reaction in the reward."""
 
-_VELOCITY_SCALE = 0.1
+VELOCITY_SCALE = 0.1
 """Joint velocities are observed in tens of rad/s, so that they have the same scale as the
 angles."""
 
@@ -518,7 +518,7 @@ def measure(
         # Relative to the reference, so that the same numbers mean the same for every person; the
         # paper's observation has the coordinates themselves.
         observation[_ANGLES + i] = joint[i] if extended else q[6 + i]
-        rate = _VELOCITY_SCALE * joint_rate[i] if extended else qd[6 + i]
+        rate = VELOCITY_SCALE * joint_rate[i] if extended else qd[6 + i]
         observation[_VELOCITIES + i] = rate
     for i in range(3):
         observation[_COM_VELOCITY + i] = motion[1, i]

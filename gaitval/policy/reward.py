@@ -1,6 +1,6 @@
 """The reward of a step: bounded kernels of squared errors, and a cost of the joint moments.
 
-As in the paper (section III-A, equations 1 and 2) with the decisions of docs/decisions.md.
+As in the paper (section III-A, equations 1 and 2) with the decisions of docs/paper.md.
 """
 
 from typing import Any, Final

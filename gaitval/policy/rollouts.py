@@ -136,13 +136,17 @@ def centre_of_mass_of(steps: Steps, walker: Walker) -> Array:
     return np.asarray(centres_of_mass(walker.tree, steps.positions), dtype=float)
 
 
-def _centre_of_pressure(feet: Array) -> Array:
-    """(T, 2, 3) m on the ground from forces and moments (T, 2, 6); NaN without load."""
+def _centre_of_pressure(feet: Array) -> tuple[Array, Array]:
+    """(T, 2, 3) m on the ground from forces and moments (T, 2, 6), and the free moment (T, 2) Nm;
+    NaN and 0 without load.
+    """
     vertical = feet[..., 2]
     loaded = np.where(vertical > 1.0, vertical, np.nan)
     # Moment about the origin of a force at (x, y, 0): Mx = y Fz and My = -x Fz; the free moment is
     # about z alone. Below 1 N the quotient is noise.
-    return np.stack([-feet[..., 4] / loaded, feet[..., 3] / loaded, 0.0 * loaded], axis=-1)
+    x, y = -feet[..., 4] / loaded, feet[..., 3] / loaded
+    free = feet[..., 5] - (x * feet[..., 1] - y * feet[..., 0])
+    return np.stack([x, y, 0.0 * loaded], axis=-1), np.nan_to_num(free)
 
 
 def record_rollout(
@@ -173,17 +177,19 @@ def record_rollout(
 
 
 def _rollout(steps: Steps, walker: Walker, start_phase: float, fell: bool) -> Rollout:
-    """What was recorded of a walker."""
+    """What was recorded of a walker: the states that a step follows, with what acts in it."""
+    centre, free = _centre_of_pressure(steps.feet[1:])
     return Rollout(
-        time=times_of(walker, len(steps.phase)),
-        phase=steps.phase,
-        positions=steps.positions,
-        velocities=steps.velocities,
-        moments=steps.moments,
-        ground_reaction=steps.feet[..., :3],
-        centre_of_pressure=_centre_of_pressure(steps.feet),
-        centre_of_mass=centre_of_mass_of(steps, walker),
-        root_force=steps.root_force,
+        time=times_of(walker, len(steps.phase) - 1),
+        phase=steps.phase[:-1],
+        positions=steps.positions[:-1],
+        velocities=0.5 * (steps.velocities[:-1] + steps.velocities[1:]),
+        moments=steps.moments[1:],
+        ground_reaction=steps.feet[1:, :, :3],
+        centre_of_pressure=centre,
+        free_moment=free,
+        centre_of_mass=centre_of_mass_of(steps, walker)[:-1],
+        root_force=steps.root_force[1:],
         mu=walker.mu,
         start_phase=np.array([start_phase]),
         fell=np.array([float(fell)]),

@@ -46,10 +46,11 @@ def travel_together(
     keep()
     return [
         Travel(
-            time=times_of(walker, last),
-            ground_reaction=np.concatenate([each[0] for each in part])[:last],
-            centre_of_mass=np.concatenate([each[1] for each in part])[:last],
-            root_force=np.concatenate([each[2] for each in part])[:last],
+            # of each row what acts at its state: in the step that follows it
+            time=times_of(walker, last - 1),
+            ground_reaction=np.concatenate([each[0] for each in part])[1:last],
+            centre_of_mass=np.concatenate([each[1] for each in part])[: last - 1],
+            root_force=np.concatenate([each[2] for each in part])[1:last],
             start_phase=np.array([start_phase]),
             fell=np.array([float(down)]),
         )

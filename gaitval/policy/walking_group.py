@@ -355,6 +355,11 @@ class WalkingGroup:
         return self._arrays.phase[: len(self.environments), 0]
 
     @property
+    def errors(self) -> Array:
+        """Errors (environments, 12) after the last action, see `reward.ERRORS`."""
+        return self._arrays.episodes.errors[: len(self.environments)]
+
+    @property
     def terms(self) -> Array:
         """Reward terms (environments, 10) of the last action."""
         return self._arrays.episodes.terms[: len(self.environments)]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from gaitval.arrays import Array
 from gaitval.coordinates import ACTUATED
 from gaitval.gait.cycle_curves import Curves
+from gaitval.musculature.gait import MuscleGait
 from gaitval.prediction.known import RecordedQuantity
 
 StrideTimes = Mapping[str, float | None]
@@ -110,6 +111,8 @@ class Quantity:
     curves : title of each, by name without side.
     of_curves : from the curves of a walk (n, 101) or a record (101,); None without a whole cycle
         or where a curve is missing.
+    of_muscles : from the muscles of a gait, for what curves do not tell: it is then only in files
+        that were written with the motion and its loads at hand.
     figures : unit of each kind of figure.
     figures_of : figures from its curves (101,), by name with side; those that only `of_curves`
         knows are not among them.
@@ -125,7 +128,8 @@ class Quantity:
     note: str
     needs: tuple[RecordedQuantity, ...]
     curves: Mapping[str, str]
-    of_curves: Callable[[Curves, StrideTimes], Found | None]
+    of_curves: Callable[[Curves, StrideTimes], Found | None] = lambda curves, times: None
+    of_muscles: Callable[[MuscleGait], Found | None] | None = None
     figures: Mapping[str, str] = field(default_factory=dict)
     figures_of: Callable[[Mapping[str, Array]], Figures] = lambda curves: {}
     tables: tuple[FigureTable, ...] = ()

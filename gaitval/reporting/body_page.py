@@ -24,6 +24,10 @@ _UNITS: Final = {
 }
 """Unit, factor to it and decimals of a parameter that is no length."""
 _LENGTH: Final = ("mm", 1000.0, 1)
+BONES: Final = "left less right leg: thigh and shank"
+BOTH: Final = "left less right leg: hip to ankle, with how much lower the left hip is"
+"""What a walk shows of both legs, and what the sentence above says; of the first, the hips take a
+part. The prior of the last is weighed anew (`legs`)."""
 
 
 def tables(found: Shared, model: BodyModel) -> list[_Table]:
@@ -39,7 +43,12 @@ def tables(found: Shared, model: BodyModel) -> list[_Table]:
     for name, value, sd in zip(NAMES, found.values, found.sd, strict=True):
         share = "% of the speed" if name == "belt" else "% of the excursion"
         unit, factor = ("mm", 1000.0) if name in BODY_ERRORS else (share, 100.0)
-        errors.append([name, unit, number(factor * value, 1), number(factor * sd, 1)])
+        title = name
+        if name == "left leg":  # a share, by which the right one is shorter
+            title, factor = BONES, 2000.0 * model.leg_length
+        errors.append([title, unit, number(factor * value, 1), number(factor * sd, 1)])
+    apart, sd = found.legs.estimate
+    errors.append([BOTH, "mm", number(1000.0 * apart, 1), number(1000.0 * sd, 1)])
     return [
         ("Body: lengths as factors of the scaled ones, places as changes", body),
         ("What seems wrong", errors),

@@ -49,7 +49,7 @@ def profile(profiles: GaitProfiles) -> str:
             mean, spread = healthy[name]
             axes.bar(x, 2 * spread, 0.8, bottom=mean - spread, color=BAND_COLOUR, zorder=0)
             axes.plot((x - 0.4, x + 0.4), (mean, mean), color="#808080", linewidth=0.8, zorder=1)
-        axes.bar(0, 0, color=BAND_COLOUR, label=f"{controls.people} healthy adults, mean ± SD")
+        axes.bar(0, 0, color=BAND_COLOUR, label="healthy adults, mean ± SD")
         for offset, side in zip((0.18, -0.18), SIDES, strict=True):
             for which, found in (("record", profiles.record), ("walk", profiles.walk)):
                 if found is None:  # its angles were not recorded

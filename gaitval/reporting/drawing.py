@@ -24,6 +24,7 @@ SETTINGS: Final[Any] = {
     "font.size": 8.5,
     "axes.titlesize": 9.0,
     "axes.labelsize": 8.5,
+    "axes.titley": 1.0,  # else every drawing asks all ticks for their place: a fifth of its time
     "axes.linewidth": 0.5,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -66,6 +66,13 @@ def of_run(
     return tables
 
 
+def compared_name(metrics: Metrics) -> str:
+    """What columns of the curves that a walk is compared with end with: nobody recorded a predicted
+    one.
+    """
+    return "record" if metrics.is_recorded_at_all else "predicted"
+
+
 def _pressure(metrics: Metrics) -> str:
     contact = metrics.walk.foot_contact
     columns: dict[str, Column] = {"percent_of_stance": _PERCENT}
@@ -82,7 +89,8 @@ def _centre_of_mass(metrics: Metrics) -> str:
     """In mm, as drawn."""
     walked = metrics.walk.centre_of_mass
     columns: dict[str, Column] = {"percent": _PERCENT}
-    for name, path in (("record", metrics.record.centre_of_mass), ("mean", walked)):
+    recorded = compared_name(metrics), metrics.record.centre_of_mass
+    for name, path in (recorded, ("mean", walked)):
         # without a walk there are no columns, hence not strict
         for axis, values in zip(AXES, np.array(path).T if path else (), strict=False):
             columns[f"{axis}_{name}_mm"] = 1e3 * values

@@ -225,8 +225,7 @@ def stability_regions(pushes: PushRecovery) -> str:
         ):
             axes.set_theta_zero_location("N")
             axes.set_ylim(0.0, rings[-1])
-            axes.set_yticks(rings, [f"{ring:.0f}" for ring in rings], fontsize=7.5, color="#606060")
-            axes.set_rlabel_position(195.0)
+            axes.set_yticks(rings, [""] * len(rings))
             axes.set_xticks(np.deg2rad([0, 90, 180, 270]), ["ahead", "left", "back", "right"])
             axes.tick_params(axis="x", labelsize=7.5, pad=-2)
             # beside the circle and not across it, however long the word is in another language
@@ -252,7 +251,10 @@ def stability_regions(pushes: PushRecovery) -> str:
                         markeredgewidth=1.3,
                         zorder=5,
                     )
-            axes.set_title(f"{100 * phase:g} % of the right cycle", pad=8)
+            # above the word for ahead, which matplotlib would look for in every drawing
+            axes.set_title(f"{100 * phase:g} % of the right cycle", pad=19.25)
+        # below: a number beside its ring would lie on somebody's outline
+        figure.supxlabel(f"rings every {rings[0]:.0f} N", fontsize=7.5, color="#606060")
         return svg(figure, "stability")
 
 

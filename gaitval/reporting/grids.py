@@ -50,9 +50,11 @@ KINETICS: Final = (
 FURTHER: Final = tuple(
     each
     for each in QUANTITIES
-    if not {*each.panels()} <= {name for row in KINETICS for name in row}
+    if each.of_muscles is None
+    and not {*each.panels()} <= {name for row in KINETICS for name in row}
 )
-"""Quantities that have no place in `KINETICS`."""
+"""Quantities that have no place in `KINETICS`, nor, as what follows from muscles, in a figure of
+their own (`muscle_figures`)."""
 _FURTHER_PANELS: Final = [name for each in FURTHER for name in each.panels()]
 WITH_QUANTITIES: Final = (
     *KINETICS,
@@ -62,6 +64,11 @@ WITH_QUANTITIES: Final = (
     ),
 )
 """`KINETICS`, and below it all other quantities."""
+_OF_MUSCLES: Final = [
+    name for each in QUANTITIES if each.of_muscles is not None for name in each.panels()
+]
+MUSCLES: Final = tuple(tuple(_OF_MUSCLES[i : i + 3]) for i in range(0, len(_OF_MUSCLES), 3))
+"""Activations and contact forces, three in a row."""
 MOMENTS: Final = (
     (*KINETICS[0][:2], "moments/hip_rotation"),
     (*KINETICS[1][:2], "moments/knee_rotation"),
@@ -203,8 +210,10 @@ def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.o
     return figure.subplots(rows, columns, sharex=True, squeeze=False)
 
 
-def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
-    """The curves of a grid of `panels` as CSV: record, mean and SD of each side, and the norm."""
+def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str:
+    """The curves of a grid of `panels` as CSV: what the walk is `beside` ("record" or "predicted"),
+    mean and SD of each side, and the norm.
+    """
     shown = [panel for row in panels for panel in row if panel.name]
     kinds = {panel.kind for panel in shown}
     columns: dict[str, Column] = {"percent": PERCENT}
@@ -213,7 +222,7 @@ def grid_table(panels: Sequence[Sequence[Panel]]) -> str:
         name = panel.name.replace("/", "_") if len(kinds) > 1 else panel.name.partition("/")[2]
         for curve in panel.curves:
             key = name if curve.side is None else f"{name}_{curve.side[0]}"
-            columns[f"{key}_{'mean' if curve.which == 'walk' else 'record'}"] = curve.mean
+            columns[f"{key}_{'mean' if curve.which == 'walk' else beside}"] = curve.mean
             columns[f"{key}_sd"] = curve.sd
         if panel.norm is not None:
             columns[f"{name}_norm_mean"], columns[f"{name}_norm_sd"] = panel.norm[:2]

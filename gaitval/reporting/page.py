@@ -22,12 +22,13 @@ from weasyprint.urls import URLFetcher
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
 from gaitval.memory import without_search
-from gaitval.number_text import number
+from gaitval.number_text import number, rough
 from gaitval.policy.processes import kept_workers
 from gaitval.reporting.catalogue import translations, words
 from gaitval.reporting.contents import with_contents
 from gaitval.reporting.drawing import Draw, drawn
 from gaitval.reporting.figure_data import write_tables
+from gaitval.reporting.light_figures import light
 from gaitval.reporting.words import SOURCE
 
 _FONTS: Final = {
@@ -48,7 +49,7 @@ def _labelled(svg: str, text: str, medium: str) -> Markup:
     """
     if medium == "print":  # as an image: the page's style sheet need not look at its parts
         return Markup(
-            f'<img src="data:image/svg+xml;base64,{_base64(_with_letters(svg))}" '
+            f'<img src="data:image/svg+xml;base64,{_base64(light(_with_letters(svg)))}" '
             f'alt="{escape(text)}">'
         )
     themed = re.sub(r"(?<=: )#([0-9a-f]{6})\b", _in_both_modes, svg)
@@ -119,9 +120,9 @@ def _environment(language: str) -> jinja2.Environment:
 def _in_language(language: str) -> dict[str, Callable[..., Any]]:
     """Filters whose result depends on the language of the page.
 
-    `number` and `figures` have its decimal mark, `count` its thousands. `words` and `marked`
-    translate what comes with the results; `marked` marks as English what the catalogue does not
-    know, and is not for attributes.
+    `number`, `rough` and `figures` have its decimal mark, `count` its thousands. `words` and
+    `marked` translate what comes with the results; `marked` marks as English what the catalogue
+    does not know, and is not for attributes.
     """
 
     def fixed(value: float | None, digits: int = 2) -> str:
@@ -142,6 +143,8 @@ def _in_language(language: str) -> dict[str, Callable[..., Any]]:
     return {
         "number": fixed,
         "figures": lambda text: words(language).figures(str(text)),
+        "rough": lambda value: words(language).figures(rough(value)),
+        "dated": lambda text: words(language).dated(str(text)),
         "count": lambda value: words(language).count(value),
         "words": plain,
         "said": marked,
@@ -161,6 +164,7 @@ def write_page(
     settings: ReportSettings | None = None,
     *,
     scripts: Sequence[str] = (),
+    beside: Mapping[str, str] | None = None,
 ) -> None:
     """Write `name`.html and `name`.pdf into `folder`, from the values of `context`.
 
@@ -181,6 +185,8 @@ def write_page(
     settings : paper and language; A4 and English by default.
     scripts : file names of scripts of this page alone, in this package; their texts are given to
         the template as `scripts`. No other script runs (`security_policy`).
+    beside : templates of further pages of the same values, by the name of their HTML: what is for
+        a screen alone, because few people read it.
     """
     chosen = settings or ReportSettings()
     page, values = _prepared(template, context, chosen, scripts)
@@ -193,6 +199,11 @@ def write_page(
         write_tables(folder, values["data"])
         # no name for the page: it is not held while the other is laid out, which takes most
         write_text(folder / f"{name}.html", with_contents(page.render(values, medium="screen")))
+        for other, further in (beside or {}).items():
+            second, own_values = _prepared(further, context, chosen, ())
+            own_values["drawings"] = values["drawings"]
+            text = with_contents(second.render(own_values, medium="screen"))
+            write_text(folder / f"{other}.html", text)
         document = lay_out(with_contents(page.render(values, medium="print")))
         document.write_pdf(temporary, pdf_variant=PDF_VARIANT)
 

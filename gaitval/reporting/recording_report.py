@@ -22,12 +22,14 @@ from gaitval.metrics.norms import Norm, norms_at
 from gaitval.metrics.quantity_results import found_quantities
 from gaitval.metrics.recording_limits import State
 from gaitval.metrics.single_case import compare_with_group
-from gaitval.quantities import BY_NAME, Found
+from gaitval.musculature.gait import MuscleGait
+from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION, Found
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.measurement_part import MeasurementPart
+from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.reporting.page import write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 from gaitval.reporting.tables import tables_of
@@ -274,6 +276,7 @@ class RecordingSummary:
     commit: str = ""
     written: str = ""
     first_trial: str = ""
+    muscles: MuscleGait | None = None
 
 
 def write_recording_report(
@@ -376,6 +379,9 @@ def _drawings(summary: RecordingSummary) -> dict[str, Any]:
         "forces": rows(summary.forces, kind="forces", factor=100.0),
     }
     every = {kind: each for kind, each in every.items() if each}
+    for name in quantities:
+        if BY_NAME[name].of_muscles is not None:
+            every.pop(name, None)
     drawings: dict[str, Draw] = {
         kind: partial(
             grids.grid,
@@ -390,6 +396,13 @@ def _drawings(summary: RecordingSummary) -> dict[str, Any]:
     data = {kind: grids.grid_table(each) for kind, each in every.items()}
     names = {kind: [kind] for kind in every}
     names["quantities"] = [name for name in quantities if name in every]
+    if summary.muscles is not None and summary.muscles.legs:
+        shown = DrawnMuscles.of(summary.muscles)
+        drawings |= {MUSCLE_ACTIVATION.name: shown.activations, JOINT_CONTACT.name: shown.contacts}
+        tables = shown.tables()
+        data[MUSCLE_ACTIVATION.name] = tables["activations"]
+        data[JOINT_CONTACT.name] = tables["contacts"]
+        names["quantities"] += [MUSCLE_ACTIVATION.name, JOINT_CONTACT.name]
     left = summary.residuals
     if left is not None:
         names["residuals"] = ["residuals"]
@@ -433,7 +446,7 @@ def quantities_of(summary: RecordingSummary) -> dict[str, Found]:
             for each in (summary.angles, summary.moments, summary.forces)
         )
     )
-    return found_quantities(means, seconds)
+    return found_quantities(means, seconds, summary.muscles)
 
 
 def _residual_table(left: ResidualCurves) -> str:

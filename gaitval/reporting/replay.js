@@ -73,37 +73,7 @@
   orbit.maxPolarAngle = 0.5 * Math.PI;
   canvas.style.touchAction = "pan-y"; // a finger that moves up or down scrolls the page
 
-  /* Light comes from above and from the right in front, and edges are lit from behind; it is painted
-     here, since lamps of three.js would cost time at every pixel. A `ghost` is seen through where one
-     looks straight at it, and its outline stays. */
-  function lit({ ghost = 0, ...options } = {}) {
-    const material = new THREE.MeshBasicMaterial(options);
-    material.onBeforeCompile = (shader) => {
-      const lines = "varying vec3 litNormal;\nvarying vec3 litView;\n";
-      shader.vertexShader =
-        lines +
-        shader.vertexShader.replace(
-          "#include <project_vertex>",
-          `#include <project_vertex>
-          litNormal = mat3(modelMatrix) * normal;
-          litView = cameraPosition - (modelMatrix * vec4(transformed, 1.0)).xyz;`,
-        );
-      shader.fragmentShader =
-        lines +
-        shader.fragmentShader.replace(
-          "#include <opaque_fragment>",
-          `vec3 litTo = normalize(litNormal);
-          float litRim = pow(1.0 - clamp(abs(dot(litTo, normalize(litView))), 0.0, 1.0), 3.0);
-          float litKey = max(dot(litTo, normalize(vec3(0.5, -0.45, 0.75))), 0.0);
-          outgoingLight *= 0.42 + 0.2 * (0.5 + 0.5 * litTo.z) + 0.5 * litKey;
-          outgoingLight += 0.16 * litRim * (0.5 + 0.5 * litTo.z);
-          ${ghost ? `diffuseColor.a *= ${ghost.toFixed(2)} + 0.55 * litRim;` : ""}
-          #include <opaque_fragment>`,
-        );
-    };
-    material.customProgramCacheKey = () => `lit ${ghost}`;
-    return material;
-  }
+  const { lit, solid } = walkerBody;
 
   /* Three great circles. */
   function rings({ position, radius }) {
@@ -151,17 +121,6 @@
   const body = figureOf(scene.body);
   const recorded = figureOf(scene.recorded);
   const shown = { recorded: [recorded.whole], forces: [], spheres: [] };
-
-  /* A mesh of a shape {kind, size, position, turned}; of a box the lengths, else the radius and, of a
-     cylinder along z, the length. */
-  function solid({ kind, position, size, turned = [0, 0, 0, 1] }) {
-    const made = {
-      box: () => new THREE.BoxGeometry(...size),
-      sphere: () => new THREE.SphereGeometry(size[0], 20, 12),
-      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 20).rotateX(0.5 * Math.PI),
-    }[kind]();
-    return made.applyQuaternion(new THREE.Quaternion(...turned)).translate(...position);
-  }
 
   const group = (of, segment) => of.groups[of.segments.indexOf(segment)];
   const SIDE_PAINTS = { r: "right", l: "left" };
@@ -247,7 +206,7 @@
 
   // ---- pose ---------------------------------------------------------------------------------
 
-  const state = { stride: 0, percent: 0, playing: false, visible: true, view: "oblique", far: 1, wide: 1 };
+  const state = { stride: 0, percent: 0, playing: false, touched: false, visible: true, view: "oblique", far: 1, wide: 1 };
   const first = new THREE.Quaternion();
   const second = new THREE.Quaternion();
 
@@ -434,7 +393,7 @@
     if (first) clickable(group, { x, y, width, height }, (point) => goTo(kind, side, (100 * within(point.x - x, 0, width)) / width));
     links.get(group.closest("figure")).push(() => {
       const percent = own(kind, side);
-      line.style.visibility = Number.isFinite(percent) && shows("cursor") ? "" : "hidden";
+      line.style.visibility = Number.isFinite(percent) && state.touched && shows("cursor") ? "" : "hidden";
       line.setAttribute("x1", x + (width * percent) / 100 || 0);
       line.setAttribute("x2", x + (width * percent) / 100 || 0);
     });
@@ -540,7 +499,15 @@
 
   function seek(percent) {
     state.percent = within(Math.round(percent), 0, LAST);
+    state.touched = true;
     play(false);
+  }
+
+  /* Curves show no cursor to those who only read them. */
+  function touch() {
+    if (state.touched) return;
+    state.touched = true;
+    draw();
   }
 
   function look(name) {
@@ -686,6 +653,8 @@
 
   function listen() {
     root.addEventListener("keydown", onKey);
+    player.addEventListener("pointerdown", touch);
+    player.addEventListener("keydown", touch);
     find(".replay-play").addEventListener("click", () => play(!state.playing));
     slider.addEventListener("input", () => seek(Number(slider.value)));
     find(".replay-stride").addEventListener("change", (event) => {

@@ -251,15 +251,21 @@ def _poses(model: BodyModel, positions: Array, segments: tuple[str, ...]) -> dic
     }
 
 
-def _body(model: BodyModel, positions: Array) -> dict[str, object]:
-    """What is drawn of `model`: mass, joints in the segment before, contact spheres, poses."""
+def body_of(model: BodyModel) -> dict[str, object]:
+    """What `replay_body.js` draws of `model`: mass, joints in the segment before, contact
+    spheres.
+    """
     spheres = [
         {"segment": sphere.segment, "position": sphere.position.tolist(), "radius": sphere.radius}
         for sphere in model.spheres
     ]
     joints = {each.name: each.joint_position.tolist() for each in model.segments}
-    about = {"mass": model.mass, "joints": joints, "spheres": spheres}
-    return about | _poses(model, positions, SEGMENTS)
+    return {"mass": model.mass, "joints": joints, "spheres": spheres}
+
+
+def _body(model: BodyModel, positions: Array) -> dict[str, object]:
+    """What is drawn of `model`, and its poses."""
+    return body_of(model) | _poses(model, positions, SEGMENTS)
 
 
 _NUMBERS: Final = ("travel", "force", "pressure", "push", "cycle", "stance")

@@ -1,9 +1,9 @@
-/* The body that the replay draws: smooth shapes from the lengths of the segments.
+/* The body that the replay and a live walk draw: smooth shapes from the lengths of the segments.
 
    `walkerBody({ joints, spheres, mass })` returns parts, each with its segment, its paint and its geometry in
    the frame of the segment (x forward, y left, z up, m). Lengths are those of the model; girths are
    those of a typical adult, wider for a body that is heavier for its legs. They have no meaning in the
-   simulation. */
+   simulation. `walkerBody.lit` makes their material, `walkerBody.solid` the shapes of devices. */
 "use strict";
 const walkerBody = (() => {
   const SIDES = 24; // corners of a cross-section
@@ -163,13 +163,56 @@ const walkerBody = (() => {
     };
   }
 
-  return ({ joints, spheres, mass }) => {
+  /* Light comes from above and from the right in front, and edges are lit from behind; it is painted
+     by the material, since lamps of three.js would cost time at every pixel. A `ghost` is seen through where one
+     looks straight at it, and its outline stays. */
+  function lit({ ghost = 0, ...options } = {}) {
+    const material = new THREE.MeshBasicMaterial(options);
+    material.onBeforeCompile = (shader) => {
+      const lines = "varying vec3 litNormal;\nvarying vec3 litView;\n";
+      shader.vertexShader =
+        lines +
+        shader.vertexShader.replace(
+          "#include <project_vertex>",
+          `#include <project_vertex>
+          litNormal = mat3(modelMatrix) * normal;
+          litView = cameraPosition - (modelMatrix * vec4(transformed, 1.0)).xyz;`,
+        );
+      shader.fragmentShader =
+        lines +
+        shader.fragmentShader.replace(
+          "#include <opaque_fragment>",
+          `vec3 litTo = normalize(litNormal);
+          float litRim = pow(1.0 - clamp(abs(dot(litTo, normalize(litView))), 0.0, 1.0), 3.0);
+          float litKey = max(dot(litTo, normalize(vec3(0.5, -0.45, 0.75))), 0.0);
+          outgoingLight *= 0.42 + 0.2 * (0.5 + 0.5 * litTo.z) + 0.5 * litKey;
+          outgoingLight += 0.16 * litRim * (0.5 + 0.5 * litTo.z);
+          ${ghost ? `diffuseColor.a *= ${ghost.toFixed(2)} + 0.55 * litRim;` : ""}
+          #include <opaque_fragment>`,
+        );
+    };
+    material.customProgramCacheKey = () => `lit ${ghost}`;
+    return material;
+  }
+
+  /* A mesh of a shape {kind, size, position, turned}; of a box the lengths, else the radius and, of a
+     cylinder along z, the length. */
+  function solid({ kind, position, size, turned = [0, 0, 0, 1] }) {
+    const made = {
+      box: () => new THREE.BoxGeometry(...size),
+      sphere: () => new THREE.SphereGeometry(size[0], 20, 12),
+      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 20).rotateX(0.5 * Math.PI),
+    }[kind]();
+    return made.applyQuaternion(new THREE.Quaternion(...turned)).translate(...position);
+  }
+
+  const parts = ({ joints, spheres, mass }) => {
     const of = (segment) => spheres.filter((sphere) => sphere.segment === segment);
     const leg = -joints.shank_r[2] - joints.foot_r[2];
     const girth = clamp(Math.sqrt(mass / leg / TYPICAL), 0.8, 1.35) * clamp(leg / 0.8, 0.85, 1.1);
     const size = clamp(leg / 0.8, 0.85, 1.15);
-    const parts = [];
-    const add = (segment, paint, ...geometries) => parts.push({ segment, paint, geometry: THREE.mergeGeometries(geometries) });
+    const found = [];
+    const add = (segment, paint, ...geometries) => found.push({ segment, paint, geometry: THREE.mergeGeometries(geometries) });
     const [hip, high] = [-joints.thigh_r[1], joints.upper_arm_r[2]];
     add("pelvis", "shorts", pelvis(hip, joints.torso, girth));
     add("torso", "body", trunk(hip, joints.upper_arm_r, girth));
@@ -187,6 +230,7 @@ const walkerBody = (() => {
       const thumb = rod([0.026, inward * 0.004, -1.12 * upper], [0.05, inward * 0.008, -1.33 * upper], 0.0095 * size);
       add(`forearm_${side}`, side, limb(upper, size, FOREARM, [0.033, 0.02]), thumb);
     }
-    return parts;
+    return found;
   };
+  return Object.assign(parts, { lit, solid });
 })();

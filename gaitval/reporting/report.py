@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.gait.filters import FACTOR
 from gaitval.identification.body_report import Bar
-from gaitval.learning_control.walked import Walked
+from gaitval.learning_control.walked import ACCURACY, PREDICTED, Accuracies, Walked
 from gaitval.metrics.origin import not_recorded
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.recorded import CURVE_UNITS
@@ -50,16 +51,20 @@ from gaitval.reporting import (
     figure_data,
     figures,
     grids,
+    prediction_part,
     run_grids,
     tables,
 )
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.facts import measured_force
+from gaitval.reporting.findings import findings
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
 
 TEMPLATE = "report.html.j2"
+DETAILS: Final = {"report-details": "details.html.j2"}
+"""What stands behind the report: where its limits are from, how the walk was made, files."""
 FAILED_SHOWN = 6
 """Number of failed targets that the tolerance table names; all are in the table of errors."""
 
@@ -99,7 +104,9 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._
             "count": len(found.rows),
             "count_passed": len(found.rows) - len(found.failed),
             "count_failed": len(found.failed),
-            "count_reached": sum(bool(row.reached) for row in found.rows),
+            "guess": found.guess,
+            "state": found.state,
+            "reason": found.reason_text(),
             "worst": found.value_text(),
             "worst_target": target_text(found.worst.target),
             "repeats": spread_text(found.worst),
@@ -119,8 +126,10 @@ def _tolerances(metrics: Metrics, role: Role, subject: Subject) -> list[tables._
     ]
 
 
-def _correction(found: CorrectionResult | None) -> tables._Row | None:
-    """What the correction of the reference changes, in degrees, and its effect."""
+def _correction(found: CorrectionResult | None, accuracies: Accuracies) -> tables._Row | None:
+    """What the correction of the reference changes, in degrees, and its effect; errors weigh by
+    `accuracies`.
+    """
     if found is None:
         return None
     adjustment = Adjustment.from_dict(found.as_dict(), METRICS)
@@ -147,7 +156,7 @@ def _correction(found: CorrectionResult | None) -> tables._Row | None:
     return {
         **dict(found),
         "after": Walked(
-            np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}
+            np.empty(0), {(row.kind, row.curve): row.after for row in found.curves}, accuracies
         ).error(),
         "groups": groups,
         "rows": [{"name": name, "sides": sides} for name, sides in rows.items()],
@@ -377,6 +386,8 @@ def _context(folder: Path) -> dict[str, Any]:
     walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
     drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
+    predicted, of_prediction, numbers = prediction_part.shown(metrics)
+    drawn, data = drawn | of_prediction, data | numbers
     body, bars = None, list[Bar]()
     looked_for = "identification" in metrics.told["angles"]
     if looked_for and (folder / body_bars.FILE).is_file():
@@ -390,6 +401,9 @@ def _context(folder: Path) -> dict[str, Any]:
         "nominal": metrics.walks.nominal,
         "identified": metrics.final == "identified",
         "identification": metrics.identification,
+        "determined": bool(metrics.identification and metrics.identification.determined),
+        "findings": findings(metrics),
+        "filter_factor": FACTOR,
         "acceptance": _tolerances(metrics, "acceptance", subject),
         "context_tolerances": _tolerances(metrics, "context", subject),
         "prediction": next(iter(metrics.predictions), None),
@@ -397,6 +411,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "judged": metrics.is_recorded_at_all,
         "unjudged": unjudged_text(metrics.origins).strip(),
         "distances": tables.distances(metrics),
+        "predicted_curves": predicted,
         "known": tables.known_quantities(metrics),
         "unseen": tables.unseen(metrics),
         "error_tables": tables.error_table(metrics),
@@ -410,7 +425,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "parameters": _parameters(metrics.identification, bars if shared else ()),
         "statistics": whole and curve_statistics.tables(whole, subject),
         "correlated": _correlated(metrics.identification),
-        "correction": _correction(metrics.correction),
+        "correction": _correction(metrics.correction, PREDICTED if metrics.predicted else ACCURACY),
         "spatiotemporal": walk.spatiotemporal,
         "sheet": sheet(metrics, subject),
         "scaling": _scaling(folder / "scaling.csv"),
@@ -443,8 +458,8 @@ def _configuration(folder: Path, settings: Sequence[str] = ()) -> Configuration:
 
 
 def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
-    """Write `report.html` and `report.pdf` of a run `folder`, `claims.csv`, which they cite,
-    and the checklist as CSV, Markdown and LaTeX.
+    """Write `report.html` and `report.pdf` of a run `folder`, `report-details.html`, which stands
+    behind them, `claims.csv`, which it cites, and the checklist as CSV, Markdown and LaTeX.
 
     The HTML needs no other file; its scripts show the replay of the walk, for which the PDF, from
     the same template, has six poses. A section whose input is missing says so. `settings`, texts
@@ -455,4 +470,4 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
     looks = _configuration(folder, settings).report
-    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS)
+    write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)

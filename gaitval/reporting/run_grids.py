@@ -22,12 +22,13 @@ from gaitval.metrics.shown_quantities import of_record, of_walk
 from gaitval.metrics.typed import array
 from gaitval.model.parameters import apply_parameters
 from gaitval.model.urdf import read_urdf
-from gaitval.quantities import BY_NAME
+from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.quantities.joint_power import BURSTS, burst_places
 from gaitval.quantities.joint_power import JOINTS as POWER_JOINTS
-from gaitval.reporting import grids
+from gaitval.reporting import figure_data, grids
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.grids import DrawnCurve, Panel
+from gaitval.reporting.muscle_figures import DrawnMuscles
 from gaitval.simulation.rollout import Rollout
 
 STRIDES: Final = 8
@@ -91,22 +92,49 @@ def figures(
     }
     rows["curves"] = [
         [
-            each._replace(
-                error="", regions={}, curves=tuple(c._replace(strides=None) for c in each.curves)
-            )
+            each._replace(error="", curves=tuple(c._replace(strides=None) for c in each.curves))
             for each in row
         ]
         for row in rows["curves"]
     ]
-    heights = {"curves": 1.05, "kinematics": 1.27}
+    adults = "parameter/cadence" in normal
+    healthy = "healthy adults, ± SD" if adults else ""  # the sheet's footnote says how many
+    heights = {"curves": 0.92, "kinematics": 1.27, "kinetics": 1.35}
     words = ("record" if metrics.is_recorded_at_all else "prediction", "walk")
     draws: dict[str, Draw] = {
         name: partial(
-            grids.grid, each, height=heights.get(name, 1.6), figure_name=name, words=words
+            grids.grid,
+            each,
+            height=heights.get(name, 1.6),
+            figure_name=name,
+            words=words,
+            norm=healthy,
         )
         for name, each in rows.items()
     }
-    return draws, {name: grids.grid_table(each) for name, each in rows.items() if name != "curves"}
+    beside = figure_data.compared_name(metrics)
+    tables = {
+        name: grids.grid_table(each, beside) for name, each in rows.items() if name != "curves"
+    }
+    if (shown := walked_muscles(metrics)) is not None:
+        draws |= {"activations": shown.activations, "contacts": shown.contacts}
+        tables |= shown.tables()
+    return draws, tables
+
+
+def walked_muscles(metrics: Metrics) -> DrawnMuscles | None:
+    """Activations and contact forces of the walk; None in a file of before there were any."""
+    activation, contact = (
+        of_walk(metrics.walk, each) for each in (MUSCLE_ACTIVATION, JOINT_CONTACT)
+    )
+    if activation is None or contact is None:
+        return None
+    return DrawnMuscles(
+        *(
+            {name: (curve, None) for name, curve in of.curves.items()}
+            for of in (activation, contact)
+        )
+    )
 
 
 def _panel(
@@ -118,7 +146,7 @@ def _panel(
 ) -> Panel:
     """The panel of a quantity "kind/curve" without side."""
     kind, _, curve = name.partition("/")
-    curves, errors, regions = [], [], {}
+    curves, errors = [], []
     for side in SIDES:
         key = f"{curve}_{side[0]}"
         recorded = _recorded(metrics, subject, kind, key)
@@ -130,9 +158,6 @@ def _panel(
         for each in KINDS:
             if each == kind and key in metrics.walk.errors.of(each):
                 errors.append(rmse_of(metrics.walk.errors.of(each)[key]))
-                if metrics.curve_statistics is not None:
-                    found = metrics.curve_statistics.curves.of(each).get(key)
-                    regions[side] = [(r.first, r.last) for r in found.regions] if found else []
     known = [f"{each:.2f}" if kind == "moments" else f"{each:.1f}" for each in errors if each]
     stance = metrics.record.spatiotemporal
     return Panel(
@@ -140,9 +165,8 @@ def _panel(
         tuple(curves),
         normal.get(name),
         {side: 100.0 * getattr(stance, f"stance_fraction_{side}") for side in SIDES},
-        regions,
-        _bursts(metrics, curve) if kind == "power" else {},
-        " / ".join(known),
+        bursts=_bursts(metrics, curve) if kind == "power" else {},
+        error=" / ".join(known),
     )
 
 

@@ -8,20 +8,29 @@ several has all their places and how it was made; tests/reporting/test_sheet.py 
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from gaitval.coordinates import SIDES, split_side
+from gaitval.coordinates import SIDES, Side, split_side
 from gaitval.datasets.subject import Subject
-from gaitval.metrics.groups import group_curves, group_rows
+from gaitval.metrics.acceptance_results import CurveLight, Light, Reason
 from gaitval.metrics.norms import norms
 from gaitval.metrics.origin import curve_origin, not_recorded
 from gaitval.metrics.results import METRICS, Metrics
-from gaitval.metrics.verdicts import LimitVerdict, failed_limits, limit_verdicts, unit_text
+from gaitval.metrics.verdicts import (
+    CURVE_NAMES,
+    LimitVerdict,
+    failed_limits,
+    limit_verdicts,
+    unit_text,
+)
+from gaitval.number_text import number, rough
 from gaitval.reporting.facts import at
+from gaitval.reporting.figures import NAMES
+from gaitval.reporting.tables import CURVES
 
-WARNINGS: Final = 3
+WARNINGS: Final = 2
 """Shown, the gravest first."""
-FAILED_SHOWN: Final = 6
+FAILED_SHOWN: Final = 5
 """Failed limits that the sheet lists; it counts the others."""
 PLATES_UNCERTAIN: Final = 0.02
 """Share of the force by which plates may be wrong before the sheet says so."""
@@ -32,7 +41,7 @@ class Cell(NamedTuple):
 
     Attributes
     ----------
-    digits : decimals; -1 for three figures.
+    digits : decimals; below zero, as many figures that count, without zeros at the end.
     source : "file#place", several apart by spaces.
     how : what is made of them: "mean", "sum", "count", or as the test names it.
     scale : the printed number over the one made.
@@ -48,6 +57,14 @@ class Cell(NamedTuple):
     def shown(self) -> float | None:
         """The number as printed."""
         return None if self.value is None else self.scale * self.value
+
+    @property
+    def text(self) -> str:
+        """The number as printed, with a decimal point; a dash if there is none."""
+        if self.digits >= 0:
+            return number(self.shown, self.digits)
+        text = rough(self.shown, -self.digits)
+        return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 class SheetWarning(NamedTuple):
@@ -93,15 +110,18 @@ def sheet(metrics: Metrics, subject: Subject) -> dict[str, object]:
         "more": _count(max(0, len(failed) - FAILED_SHOWN), "unlisted limits"),
         "known": ["speed", *(name for name, by in metrics.told.items() if by)],
         "held_out": [name for name in metrics.recorded if not metrics.told[name]],
-        "skills": _skills(metrics),
         "parameters": _parameters(metrics, subject),
-        "doubts": list(_warnings(metrics, subject, failed))[:WARNINGS],
+        "doubts": list(_warnings(metrics, subject))[:WARNINGS],
         "profile": _profile(metrics),
-        "people": [
-            Cell(norm.people, 0, f"norms#{name}/people")
-            for name in ("parameter/cadence", "parameter/stance_fraction")
-            if (norm := norms(subject).get(name)) is not None
-        ],
+        "people": _people(metrics, subject),
+        "push_off": _push_off(metrics),
+        "lights": _lights(metrics),
+        "reasons": _reasons(metrics),
+        "known_to": _known_to(metrics),
+        "guess": {
+            name: _read(metrics, f"/summary/guess_{name}", digits=0)
+            for name in ("passes", "judged")
+        },
     }
 
 
@@ -127,14 +147,24 @@ def _repeats(metrics: Metrics) -> dict[str, Cell]:
 
 
 def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
+    """A failed limit by its worst row: what that missed, the limit itself, the best guess of its
+    group on its side, or what the record is known to, with the value on its other side.
+    """
     worst = limit.worst
     index = next(i for i, row in enumerate(metrics.tolerances) if row is worst)
+    place, missed = f"/tolerances/{index}", next(iter(worst.failed_by), "limit")
+    value, bound = {
+        "limit": ("value", "tolerance"),
+        "guess": ("guess/walk", "guess/error"),
+        "record": ("value", "known"),
+    }[missed]
     return {
         "role": worst.role,
         "title": worst.title,
-        "value": _read(metrics, f"/tolerances/{index}/value", digits=-1),
-        "limit": _read(metrics, f"/tolerances/{index}/tolerance", digits=-1),
-        "sign": limit.limit_text().split()[0],
+        "value": _beside(limit, _read(metrics, f"{place}/{value}", digits=-2)),
+        "limit": _read(metrics, f"{place}/{bound}", digits=-3 if missed == "limit" else -2),
+        "missed": None if missed == "limit" else missed,
+        "sign": "<" if missed == "guess" else limit.limit_text().split()[0],
         "unit": unit_text(worst.unit).strip(),
         "failed": _count(len(limit.failed), f"failed rows {worst.id}"),
         "all": _count(len(limit.rows), f"all rows {worst.id}"),
@@ -142,58 +172,178 @@ def _failed(metrics: Metrics, limit: LimitVerdict) -> dict[str, object]:
     }
 
 
-def _skills(metrics: Metrics) -> list[dict[str, object]]:
-    """Mean RMSE of each group of curves: the walk's, the first guess's, and the skill."""
-    rows: list[dict[str, object]] = []
-    for row in group_rows(metrics):
-        kind, every, unit = group_curves(metrics)[row.group]
-        recorded = [c for c in every if curve_origin(kind, c, metrics.origins) == "recorded"]
-        curves, digits = recorded or list(every), 3 if unit == "Nm/kg" else 1
-        walk = [f"/walks/{metrics.final}/errors/{kind}/{curve}/rmse" for curve in curves]
-        guess = [f"/predictions/0/rmse/{kind}/{curve}" for curve in curves]
-        name = metrics.predictions[0].name if metrics.predictions else None
-        cells = None
-        if name is not None and recorded:
-            both = " ".join(f"{METRICS}#{pointer}" for pointer in (*walk, *guess))
-            cells = {
-                "guess": _read(metrics, *guess, digits=digits, how="mean"),
-                "skill": Cell(row.skills()[name], 2, both, "skill"),
-            }
-        walked = Cell(row.walked, digits, " ".join(f"{METRICS}#{p}" for p in walk), "mean")
-        rows.append({"group": row.group, "unit": unit, "walk": walked, "cells": cells})
-    return rows
+def _beside(limit: LimitVerdict, cell: Cell) -> Cell:
+    """The `cell` with as many figures as it takes to see on which side of its `limit` it is."""
+    bound = limit.worst.tolerance
+    value = cell.value
+    while value is not None and value != bound and f"{value:.{-cell.digits}g}" == f"{bound:g}":
+        cell = cell._replace(digits=cell.digits - 1)
+    return cell
 
 
-def _parameters(metrics: Metrics, subject: Subject) -> list[dict[str, object]]:
+_PEOPLE: Final = {
+    "angles": "angles/hip_flexion",
+    "kinetics": "moments/hip_flexion",
+    "steps": "parameter/cadence",
+    "stance": "parameter/stance_fraction",
+}
+"""Norms whose people the sheet counts."""
+
+
+def _people(metrics: Metrics, subject: Subject) -> dict[str, Cell]:
+    """How many healthy people stand behind each column and band, once for the whole report; none
+    for children, of whom only curves may be shipped.
+    """
+    normal = norms(subject)
+    if not {*_PEOPLE.values()} <= set(normal):
+        return {}
+    found = {
+        name: Cell(normal[each].people, 0, f"norms#{each}/people") for name, each in _PEOPLE.items()
+    }
+    if metrics.curve_statistics is not None:
+        from gaitval.gait.healthy_controls import load_controls
+
+        found["score"] = Cell(load_controls().people, 0, "controls#people")
+    return found
+
+
+class LightRow(NamedTuple):
+    """The lights of a curve by side, as in `metrics.lights`, and where they stand there."""
+
+    name: str
+    lights: Mapping[Side, CurveLight]
+    sources: Mapping[Side, str]
+
+
+def _lights(metrics: Metrics) -> dict[str, list[LightRow]]:
+    """Whether each curve may be believed, by kind."""
+    return {
+        kind: [
+            LightRow(
+                NAMES[name],
+                {side: metrics.lights.of(kind)[f"{name}_{side[0]}"] for side in SIDES},
+                {side: f"{METRICS}#/lights/{kind}/{name}_{side[0]}/light" for side in SIDES},
+            )
+            for name in names
+        ]
+        for kind, names, _ in CURVES
+    }
+
+
+class Why(NamedTuple):
+    """Curves that are not to be believed, or with care, for one reason; each with its side, or
+    None for both.
+    """
+
+    light: Light
+    reason: Reason
+    curves: Sequence[tuple[str, Side | None]]
+
+
+def _reasons(metrics: Metrics) -> list[Why]:
+    """The reasons of all curves that are not simply to be believed, the gravest first."""
+    found: dict[tuple[Light, Reason], dict[str, list[Side]]] = {}
+    for kind, names, _ in CURVES:
+        for name in names:
+            for side in SIDES:
+                each = metrics.lights.of(kind)[f"{name}_{side[0]}"]
+                if each.light != "believe":
+                    words = CURVE_NAMES.get(name, name) + (" moment" if kind == "moments" else "")
+                    found.setdefault((each.light, each.reason), {}).setdefault(words, []).append(
+                        side
+                    )
+    order: list[Light] = ["do not", "with care"]
+    return [
+        Why(*key, [(name, sides[0] if len(sides) == 1 else None) for name, sides in of.items()])
+        for key, of in sorted(found.items(), key=lambda pair: order.index(pair[0][0]))
+    ]
+
+
+_KNOWN: Final = ("sagittal angles", "moments", "vertical force")
+"""Groups whose doubt the sheet gives."""
+
+
+def _known_to(metrics: Metrics) -> dict[str, list[tuple[Cell, str]]]:
+    """What the errors of `_KNOWN` are known to by record, time step and second engine, with units;
+    without those that say nothing.
+    """
+    rows = [(i, row) for i, row in enumerate(metrics.known_to) if row.group in _KNOWN]
+    found = {
+        of: [(_read(metrics, f"/known_to/{i}/{of}", digits=-2), row.unit) for i, row in rows]
+        for of in ("record", "time_step", "second_engine")
+    }
+    return {of: each for of, each in found.items() if any(c.value is not None for c, _ in each)}
+
+
+def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
+    """Positive work of each ankle in a cycle, J/kg, of walk and record, and how much more of it the
+    walk does, %; empty where either is not known.
+    """
+    found = {}
+    for side in SIDES:
+        name = f"ankle_angle_{side[0]}"
+        walk = f"/walks/{metrics.final}/joint_power/generated/{name}"
+        record = f"/record/joint_power/generated/{name}"
+        both = {"walk": _read(metrics, walk, digits=2), "record": _read(metrics, record, digits=2)}
+        walked, recorded = both["walk"].value, both["record"].value
+        if curve_origin("moments", name, metrics.origins) != "recorded" or not recorded:
+            return {}
+        if walked is None:
+            return {}
+        places = f"{both['walk'].source} {both['record'].source}"
+        more = Cell(walked / recorded - 1.0, 0, places, "more", 100.0)
+        found[side] = {**both, "more": more}
+    return found
+
+
+class ParameterRow(NamedTuple):
+    """A spatiotemporal parameter: `of` each side, or of the walk, the cells "mean" and "recorded";
+    and of healthy people.
+    """
+
+    label: str
+    unit: str
+    of: tuple[Mapping[str, Cell], ...]
+    norm_mean: Cell
+    norm_sd: Cell
+
+
+def _parameters(metrics: Metrics, subject: Subject) -> list[ParameterRow]:
     """Spatiotemporal parameters of walk and record, and their norm."""
     normal = norms(subject)
-    rows: list[dict[str, object]] = []
+    rows: list[ParameterRow] = []
     for index, row in enumerate(metrics.walk.spatiotemporal):
         place = f"/walks/{metrics.final}/spatiotemporal/{index}"
-        share = 100.0 if row.unit == "1" else 1.0
-        digits = {"1": 1, "steps/min": 1}.get(row.unit, 2)
+        centimetres = row.name.startswith("step_")
+        share = 100.0 if row.unit == "1" or centimetres else 1.0
+        digits = {"1": 1, "steps/min": 1, "m": 1}.get(row.unit, 2)
         side = next((each for each in SIDES if row.name.endswith(f"_{each}")), None)
         plain = row.name.removesuffix(f"_{side}")
         label = plain.removesuffix("_fraction").replace("_", " ").capitalize()
+        of = {
+            name: _read(metrics, f"{place}/{of}", digits=digits, scale=share)
+            for name, of in (
+                ("mean", "mean"),
+                ("recorded", "recorded" if row.predicted is None else "predicted"),
+            )
+        }
+        if rows and rows[-1].label == label:  # the other side's
+            rows[-1] = rows[-1]._replace(of=(*rows[-1].of, of))
+            continue
         norm = f"parameter/{plain}"
-        rows.append(
-            {
-                "label": f"{label}, {side}" if side else label,
-                "unit": "% of cycle" if row.unit == "1" else row.unit,
-                **{
-                    name: _read(metrics, f"{place}/{name}", digits=digits, scale=share)
-                    for name in ("mean", "sd", "recorded")
-                },
-                **{
-                    f"norm_{name}": Cell(
-                        float(getattr(normal[norm], name)) if norm in normal else None,
-                        *(digits, f"norms#{norm}/{name}", "", share),
-                    )
-                    for name in ("mean", "sd")
-                },
-            }
-        )
+        healthy = [
+            Cell(
+                float(getattr(normal[norm], name)) if norm in normal else None,
+                *(digits, f"norms#{norm}/{name}", "", share),
+            )
+            for name in ("mean", "sd")
+        ]
+        unit = "% of cycle" if row.unit == "1" else "cm" if centimetres else row.unit
+        rows.append(ParameterRow(label, unit, (of,), *healthy))
     return rows
+
+
+_WHICH: Final = ("record", "walk")
 
 
 def _profile(metrics: Metrics) -> dict[str, object] | None:
@@ -204,9 +354,9 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
 
     profiles, place = metrics.curve_statistics.profiles, "/curve_statistics/profiles"
     controls, names = load_controls(), profiles.variables
-    rows = []
+    rows: list[dict[str, Any]] = []
     for side in SIDES:
-        for which in ("record", "walk"):
+        for which in _WHICH:
             if which == "record" and profiles.record is None:
                 continue
             cells = [
@@ -219,18 +369,16 @@ def _profile(metrics: Metrics) -> dict[str, object] | None:
     scored = controls.side if len(names) == len(PROFILE_ANGLES) else (None, None)
     both = [*((name, controls.scores[name]) for name in names), ("side", scored)]
     healthy = [[Cell(each[i], 1, f"controls#{n}/{i}") for n, each in both] for i in range(2)]
-    return {"names": [*names, "total"], "rows": rows, "healthy": healthy}
+    by_side = {which: [r["cells"][-1] for r in rows if r["which"] == which] for which in _WHICH}
+    known = healthy[0][-1].value is not None
+    scores = {**by_side, "healthy": [each[-1] for each in healthy] if known else []}
+    return {"names": [*names, "total"], "rows": rows, "healthy": healthy, "scores": scores}
 
 
-def _warnings(
-    metrics: Metrics, subject: Subject, failed: Sequence[LimitVerdict]
-) -> Iterator[SheetWarning]:
-    """All that speaks against trusting the verdict, the gravest first: what decides it, what it
+def _warnings(metrics: Metrics, subject: Subject) -> Iterator[SheetWarning]:
+    """All that speaks against trusting the verdict but what failed, the gravest first: what it
     compares with, and what the record itself lacks.
     """
-    decisive = [each for each in failed if each.first.role == "acceptance"]
-    if decisive:
-        yield SheetWarning("failed", {"count": _count(len(decisive), "failed limits acceptance")})
     if metrics.witness is not None and metrics.witness.fell:
         yield SheetWarning("falls there")
     close = sum(len(each.close) for each in limit_verdicts(metrics, "acceptance"))
@@ -248,14 +396,6 @@ def _warnings(
     if plates is not None and abs(plates.scale - 1.0) > PLATES_UNCERTAIN:
         place = f"{METRICS}#/record/plates/scale"
         yield SheetWarning("plates", {"off": Cell(plates.scale - 1.0, 1, place, "less one", 100.0)})
-    below = [row for row in metrics.measures if row.measure.endswith("_skill")]
-    worse = sum(row.value is not None and row.value < 0.0 for row in below)
-    if worse:
-        cells = {"worse": worse, "all": len(below)}
-        yield SheetWarning(
-            "guess",
-            {k: Cell(v, 0, f"{METRICS}#/measures", f"{k} skills") for k, v in cells.items()},
-        )
     if not subject.uncertainty:  # an import keeps how much the strides differ
         yield SheetWarning("one cycle")
     if metrics.identification is not None:

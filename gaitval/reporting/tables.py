@@ -94,7 +94,9 @@ def figure_tables(metrics: Metrics) -> list[_Row]:
     return [
         table
         for each in QUANTITIES
-        for table in tables_of(each, of_record(metrics.record, each), of_walk(metrics.walk, each))
+        for recorded, walked in [(of_record(metrics.record, each), of_walk(metrics.walk, each))]
+        if recorded is not None or walked is not None
+        for table in tables_of(each, recorded, walked)
     ]
 
 

@@ -11,10 +11,12 @@ import gettext
 import io
 import re
 from collections.abc import Mapping, Sequence
+from datetime import date
 from functools import cache
 from importlib import resources
 from typing import Final
 
+from babel.dates import format_date, get_date_format
 from babel.messages.catalog import Catalog
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po
@@ -33,6 +35,7 @@ _FIGURE: Final = re.compile(
     r"|(?<![\w.])(?P<whole>\d+)\.(?P<part>\d+)(?![\w/]*\.?[\w/])"
 )
 """Whole numbers with their thousands apart, and those with a decimal point."""
+_DATE: Final = re.compile(r"\b\d{4}-\d\d-\d\d\b")
 TEXTS: Final = "texts.txt"
 """What comes with the results, a text a line (scripts/messages.py)."""
 _SENTENCES: Final = re.compile(r"(?<=[.!?]) (?=[A-Z])")
@@ -140,6 +143,16 @@ class TranslatedWords(Words):
     def figures(self, text: str) -> str:
         """Figures in a text with the decimal mark and the thousands mark of this language."""
         return _FIGURE.sub(self._figure, text)
+
+    def dated(self, text: str) -> str:
+        """The dates in a text, "2026-11-29", as this language has them in figures."""
+
+        def local(found: re.Match[str]) -> str:
+            day = date.fromisoformat(found[0])
+            pattern = get_date_format("short", self.language).pattern
+            return format_date(day, re.sub("y+", "y", pattern), self.language)
+
+        return _DATE.sub(local, text)
 
     def _figure(self, found: re.Match[str]) -> str:
         if found["thousands"]:

@@ -1,5 +1,6 @@
 """Numbers and texts of the results, in the language that the templates are written in."""
 
+import re
 from typing import Final
 
 from babel.numbers import format_decimal
@@ -9,6 +10,8 @@ from gaitval.configuration import LANGUAGES
 SOURCE: Final[str] = LANGUAGES[0]
 """The language that the templates are written in."""
 
+_DEGREES: Final = re.compile(r"(?<=\d) deg\b")
+
 
 class Words:
     """Texts of the results in the source language, which stay as they are."""
@@ -16,11 +19,15 @@ class Words:
     language = SOURCE
 
     def of(self, text: str) -> str | None:
-        """The `text` in this language; None where it is not known."""
-        return text
+        """The `text` in this language; None where it is not known. Degrees have their sign."""
+        return "°" if text == "deg" else _DEGREES.sub("°", text)
 
     def figures(self, text: str) -> str:
         """Figures in a `text` with the decimal mark and the thousands mark of this language."""
+        return text
+
+    def dated(self, text: str) -> str:
+        """The dates in a `text`, year first, as this language has them in figures."""
         return text
 
     def count(self, value: float) -> str:

@@ -46,6 +46,7 @@ SHAPES: Final = {
     "velocities": (0, 31),
     "moments": (0, 25),
     "centre_of_pressure": (0, 2, 3),
+    "free_moment": (0, 2),
     "mu": (14,),
     "hip_centre": (2, 2),
 }
@@ -56,16 +57,22 @@ SHAPES: Final = {
 class Rollout(Travel):
     """One simulated walk, whole; see `Travel` for its other arrays.
 
-    Axes are REP-103 (x forward, y left, z up), SI units, radians.
+    Axes are REP-103 (x forward, y left, z up), SI units, radians. All of a row is of one instant:
+    the engine is semi-implicit, so what it applies in the step that starts at a state is the force
+    there, and the velocity there is the mean of those of the steps before and after. Moments times
+    velocities, row by row, are then exactly the work that the engine did, and with central
+    differences of the positions they obey Newton's law.
 
     Attributes
     ----------
     phase : (T,) reference phase of the right gait cycle, not wrapped.
     positions : (T, 31) in the order of `coordinates.COORDINATES` (root: rotation vector, origin).
-    velocities : (T, 31) their DART velocities (root: angular, linear, world axes).
+    velocities : (T, 31) their rates as DART has them (root: angular, linear, world axes).
     moments : (T, 25) Nm, net joint moments (servo + feed-forward + passive damping), order of
         `coordinates.ACTUATED`, positive if they would increase the coordinate.
     centre_of_pressure : (T, 2, 3) m, of each foot, world; NaN while the foot is off the ground.
+    free_moment : (T, 2) Nm, of the ground on each foot about the vertical through its centre of
+        pressure, positive to the left; 0 while the foot is off the ground.
     mu : (14,) body parameters used in the simulation.
     hip_centre : (2, 2) m, of the record that the walk imitates; see
         `reference.motion.ReferenceMotion`. Moments are about the model's hips all the same.
@@ -77,7 +84,17 @@ class Rollout(Travel):
     moments: Array
     centre_of_pressure: Array
     mu: Array
+    free_moment: Array
     hip_centre: Array = field(default_factory=lambda: np.zeros((2, 2)), kw_only=True)
+
+    def wrenches(self) -> Array:
+        """(T, 2, 6) force N of the ground on the right and left foot and its moment Nm about the
+        world's origin: what a force plate under each would feel. No moment below 1 N.
+        """
+        force = self.ground_reaction
+        moment = np.cross(np.nan_to_num(self.centre_of_pressure), force)
+        moment[..., 2] += self.free_moment
+        return np.concatenate([force, moment], axis=-1)
 
     def save(self, path: Path) -> None:
         """Write as npz, in single precision except for time and phase."""

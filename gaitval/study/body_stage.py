@@ -35,7 +35,7 @@ def write(run: Run) -> None:
     # all of these here: a run asks for its stages before it does anything
     from gaitval.identification.begin import begin
     from gaitval.identification.body_report import in_words
-    from gaitval.identification.methods import WORDS
+    from gaitval.identification.default import WORDS
     from gaitval.identification.offsets import offset_of
     from gaitval.identification.prior import prior_sd
     from gaitval.identification.shared_errors import identified

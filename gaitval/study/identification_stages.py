@@ -32,6 +32,7 @@ from gaitval.study.stage import Run, Stage
 
 if TYPE_CHECKING:
     from gaitval.arrays import Array
+    from gaitval.configuration import Configuration
     from gaitval.metrics.results import FoundParameters
 
 
@@ -40,20 +41,23 @@ def identify_stage(run: Run, round_number: int) -> Stage:
     identified body.
 
     It uses no policy, so every later `round_number` of Algorithm 1 copies the result of the first.
+    Identification by rollouts walks with what the round has trained, and looks anew in each.
     """
     here = f"rounds/{round_number}/identification"
     before = f"rounds/{round_number - 1}/identification"
     names = ("identification.json", IDENTIFIED)
+    walks = walks_to_identify(run.configuration)
+    copied = round_number > 1 and not walks
     values = run.sections("seed", "contact", "record", "noise", "identification", "randomisation")
     # More rounds, or another threshold, do not change what is found.
     for name in ("rounds", "kappa"):
         del values["identification"][name]
     method = run.configuration.identification.method
-    if method == "rollouts":  # it walks
+    if walks:
         values |= run.sections(*SIMULATION_SECTIONS, "validation")
 
     def identify() -> None:
-        if round_number > 1:
+        if copied:
             copy_files(run.folder / before, run.folder / here, names)
             return
         # in a worker, which has loaded what it takes; the others have work for all workers
@@ -70,12 +74,18 @@ def identify_stage(run: Run, round_number: int) -> Stage:
             "subject.toml",
             "model.urdf",
             "reference.npz",
-            *([f"{before}/{name}" for name in names] if round_number > 1 else []),
+            *([f"{before}/{name}" for name in names] if copied else []),
+            *([f"rounds/{round_number}/trained/{name}" for name in POLICY_FILES] if walks else []),
         ),
         outputs=tuple(f"{here}/{name}" for name in names),
         values=values,
         workspace=here,
     )
+
+
+def walks_to_identify(configuration: "Configuration") -> bool:
+    """Whether identification needs the policy of its round, as the paper's does."""
+    return configuration.identification.method == "rollouts"
 
 
 def _identify(run: Run, folder: Path) -> None:
@@ -111,7 +121,8 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
             record, model, prior, configuration, folder,
             kinetics_known=own, on_progress=progress,
         )  # fmt: skip
-    from gaitval.identification.methods import rollouts_identification, shared_identification
+    from gaitval.identification.default import shared_identification
+    from gaitval.identification.rollouts import rollouts_identification
 
     near = ReferenceMotion.load(run.folder / "reference.npz")
     fit, solution = begin(record, model, prior, configuration, own, near)
@@ -119,10 +130,8 @@ def _searched(run: Run, prior: "Array", folder: Path) -> "FoundParameters":
         return shared_identification(
             fit, solution, run.subject, record, model, configuration, progress
         )
-    from gaitval.study.stored_policy import general_walker
-
-    walker = general_walker(configuration.environment)
-    return rollouts_identification(fit, record, model, walker, configuration, progress)
+    policy = stored_policy(run, folder.parent / "trained")
+    return rollouts_identification(fit, record, model, policy, configuration, progress)
 
 
 def save_identified_reference(run: Run, folder: Path) -> None:

@@ -3,7 +3,7 @@
 from itertools import takewhile
 
 from gaitval.errors import ArtefactError
-from gaitval.study.identification_stages import identify_stage
+from gaitval.study.identification_stages import identify_stage, walks_to_identify
 from gaitval.study.learning_stages import need_stage, train_stage
 from gaitval.study.run import choose_start, plan
 from gaitval.study.stage import Run, Stage, run_stage, why_run
@@ -44,7 +44,8 @@ def run_one(
     reached = False
     # stages before the wanted one must be up to date; after it, only its short followers run
     stages = plan(run, round_number if repeated else max(finished_rounds(run), 1))
-    if wanted == "identify-1" and why_run(train_stage(run, 1), run.folder):
+    alone = wanted == "identify-1" and not walks_to_identify(run.configuration)
+    if alone and why_run(train_stage(run, 1), run.folder):
         stages = (*stages[:2], identify_stage(run, 1))  # it uses no policy
     # First all that can be refused now: whoever is refused finds everything as it was. What a short
     # stage has yet to write is looked at after it.

@@ -1,18 +1,20 @@
-"""A person at an unrecorded speed: one policy for the range, and a walk at each speed.
+"""A person at an unrecorded speed: a walk at each speed, and where needed one policy for the range.
 
-The range's run folder holds a policy that learned to walk at several speeds, whose references are
-predicted from the given trials. Every prediction is a run folder inside it that uses this policy:
-it takes a reference and a few walks, but no training.
+Every prediction is a run folder inside that of the range. Where the general policy walks at the
+speed without a fall and stands the pushes, it is used as it is. Else the range's folder gets a
+policy that learned to walk at several speeds, whose references are predicted from the given trials;
+other speeds that need one use it again.
 """
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
-from gaitval.artefacts import copy_files, write_json
-from gaitval.errors import ConfigurationError
+from gaitval.artefacts import copy_files, read_json, write_json
 from gaitval.study.inputs import (
     GAIN,
     METRICS,
+    NEED,
     POLICY_FILES,
     REPEATS,
     ROLLOUTS,
@@ -29,6 +31,7 @@ from gaitval.study.learning_stages import (
     learned,
     need_files,
     need_stage,
+    train_stage,
 )
 from gaitval.study.predicted_tasks import predicted_task, range_stage, range_task, speeds_of
 from gaitval.study.report_stages import metrics_of, report_stage, validate_stage
@@ -37,6 +40,9 @@ from gaitval.study.scaling_stages import reference_stage, scale_stage
 from gaitval.study.stage import Run, Stage, run_stage
 from gaitval.study.unread import say_unread
 from gaitval.study.walking_stages import repeat_stage, save_correction, simulate_stage
+
+FIRST: Final = "rounds/1"
+"""Folder of a prediction in which it is found whether the general policy needs training."""
 
 
 def train_range_stage(run: Run) -> Stage:
@@ -83,11 +89,14 @@ def run_range(run: Run, *, force: bool = False) -> None:
 
 
 def adopt_stage(run: Run, source: Path) -> Stage:
-    """The policy of the range in the folder `source`, for a prediction `run`."""
-    names = (*POLICY_FILES, "training.csv", GAIN)
+    """The policy in the folder `source`, of a range or of a round, for a prediction `run`."""
+    names = (*POLICY_FILES, GAIN)
+    # a round keeps the log of its training where it trained
+    log = source / ("trained" if source.parent.name == "rounds" else "policy")
 
     def adopt() -> None:
         copy_files(source / "policy", run.folder / "policy", names)
+        copy_files(log, run.folder / "policy", ("training.csv",))
 
     from gaitval.artefacts import file_hash
 
@@ -95,28 +104,51 @@ def adopt_stage(run: Run, source: Path) -> Stage:
         "adopt",
         adopt,
         inputs=(),
-        outputs=tuple(f"policy/{name}" for name in names),
-        # the files are outside this run folder, so they count as values, not inputs
-        values={"policy": [file_hash(source / "policy" / name) for name in names]},
+        outputs=tuple(f"policy/{name}" for name in (*names, "training.csv")),
+        # the files may be outside this run folder, so they count as values, not inputs
+        values={
+            "policy": [
+                *(file_hash(source / "policy" / name) for name in names),
+                file_hash(log / "training.csv"),
+            ]
+        },
     )
 
 
 def predicted_correction_stage(run: Run) -> Stage:
     """Reference and policy of `run` → the share of the policy's action bias to remove, and the
-    change of the reference with which the walk is nearest to it. Neither reads a record.
+    change of the reference with which the walk is nearest to the predicted curves. Neither reads a
+    record at this speed.
     """
 
     def correct_walk() -> None:
         from gaitval.learning_control.centring import centred
-        from gaitval.learning_control.correct import correct
+        from gaitval.learning_control.correct import (
+            TO_PREDICTION,
+            TOWARDS_PREDICTION,
+            correct,
+        )
+        from gaitval.learning_control.walked import PREDICTED
         from gaitval.model.parameters import nominal_parameters
 
         task, policy = walking_task(run), stored_policy(run, run.folder / "policy")
         mu = nominal_parameters()
-        share = centred(task, policy, mu)
-        run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
+        # a policy that has learned a range is more biased at some speeds than at others
+        share = task.configuration.environment.centring
+        if policy.about["samples"]:
+            share = centred(task, policy, mu)
+            run.observer.say(f"{share:g} of the policy's action bias is removed at this speed.")
         task = task.with_environment(centring=share)
-        result = correct(task, policy, mu, on_progress=run.observer.progress)
+        result = correct(
+            task,
+            policy,
+            mu,
+            target_record=task.record,
+            to_record=TO_PREDICTION,
+            accuracies=PREDICTED,
+            freedom=TOWARDS_PREDICTION,
+            on_progress=run.observer.progress,
+        )
         write_json(run.folder / "centring.json", {"centring": share})
         save_correction(run, result)
 
@@ -187,7 +219,7 @@ def compare_stage(run: Run) -> Stage:
 
 
 def predicted_report_stage(run: Run) -> Stage:
-    """Everything in the prediction folder of `run` → report.html and report.pdf."""
+    """Everything in the prediction folder of `run` → report.html, -details.html and report.pdf."""
     return replace(
         report_stage(run),
         inputs=(
@@ -200,20 +232,39 @@ def predicted_report_stage(run: Run) -> Stage:
             "metrics.json",
             ROLLOUTS["nominal"],
         ),
-        outputs=("report.html", "report.pdf"),
+        outputs=("report.html", "report-details.html", "report.pdf"),
     )
 
 
-def run_prediction(run: Run, range_folder: Path, *, force: bool = False) -> None:
-    """The walk of `run` at one speed with the policy of `range_folder`; with `force`, every stage
-    again. Raises ConfigurationError without that policy.
+def untrained(run: Run, *, force: bool = False) -> bool:
+    """Whether the general policy walks the reference of the prediction `run` without training; if
+    so, it is left in the folder of its first round.
     """
-    if not (range_folder / "policy" / POLICY_FILES[0]).is_file():
-        raise ConfigurationError(f"{range_folder}: there is no policy of a range yet.")
+    choose_start(run, train_stage(run, 1))
+    run_stage(need_stage(run, 1), run.folder, force=force, observer=run.observer)
+    if (
+        run.configuration.training.samples != "auto"
+        or read_json(run.folder / FIRST / NEED)["needed"]
+    ):
+        return False
+    for stage in (train_stage(run, 1), hand_on_stage(run, 1)):
+        run_stage(stage, run.folder, force=force, observer=run.observer)
+    return True
+
+
+def run_prediction(run: Run, of_range: Run, *, force: bool = False) -> None:
+    """The walk of `run` at one speed, with the general policy, or where that needs training with
+    the one of the range `of_range`, which is trained first if it is not there; with `force`, every
+    stage again.
+    """
+    for stage in (scale_stage(run), reference_stage(run)):
+        run_stage(stage, run.folder, force=force, observer=run.observer)
+    source = run.folder / FIRST
+    if not untrained(run, force=force):
+        run_range(of_range, force=force)
+        source = of_range.folder
     for stage in (
-        scale_stage(run),
-        reference_stage(run),
-        adopt_stage(run, range_folder),
+        adopt_stage(run, source),
         predicted_correction_stage(run),
         predicted_walk_stage(run),
         repeat_stage(run, predicted=True),

@@ -1,14 +1,19 @@
 """The references of a range of speeds, and what is walked there, from the files of run folders."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitval.artefacts import read_json
+from gaitval.configuration import ContactSettings
+from gaitval.model.body import BodyModel
 from gaitval.model.parameters import nominal_parameters
 from gaitval.model.urdf import read_urdf
+from gaitval.policy.processes import side_by_side
+from gaitval.prediction.known import KnownRecord
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import corrected_task, walking_task
@@ -37,14 +42,13 @@ def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> 
     def build() -> None:
         from gaitval.reference.dynamic_fit import consistent_reference
 
-        fitted = fit or consistent_reference
         model = read_urdf(run.folder / "model.urdf")
-        for done, (name, speed) in enumerate(speeds.items()):
-            run.observer.progress({"samples": done, "total": len(speeds)})
-            known = run.known_record(speed=speed)
-            fitted(known.record, model, run.configuration.contact, known.accuracy).save(
-                run.folder / name
-            )
+        one = partial(_fitted_one, fit or consistent_reference, model, run.configuration.contact)
+        known = (run.known_record(speed=speed) for speed in speeds.values())
+        # each takes seconds and needs nothing of the others
+        for done, (name, found) in enumerate(zip(speeds, side_by_side(one, known), strict=True)):
+            found.save(run.folder / name)
+            run.observer.progress({"samples": done + 1, "total": len(speeds)})
 
     return Stage(
         "range",
@@ -53,6 +57,16 @@ def range_stage(run: Run, fit: Callable[..., ReferenceMotion] | None = None) -> 
         outputs=tuple(speeds),
         values={**run.sections("contact", "record"), "speeds": list(speeds.values())},
     )
+
+
+def _fitted_one(
+    fit: Callable[..., ReferenceMotion],
+    model: BodyModel,
+    contact: ContactSettings,
+    known: KnownRecord,
+) -> ReferenceMotion:
+    """The reference of one speed; a worker gets it pickled."""
+    return fit(known.record, model, contact, known.accuracy)
 
 
 def speeds_of(run: Run) -> dict[str, float]:

@@ -42,7 +42,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     from gaitval.metrics.results import CorrectionResult, IdentificationResult
     from gaitval.metrics.rollouts import Rollouts
     from gaitval.metrics.validation import validate
-    from gaitval.prediction.known import is_unrecorded
+    from gaitval.prediction.known import is_predicted, is_unrecorded
     from gaitval.simulation.rollout import Rollout
 
     def rollouts(name: str, went: "Sequence[Endurance] | None") -> Rollouts | None:
@@ -72,11 +72,16 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         others=people,
         torque_shares=walks.torque_shares,
         second_engine=rollouts(SECOND_ENGINE, None if walks.witness is None else [walks.witness]),
-        repeats=[Repeat.model_validate(each) for each in repeats],
+        again=[Repeat.model_validate(each) for each in repeats],
         centring=walks.centring,
         prediction_errors=expected_errors,
         training=stored(run, f"policy/{GAIN}", LearningGain),
     )
+    if is_predicted(settings):
+        from gaitval.metrics.held_out import predicted_curves, with_predicted
+
+        curves = predicted_curves(run.subject, settings, people)
+        found = with_predicted(found, curves)
     # of the file beside it, which has neither devices nor the trial that is held out as its own
     path = run.folder / "subject.toml"
     subject = value_hash(file_gate.read_text(path, ArtefactError, largest=file_gate.WRITTEN))
@@ -117,7 +122,9 @@ def validate_stage(run: Run) -> Stage:
 
 
 def report_stage(run: Run) -> Stage:
-    """Everything in the folder of `run` → report.html, report.pdf and the cited claims.csv."""
+    """Everything in the folder of `run` → report.html, report-details.html, report.pdf and
+    claims.csv, which they cite.
+    """
 
     def report() -> None:
         from gaitval.reporting.report import write_report
@@ -142,5 +149,5 @@ def report_stage(run: Run) -> Stage:
             *ROLLOUTS.values(),
             *(name for each in body_stages(run) for name in each.outputs),
         ),
-        outputs=("report.html", "report.pdf", "claims.csv"),
+        outputs=("report.html", "report-details.html", "report.pdf", "claims.csv"),
     )

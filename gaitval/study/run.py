@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING
 from gaitval.artefacts import copy_files
 from gaitval.errors import ArtefactError, ConfigurationError, PolicyError
 from gaitval.policy.processes import keeping_workers
-from gaitval.study import estimate_stage
 from gaitval.study.identification_stages import (
     choose_stage,
     evaluate_stage,
     identify_stage,
     round_gained,
+    walks_to_identify,
 )
 from gaitval.study.inputs import GAIN, POLICY_FILES, round_errors, start_policy, stored
 from gaitval.study.learning_stages import hand_on_stage, need_stage, train_stage
@@ -172,6 +172,8 @@ def run_subject(
         do(validate_stage(run))
         further = [each(run) for each in afterwards]
         if run.knew_no_kinetics:
+            from gaitval.study import estimate_stage  # which loads all that draws its page
+
             further.append(estimate_stage.stage(run))
         for stage in further:  # the report links to them
             force |= do(stage)
@@ -180,11 +182,11 @@ def run_subject(
 
 
 def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
-    """The stages `need`, `train` and `identify` of a round. Identification uses no policy, so in
+    """The stages `need`, `train` and `identify` of a round. If identification uses no policy, in
     the first round it runs beside the training.
     """
     training = need_stage(run, round_number), train_stage(run, round_number)
-    if round_number > 1:
+    if round_number > 1 or walks_to_identify(run.configuration):
         for stage in (*training, identify_stage(run, round_number)):
             run_stage(stage, run.folder, force=force, observer=run.observer)
         return
@@ -202,11 +204,12 @@ def _train_and_identify(run: Run, round_number: int, *, force: bool) -> None:
 @contextmanager
 def _loading(language: str) -> Iterator[None]:
     """Within the block, load what the report needs, which takes a second, while others work."""
-    threading.Thread(target=_load, args=(language,), daemon=True).start()
+    threading.Thread(target=load_report, args=(language,), daemon=True).start()
     yield
 
 
-def _load(language: str) -> None:
+def load_report(language: str) -> None:
+    """Load what a report in a `language` needs, and compile its templates."""
     from gaitval.reporting import page, report
 
     page.template_of(report.TEMPLATE, language)

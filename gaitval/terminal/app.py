@@ -37,9 +37,10 @@ Each stage reads and writes files in a run folder (reports/S05). It is skipped w
 that it reads has changed, and resumes after Ctrl-C or a kill. A single stage keeps the
 settings of its run folder; `subject` starts from the defaults.
 
-Exit codes: 0 done, 1 a limit was failed (validate, check, compare
---strict), 2 the input cannot be used,
-70 a fault of gaitval, 130 interrupted.
+Exit codes: 0 done, also where a limit failed that a page shows; 1 a limit failed (validate,
+check, compare --strict, judge --strict) or a log does not repeat (live --check); 2 the input
+cannot be used, in imports, locohub and cohort that of one person; 70 a fault of gaitval, 130
+interrupted.
 """
 
 

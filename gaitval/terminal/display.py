@@ -258,10 +258,15 @@ def print_verdict(metrics: "Metrics") -> None:
     failed = failed_limits(metrics)
     shown = failed or limit_verdicts(metrics, "acceptance")
     for each in shown[:VERDICT_ROWS]:
-        message = "passed" if each.passed else f"{len(each.failed)} of {len(each.rows)} failed"
+        count = f"{len(each.failed)} of {len(each.rows)}"
+        message = "passed" if each.passed else f"{count} {each.state}"
+        details = [
+            f"limit {each.limit_text()}",
+            *filter(None, (each.guess_text(), each.reason_text(), message)),
+        ]
         plain(
-            f"  {each.first.role:<11}{each.first.title}: {each.value_text()}"
-            f"{of(each.worst)}, limit {each.limit_text()}, {message}"
+            f"  {each.first.role:<11}{each.first.title}: {each.value_text()}{of(each.worst)}, "
+            + ", ".join(details)
             + ("" if each.passed else f". {each.remedy}")
         )
     narrow = [row for each in limit_verdicts(metrics, "acceptance") for row in each.close]
@@ -280,11 +285,13 @@ def print_tolerances(metrics: "Metrics") -> None:
     from gaitval.metrics.verdicts import bound_text, spread_text, target_text, value_text
 
     table = Table(
-        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "verdict"),
+        *("limit", "of", "value", "in repeats", "limit is", "goal", "role", "status", "missed"),
+        "verdict",
         title=f"{metrics.subject.identifier}: every limit and value",
     )
     for row in metrics.tolerances:
-        verdict = "goal" if row.reached else "pass" if row.passed else Text("fail", style="red")
+        missed = Text("not shown" if row.state == "not shown" else "fail", style="red")
+        verdict = "goal" if row.reached else "pass" if row.passed else missed
         table.add_row(
             row.title,
             target_text(row.target),
@@ -294,6 +301,7 @@ def print_tolerances(metrics: "Metrics") -> None:
             bound_text(row, row.goal),
             row.role,
             row.status,
+            ", ".join(row.failed_by),
             verdict,
         )
     output.print(table)

@@ -492,6 +492,7 @@ def test_check_has_a_verdict_on_the_inputs_and_one_on_the_figures(
     output = " ".join(result.output.split())
     assert "Inputs: changed: numpy 2.1.0, now 2.2.0; the code in gaitval/policy" in output
     assert "Figures: 1 of 1 measures within their margins" in output
+    assert output.index("Figures:") < output.index("Inputs:")
     assert "numpy 2.1.0, now 2.2.0" in junit.read_text()
 
 

@@ -91,6 +91,10 @@ def test_the_cheap_ones_run(line: str, tmp_path: Path, monkeypatch: pytest.Monke
         (shown,) = re.findall(r"Import it: gaitval import (.+)", done.output)
         with COMMANDS["import"].make_context("import", shlex.split(shown)) as context:
             assert all(path.is_file() for path in context.params["trials"])
+        (shown,) = re.findall(r"gaitval patients (.+)", done.output)
+        with COMMANDS["patients"].make_context("patients", shlex.split(shown)) as context:
+            given = context.params["strides"], *context.params["people"]
+            assert all(path.is_file() for path in given)
 
 
 def test_the_template_makes_a_subject(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import quick_study
-from verdict_words import rows_of
+from verdict_words import plain, rows_of
 
 from gaitval.apps.cohort.report import _distributions, context_of, strategies, write_report
 from gaitval.apps.cohort.results import COLUMNS, people_of, records_of, tables_of
@@ -93,6 +93,9 @@ def test_each_study_says_how_many_limits_it_kept_and_which_failed(tmp_path):
     rows = {row.cells[0]: row for row in rows_of(page) if len(row.cells) == 10}
     messages = {name: (row.failed, row.cells[5], row.cells[-1]) for name, row in rows.items()}
     assert messages == {"good": (False, "10 of 10", ""), "bad": (True, "7 of 10", "angles")}
+    # what decides is named as such: the others are not counted
+    assert "1 of 2 finished studies fails an acceptance limit" in " ".join(plain(page).split())
+    assert "Every limit" not in page
 
 
 @pytest.fixture
@@ -180,7 +183,10 @@ def test_three_studies_have_no_outlier_and_no_panels(tmp_path):
     folder = tmp_path / "cohort"
     folder.mkdir()
     page = write_report(folder, store, outcomes).read_text()
-    assert "<h1>Cohort</h1>" in page
+    assert "<h1>Cohort of 1 person</h1>" in page
+    # the rows of what was not fitted are one sentence
+    assert page.count("a random effect needs 5") == 1
+    assert "<th>Coefficient</th>" not in page
     assert "samples of 10 records and more" in page
     assert "that needs 5 people" in page
     assert 'aria-label="Errors by speed' not in page

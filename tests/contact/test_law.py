@@ -1,12 +1,12 @@
 """Every contact law there is: chosen by its name, the same in every engine, alone or in lanes."""
 
 from importlib import import_module
-from pathlib import Path
 from types import SimpleNamespace
 from typing import get_args
 
 import numpy as np
 import pytest
+from followed_page import section_of
 from simulation_fixtures import changed
 
 from gaitval.configuration import Configuration, ContactSettings
@@ -183,8 +183,8 @@ SLIP = 0.05
 
 def test_the_law_of_the_documentation_acts_on_the_feet(task, tmp_path, monkeypatch):
     """One file is its force; nothing in the engines names a law."""
-    page = Path(__file__).parents[2] / "docs/how-to/contact-law.md"
-    code = [line for line in page.read_text().splitlines() if line.startswith(" " * 8) or not line]
+    page = section_of("extend.md#choose-or-add-a-contact-law")
+    code = [line for line in page.splitlines() if line.startswith(" " * 8) or not line]
     text = HEADER + "\n".join(line[8:] for line in code)
     (tmp_path / "linear.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)

@@ -52,7 +52,8 @@ def test_a_prosthesis_led_along_its_own_walk_gives_what_it_gave(person):
     environment = DeviceEnvironment(with_devices(person.task, load_devices("below_knee")))
     walk = walk_with(environment, person.policy, mu=person.mu, cycles=0.6)
     led = kinematics_kept(environment, walk.rollout).walk
-    np.testing.assert_allclose(led.limb, walk.limb, atol=1e-9)
+    # what acts after the last row is not known
+    np.testing.assert_allclose(led.limb[:-1], walk.limb[:-1], atol=1e-9)
     assert apart(led) == apart(walk) == [0.0, 0.0, 0.0]
 
 
@@ -133,7 +134,8 @@ def test_curves_are_means_of_whole_cycles(person, plain):
         rows = slice(cycles.starts[side][0], cycles.ends[side][-1])
         power = (rollout.moments[rows, ankle] * rollout.velocities[rows, ROOT_DOFS + ankle]).sum()
         mass, step = person.task.model.mass, rollout.time[1] - rollout.time[0]
-        assert net == pytest.approx(power * step / mass / curves.cycles[side])
+        # what the report shows is low-passed at 10 Hz, which leaves 2 % of the net work out
+        assert net == pytest.approx(power * step / mass / curves.cycles[side], rel=0.03)
         assert np.abs(curves.device["hip_flexion", side]).max() == 0.0
 
 
@@ -172,5 +174,5 @@ def test_devices_add_up(person, plain):
     found = kept(person, plain, [spring("a", 0.5), spring("b", -0.5)])
     knee = ACTUATED.index("knee_angle_l")
     angle = plain.rollout.positions[:, 6 + knee]
-    change = found.own[1:, knee] - plain.rollout.moments[1:, knee]
+    change = found.own[:-1, knee] - plain.rollout.moments[:-1, knee]
     np.testing.assert_allclose(change, 80.0 * angle[:-1], atol=1e-9)

@@ -4,7 +4,8 @@ import pytest
 from gaitval.apps.devices import hinge_step as column
 from gaitval.apps.devices.hinge_step import hinge_torque
 from gaitval.apps.devices.walking import command_noise, hinge_numbers
-from gaitval.model.devices.device import Clutch, Hinge, Motor, Socket, Spring, Strap
+from gaitval.model.devices.device import Hinge, Socket, Strap
+from gaitval.model.devices.springs_and_motors import Clutch, Motor, Spring
 
 STEP = 0.0005
 

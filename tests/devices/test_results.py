@@ -88,7 +88,7 @@ def test_no_figure_hangs_on_which_of_two_peaks_is_farther_from_0(who):
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"version": 1}, "version 1, not 2"),
+        ({"version": 1}, "version 1, not 3"),
         ({"figures": []}, "no figures"),
         ({"figures": [{"quantity": "q", "of": "o", "unit": "ell", "value": 1.0}]}, "'ell'"),
         ({"figures": [{"quantity": "q", "of": "o", "unit": "s"}]}, "value"),

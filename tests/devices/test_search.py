@@ -52,9 +52,9 @@ def test_an_angle_beyond_the_range_costs_ten_for_each_radian(person, tmp_path, m
     aim, device = Aim(joint="hip_flexion", generations=1, range_rad=0.2), load_devices("hip_exo")[0]
     who = Wearer("S05", person.task, person.policy, person.mu)
     rollout = SimpleNamespace(fell=[0.0], phase=[search.CYCLES])
-    monkeypatch.setattr(search, "DeviceEnvironment", lambda _: None)
+    monkeypatch.setattr(search, "DeviceEnvironment", lambda _, pace: None)
     monkeypatch.setattr(search, "walk_with", lambda *_, **__: SimpleNamespace(rollout=rollout))
-    monkeypatch.setattr(search, "_without", lambda *_: (made_curves(), None))  # all at 0.1 rad
+    monkeypatch.setattr(search, "_without", lambda *_: (made_curves(), None, 1.0))  # all at 0.1 rad
     best = []
     for angle in (0.1, 0.3, 0.35, -0.15):
         fitted = made_curves()

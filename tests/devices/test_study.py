@@ -8,7 +8,16 @@ from seen_figures import figure_of, legend, lines
 
 from gaitval.apps.devices import command, study
 from gaitval.apps.devices.curves import JOINTS
-from gaitval.apps.devices.page import LINES, ROWS, _figure, _force_figure, strap_loads, write_report
+from gaitval.apps.devices.page import (
+    LINES,
+    OF_DEVICE,
+    ROWS,
+    _device_figure,
+    _figure,
+    _force_figure,
+    strap_loads,
+    write_report,
+)
 from gaitval.apps.devices.results import TITLES, figures_of
 from gaitval.apps.devices.study import DeviceOutcome, Wearer, outcomes, wearer
 from gaitval.coordinates import SIDES
@@ -60,6 +69,14 @@ def test_a_person_is_shown_by_every_assumption(found):
     assert found[0].survived == 2
 
 
+def test_who_walks_with_a_device_is_held_to_the_speed_without(found):
+    """Left to herself she would walk slower with these springs, and seem to save work for that."""
+    plain, _, moments = found
+    assert moments.held
+    assert moments.curves.speed == pytest.approx(plain.curves.speed, rel=0.005)
+    assert study.at_kept_speed(moments, plain)
+
+
 def test_straps_carry_what_the_device_gives(found):
     rows = strap_loads(found[2])
     assert [row["hinge"] for row in rows] == ["ankle angle r", "ankle angle l"]
@@ -74,7 +91,9 @@ def test_no_device_is_refused(who):
 def test_a_device_is_drawn_at_the_joints_where_it_acts(found):
     curves = {each.assumption: each.curves for each in found}
     # angles, moments and powers of three joints, and torque and power of the one with a spring
-    assert _figure(curves, "right", "right").count('id="right-cycle.right.') == 3 * 3 + 2
+    # and no panel is empty
+    assert _figure(curves, "right", "right").count('id="right-cycle.right.') == 3 * 3
+    assert _device_figure(curves, "right", "d").count('id="d-cycle.right.') == 2
 
 
 def test_a_walk_that_fell_is_called_so_and_no_other(who, found, tmp_path, monkeypatch):
@@ -157,7 +176,7 @@ def told_apart():
     found = {}
     for number, assumption in enumerate(LINES):
         curves = made_curves()
-        for kind, size in zip(ROWS, (0.1, 1.0, 2.0, 3.0, 4.0), strict=True):
+        for kind, size in zip((*ROWS, *OF_DEVICE), (0.1, 1.0, 2.0, 3.0, 4.0), strict=True):
             for j, joint in enumerate(JOINTS):
                 for s, side in enumerate(SIDES):
                     rising = size + 0.01 * np.arange(101) + 10 * j + 100 * s + 1000 * number
@@ -188,6 +207,15 @@ def test_each_panel_shows_its_joint_kind_and_assumption(side):
                 np.testing.assert_allclose(line[:, 0], np.arange(101))
                 np.testing.assert_allclose(line[:, 1], factor * getattr(curves, kind)[joint, side])
     assert [axes.get_title() for axes in panels[0]] == [TITLES[joint] for joint in JOINTS]
+    device = figure_of(lambda: _device_figure(given, side, "b"))
+    for row, joint in zip(np.reshape(device.axes, (len(JOINTS), 2)), JOINTS, strict=True):
+        for axes, kind in zip(row, OF_DEVICE, strict=True):
+            assert axes.get_title().startswith(f"{TITLES[joint]}: ")
+            for name, curves in given.items():
+                shown = [line[:, 1] for line in lines(axes, colours[name])]
+                # without a device there is none
+                expected = [] if name == "without" else [getattr(curves, kind)[joint, side]]
+                np.testing.assert_allclose(shown, expected)
 
 
 def test_forces_stand_under_their_own_foot():

@@ -2,7 +2,8 @@ import numpy as np
 
 from gaitval.apps.devices.tracking import lagged, torque_errors
 from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
-from gaitval.model.devices.device import Motor, load_devices
+from gaitval.model.devices.device import load_devices
+from gaitval.model.devices.springs_and_motors import Motor
 
 
 def test_a_lag_is_of_first_order():

@@ -116,7 +116,7 @@ def test_its_energy_is_that_of_the_walk(walked: ExportedWalk, peer, walk) -> Non
 
 def test_joint_powers_are_those_of_the_walk(walked: ExportedWalk, walk) -> None:
     """Of each: a sign that is missing in a moment or a rate would turn its power."""
-    acting = walked.walk.moments[walked.acting]
+    acting = walked.walk.moments[walked.rows]
     ours = acting * walked.walk.velocities[walked.rows, 6:]
     theirs = dict(zip(walk["names"], walk["tau"] * walk["qdot"], strict=True))
     for column, name in enumerate(ACTUATED):
@@ -125,9 +125,10 @@ def test_joint_powers_are_those_of_the_walk(walked: ExportedWalk, walk) -> None:
 
 
 def test_rates_are_slopes_of_the_coordinates_over_its_time_in_seconds(walked, walk) -> None:
-    """From a row to the next: a step takes the rate at its end, so a landing is in both."""
+    """Central differences: a rate is the mean of those of the steps before and after its row."""
     steps = np.diff(walk["time"])
     np.testing.assert_allclose(steps, walked.environment.walker.physics_step, rtol=1e-9)
-    slopes, rates = np.diff(walk["q"], axis=1) / steps, walk["qdot"][:, 1:]
+    slopes = np.diff(walk["q"], axis=1) / steps
+    slopes, rates = 0.5 * (slopes[:, 1:] + slopes[:, :-1]), walk["qdot"][:, 1:-1]
     for name, slope, rate in zip(walk["names"], slopes, rates, strict=True):
         assert np.sqrt(np.mean((slope - rate) ** 2)) < 0.05 * np.std(rate) + 1e-9, name

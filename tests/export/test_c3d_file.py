@@ -37,10 +37,10 @@ def test_joint_centres_are_those_of_the_walk(walked: ExportedWalk, read: Recordi
 
 
 def test_each_foots_force_is_on_its_own_plate(walked: ExportedWalk, read: Recording) -> None:
-    walk = walked.walk.ground_reaction[walked.acting][: len(read.force_time)]
+    walk = walked.walk.ground_reaction[walked.rows][: len(read.force_time)]
     assert len(read.plates) == 2
     for side, plate in enumerate(read.plates):
         loaded = walk[:, side, 2] > 20.0
         np.testing.assert_allclose(plate.force[loaded], walk[loaded, side], atol=2e-3)  # N
-        point = walked.walk.centre_of_pressure[walked.acting][: len(loaded)][loaded, side]
+        point = walked.walk.centre_of_pressure[walked.rows][: len(loaded)][loaded, side]
         np.testing.assert_allclose(plate.centre_of_pressure[loaded], point, atol=1e-4)  # m

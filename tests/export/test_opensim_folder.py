@@ -18,7 +18,6 @@ from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.mot import read_ground_reaction, read_storage
 from gaitval.opensim.coordinates import TO_OPENSIM
 from gaitval.opensim.osim import BODIES
-from gaitval.simulation.ground_wrenches import ground_wrenches
 
 INSIDE = slice(50, -50)
 """Both differentiate by splines, which are free at the ends."""
@@ -44,7 +43,7 @@ def test_joint_moments_come_in_again_and_nothing_holds_the_pelvis(
 ) -> None:
     table = read_storage(folder / "moments.sto")
     for column, name in enumerate(ACTUATED):
-        expected = walked.walk.moments[walked.acting, column]
+        expected = walked.walk.moments[walked.rows, column]
         np.testing.assert_allclose(table.column(f"{name}_moment"), expected, atol=1e-8)
     for name in table.columns[:6]:
         assert not table.column(name).any()
@@ -55,7 +54,7 @@ def test_the_ground_reaction_comes_in_again(walked: ExportedWalk, folder: Path) 
     rate, start, plates = read_ground_reaction(folder / "ground_reaction.mot")
     assert rate == pytest.approx(1.0 / walked.environment.walker.physics_step)
     assert start == 0.0
-    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.acting]
+    wrenches = walked.walk.wrenches()[walked.rows]
     for side, plate in enumerate(plates):
         loaded = wrenches[:, side, 2] > UNLOADED_N  # the reader gives no point below
         force = plate.force @ TO_OPENSIM  # rows times C are Cᵀ of columns: back from OpenSim's
@@ -100,8 +99,8 @@ def test_opensim_finds_the_moments_that_inverse_dynamics_finds_here(
 
 
 def test_forces_and_moments_act_in_the_states_that_they_are_beside(walked: ExportedWalk) -> None:
-    """Row by row: what inverse dynamics of the motion leaves at the pelvis and at a hip. A row of a
-    walk has what led to its state, 2 ms before, which left 30 N and 15 Nm."""
+    """Row by row: what inverse dynamics of the motion leaves at the pelvis and at a hip. What
+    led to a state, 2 ms before, would leave 30 N and 15 Nm."""
     forces = foot_forces(walked)
     found = inverse_dynamics(
         walked.body,
@@ -110,7 +109,7 @@ def test_forces_and_moments_act_in_the_states_that_they_are_beside(walked: Expor
         *(forces.force, forces.centre_of_pressure, forces.free_moment),
     )
     hip = ACTUATED.index("hip_flexion_r")
-    acted = walked.walk.moments[walked.acting, hip]
+    acted = walked.walk.moments[walked.rows, hip]
     left = found.residual_force[INSIDE], (found.moments[:, hip] - acted)[INSIDE]
     assert np.sqrt(np.mean(left[0] ** 2)) < 8.0
     assert np.sqrt(np.mean(left[1] ** 2)) < 5.0

@@ -1,5 +1,6 @@
 """A study's identification by another method: its bounds decide nothing, its body is shrunk."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,15 +10,15 @@ from gaitval.artefacts import write_json
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError, ConfigurationError
-from gaitval.identification import begin, methods
-from gaitval.identification.methods import WIDE, _bounded
+from gaitval.identification import begin, default, rollouts
 from gaitval.identification.offsets import offset_of
 from gaitval.identification.prior import prior_sd
+from gaitval.identification.unidentified import WIDE, bounded
 from gaitval.metrics.identified_body import MOST, identified_model, with_legs
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference.motion import ReferenceMotion
 from gaitval.scaling.scaling import scale_subject
-from gaitval.study import identification_stages, stored_policy
+from gaitval.study import identification_stages
 
 CONFIGURATION = load_configuration()
 SD = prior_sd(load_subject("S05"))
@@ -27,7 +28,7 @@ def test_a_thigh_two_sds_longer_is_within_its_bounds():
     mu = nominal_parameters()
     thigh = PARAMETERS.index("thigh_length")
     mu[thigh] += 2.0 * SD[thigh]
-    found = _bounded(mu, SD, CONFIGURATION)
+    found = bounded(mu, SD, CONFIGURATION)
     assert found.identified[thigh] == mu[thigh]
     assert not any(found.on_bound)
 
@@ -36,7 +37,7 @@ def test_what_is_beyond_the_wide_bounds_is_cut_and_said_to_be():
     mu = nominal_parameters()
     hip = PARAMETERS.index("hip_y")
     mu[hip] -= 3.0 * SD[hip]
-    found = _bounded(mu, SD, CONFIGURATION)
+    found = bounded(mu, SD, CONFIGURATION)
     np.testing.assert_allclose(found.identified[hip], nominal_parameters()[hip] - WIDE * SD[hip])
     assert [name for name, at in zip(PARAMETERS, found.on_bound, strict=True) if at] == ["hip_y"]
     assert set(found.verdicts) == {"not identified"}
@@ -53,29 +54,31 @@ def test_shared_errors_of_a_study_have_the_offset_of_other_people_as_gaitval_bod
         given.append(offset)
         raise Asked
 
-    monkeypatch.setattr(methods, "identified", identified)
+    monkeypatch.setattr(default, "identified", identified)
     model, record = scale_subject(subject).model, subject.record()
     fit = SimpleNamespace(extended=())
     with pytest.raises(Asked):
-        methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+        default.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
     np.testing.assert_array_equal(given[0], offset_of(subject))
     assert given[0].any()
     fit.extended = ("sole",)
     with pytest.raises(ConfigurationError, match=r"identification\.parameters"):
-        methods.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
+        default.shared_identification(fit, None, subject, record, model, CONFIGURATION, None)
 
 
 def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
     subject, wanted = load_subject("S05"), []
 
-    def rollouts(*given):
+    def by_rollouts(*given):
         wanted.append(given)
         return "found"
 
-    monkeypatch.setattr(methods, "rollouts_identification", rollouts)
+    monkeypatch.setattr(rollouts, "rollouts_identification", by_rollouts)
     monkeypatch.setattr(identification_stages, "read_urdf", lambda path: "model")
     monkeypatch.setattr(ReferenceMotion, "load", lambda path: path.name)
-    monkeypatch.setattr(stored_policy, "general_walker", lambda environment: "walker")
+    monkeypatch.setattr(
+        identification_stages, "stored_policy", lambda run, folder: folder.relative_to(run.folder)
+    )
     started = ("fit", "held")
     monkeypatch.setattr(
         begin, "begin", lambda *given: started if given[-1] == "reference.npz" else 0
@@ -85,8 +88,10 @@ def test_a_study_identifies_by_the_method_that_it_names(monkeypatch, tmp_path):
         subject=subject, configuration=configuration, observer=SimpleNamespace(progress="told"),
         folder=tmp_path, known_record=lambda: SimpleNamespace(record="record"),
     )  # fmt: skip
-    assert identification_stages._searched(run, SD, tmp_path) == "found"
-    assert wanted == [("fit", "record", "model", "walker", configuration, "told")]
+    folder = tmp_path / "rounds" / "3" / "identification"
+    assert identification_stages._searched(run, SD, folder) == "found"
+    policy = Path("rounds/3/trained")
+    assert wanted == [("fit", "record", "model", policy, configuration, "told")]
 
 
 def leg_of(model, side):

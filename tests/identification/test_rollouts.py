@@ -8,7 +8,7 @@ import pytest
 from gaitval.configuration import load_configuration
 from gaitval.datasets.subject_file import load_subject
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.rollouts import BodyWalks, identified_by_rollouts
+from gaitval.identification.rollouts import FALLEN, BodyWalks, identified_by_rollouts
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.policy.storage import load_start
 from gaitval.scaling.scaling import scale_subject
@@ -48,3 +48,19 @@ def test_a_search_of_a_few_generations_is_no_worse_than_its_first_body():
     assert found.walks == 3 * 8 + 2
     assert not found.searched.converged
     np.testing.assert_array_equal(found.mu[:2], nominal_parameters()[:2])
+
+
+class _Fallen:
+    """Walks that all end on the ground."""
+
+    count = 0
+
+    def __call__(self, mus):
+        return [FALLEN for _ in mus]
+
+
+def test_where_every_body_falls_the_body_stays_as_scaled():
+    settings = load_configuration(settings=["identification.generations=3"]).identification
+    found = identified_by_rollouts(_Fallen(), np.full(14, 0.02), settings)
+    np.testing.assert_array_equal(found.mu, nominal_parameters())
+    assert found.epsilon == found.before == FALLEN

@@ -12,7 +12,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
 from gaitval.identification.body_report import bars, in_words
 from gaitval.identification.body_words import sentences
-from gaitval.identification.methods import WORDS
+from gaitval.identification.default import WORDS
 from gaitval.identification.offsets import offset_of
 from gaitval.metrics.results import read_metrics
 from gaitval.model.parameters import PARAMETERS

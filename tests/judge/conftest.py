@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from known_walk import KnownWalk, known_walk
 
-from gaitval.apps.judge.judge import SAGITTAL, JudgeRequest
+from gaitval.apps.judge.judge import SAGITTAL
+from gaitval.apps.judge.request import JudgeRequest
 from gaitval.configuration import ContactSettings
 from gaitval.coordinates import ACTUATED, SIDES
 from gaitval.datasets.subject_file import load_subject

@@ -719,3 +719,24 @@ def test_results_are_walked_with_it_but_the_nominal_body_is_not(tmp_path):
     # the policy, with an action every 6 ms, answers about half of it
     assert 0.5 < (ankle - other).mean() < 3.0
     np.testing.assert_allclose(changed.correction.harmonics, up["harmonics"], rtol=1e-5)
+
+
+def test_slopes_of_other_weights_are_those_of_the_errors_over_them():
+    """As if every error had been measured in the other unit from the beginning."""
+    random = np.random.default_rng(0)
+    steps, errors = random.normal(size=(40, 3)), random.normal(size=(5, 3))
+    factors = np.full(5, 2.0)
+    start = Slopes(np.zeros((5, 3)), 1e6 * np.eye(3))
+    changes = steps @ errors.T
+    there = start.learned(steps, changes).reweighted(factors)
+    straight = start.reweighted(factors).learned(steps, changes * factors)
+    np.testing.assert_allclose(there.mean, straight.mean, rtol=1e-4)
+    np.testing.assert_allclose(there.mean, 2.0 * errors, rtol=1e-4)
+
+
+def test_errors_of_a_walk_weigh_as_they_are_told():
+    key = ("angles", "knee_angle_r")
+    loose = {**ACCURACY, "angles": {**ACCURACY["angles"], "knee_angle": 3.0}}
+    found = Walked(np.zeros(1), {key: 3.0}, loose)
+    assert found.error() == pytest.approx(1.0)
+    assert Walked(np.zeros(1), {key: 3.0}).error() == pytest.approx(3.0 / KNEE)

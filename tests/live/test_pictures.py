@@ -5,8 +5,10 @@ import struct
 
 import numpy as np
 
+from gaitval.apps.devices.of_subject import tables
 from gaitval.apps.live.pictures import NUMBERS, message_of, scene_of
 from gaitval.apps.live.session import LiveSession
+from gaitval.apps.live.walk import LiveWalk
 from gaitval.model.body import SEGMENTS
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import segment_frames
@@ -15,12 +17,24 @@ from gaitval.model.tree import segment_frames
 def test_a_scene_is_json_with_every_segment_and_parameter(person, walk):
     scene = json.loads(json.dumps(scene_of(person, walk, replay=False), allow_nan=False))
     assert scene["recorded"] == sorted(scene["recorded"])  # as the page lists them, m/s
-    assert {shape["segment"] for shape in scene["shapes"]} == set(SEGMENTS)
+    # the body as the replay of a report draws it; nothing is worn
+    assert set(scene["body"]["joints"]) == set(SEGMENTS)
+    assert scene["body"]["mass"] == person.body.mass
+    assert scene["shapes"] == []
     assert [each["name"] for each in scene["parameters"]] == list(PARAMETERS)
     for each in scene["parameters"]:
         assert each["lowest"] <= each["nominal"] <= each["highest"]
     speed = scene["speed"]
     assert speed["lowest"] < walk.speed < speed["highest"]
+
+
+def test_a_device_is_seen_on_its_segments(person):
+    worn = tables(["backpack", "ankle_exo"])
+    fitted = LiveWalk(person, person.speeds[1], worn)
+    shapes = json.loads(json.dumps(scene_of(person, fitted, replay=False), allow_nan=False))[
+        "shapes"
+    ]
+    assert {"torso", "shank_r", "shank_l"} <= {shape["segment"] for shape in shapes}
 
 
 def test_a_message_has_the_poses_of_the_walk(person, walk):

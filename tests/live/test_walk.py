@@ -51,6 +51,12 @@ def test_the_largest_push_is_the_largest_that_is_tested():
     assert PushSettings().largest == LARGEST_PUSH
 
 
+def test_it_begins_at_the_speed_of_the_persons_own_trial(person):
+    own = person.subject.walking_speed_m_s
+    assert own == 1.12  # not the middle of what can be predicted
+    assert LiveWalk(person).speed == pytest.approx(own)
+
+
 def test_it_comes_to_another_speed_without_a_jump(walk, person):
     before = acted(walk, 200).positions
     walk.do(SetSpeed(person.speeds[-1]))

@@ -25,11 +25,24 @@ def sample(sample_request):
     return sample_request, read_session(sample_request, PROCESSING)
 
 
+@pytest.fixture(scope="module")
+def kept():
+    """Imports without options, by the name of their fault."""
+    return {}
+
+
 @pytest.fixture
-def imported(sample, monkeypatch):
+def imported(sample, kept, monkeypatch):
     request, session = sample
 
     def work(name, read=session, **options):
+        if read is not session or options:
+            return worked_out(name, read, **options)
+        if name not in kept:
+            kept[name] = worked_out(name, session)
+        return kept[name]
+
+    def worked_out(name, read, **options):
         fault = next(each for each in faults(("1", "2")) if each.name == name) if name else None
         changed = fault.change(read) if fault else read
         monkeypatch.setattr(importing, "read_session", lambda *_: changed)

@@ -9,6 +9,7 @@ from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.cycle_curves import Curves, recorded_curves
 from gaitval.metrics.baselines import (
+    anybody,
     change_added,
     line_of_trials,
     nearest_trial,
@@ -20,6 +21,7 @@ from gaitval.metrics.baselines import (
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.origin import record_origins
 from gaitval.metrics.recorded import by_kind
+from gaitval.prediction.population import with_others_kinetics
 from gaitval.prediction.speed_line import dimensionless_speed
 
 SUBJECTS = builtin_subjects()
@@ -210,11 +212,43 @@ def test_other_peoples_change_is_added_to_the_nearest_trial(monkeypatch):
     np.testing.assert_allclose(found.curves.angles["knee_angle_r"], expected, atol=1e-9)
     assert change_added(TRIED, SUBJECTS[:2]) is None
     assert [each.name for each in predictions(TRIED, SUBJECTS)] == [
-        "line through others", "nearest trial copied", "line through two trials",
-        "other people's change added",
+        "line through others", "expected of anybody", "nearest trial copied",
+        "line through two trials", "other people's change added",
     ]  # fmt: skip
     alone = TRIED.model_copy(update={"trials": ()})
-    assert [each.name for each in predictions(alone, SUBJECTS)] == ["line through others"]
+    names = [each.name for each in predictions(alone, SUBJECTS)]
+    assert names == ["line through others", "expected of anybody"]
+    assert not any(each.own for each in predictions(alone, SUBJECTS))
+
+
+def test_what_is_expected_of_anybody_is_what_a_walk_told_angles_alone_is_given():
+    found = anybody(TRIED, SUBJECTS)
+    given = recorded_curves(with_others_kinetics(TRIED, SUBJECTS))
+    assert found.curves.angles == {}
+    for kind in ("moments", "forces"):
+        for name, curve in getattr(given, kind).items():
+            np.testing.assert_array_equal(getattr(found.curves, kind)[name], curve)
+    assert anybody(TRIED, SUBJECTS[:2]) is None
+
+
+def test_guesses_have_stance_and_steps_too():
+    """Of the nearest trial those of its record; a line through two trials goes through both."""
+    near, far = sorted(
+        trials_of(TRIED), key=lambda t: abs(t.walking_speed_m_s - TRIED.walking_speed_m_s)
+    )
+    stance = [record.stance_fraction["right"] for record in (near.record(), far.record())]
+    assert nearest_trial(TRIED).steps[0] == stance[0]
+    share = (TRIED.walking_speed_m_s - near.walking_speed_m_s) / (
+        far.walking_speed_m_s - near.walking_speed_m_s
+    )
+    expected = stance[0] + share * (stance[1] - stance[0])
+    assert line_of_trials(TRIED).steps[0] == pytest.approx(expected)
+    origins = record_origins(TRIED, RecordSettings())
+    recorded = by_kind(recorded_curves(TRIED.record()))
+    (_, _, copied, *_) = predicted_parts(TRIED, SUBJECTS, recorded, origins)
+    away = 100.0 * abs(stance[0] - TRIED.record().stance_fraction["right"])
+    assert copied.figures["stance_fraction_error"]["right"] == pytest.approx(away)
+    assert copied.figures["speed_error"] == {"walk": 0.0}
 
 
 def without_forces(trial):
@@ -234,11 +268,11 @@ def test_trials_without_forces_predict_angles_alone():
             assert mine.known == theirs.known
             for name, curve in theirs.curves.angles.items():
                 np.testing.assert_array_equal(mine.curves.angles[name], curve)
-        assert [bool(each.curves.moments) for each in found] == [True, False, False, False]
+        assert [bool(each.curves.moments) for each in found] == [True, True, False, False, False]
     of_cameras = TRIED.model_copy(update={"trials": angles_only})
     recorded = by_kind(recorded_curves(TRIED.record()))
     origins = record_origins(TRIED, RecordSettings())
-    nearest = predicted_parts(of_cameras, SUBJECTS, recorded, origins)[1].rmse
+    nearest = predicted_parts(of_cameras, SUBJECTS, recorded, origins)[2].rmse
     assert nearest.angles["knee_angle_r"] > 0.0
     assert set(nearest.forces) == set(recorded["forces"])
     assert {*nearest.moments.values(), *nearest.forces.values()} == {None}

@@ -1,17 +1,30 @@
 """Errors of predictions of trials that are held out: whose trials, and their means."""
 
+from itertools import combinations, product
+
 import numpy as np
 import pytest
+from ankle_gaits import ankles
 
 from gaitval.configuration import RecordSettings
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import rms
 from gaitval.metrics.groups import GROUPS
-from gaitval.metrics.held_out import beyond, prediction_errors
+from gaitval.metrics.held_out import (
+    BAND,
+    FAR,
+    beyond,
+    half_widths,
+    held_out_trials,
+    predicted_curves,
+    prediction_errors,
+)
 from gaitval.metrics.recorded import by_kind
 from gaitval.metrics.typed import sided
 from gaitval.prediction.known import known_record
+from gaitval.prediction.population import change_with_speed
+from gaitval.prediction.speed import LARGEST_CHANGE, _moved
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +55,7 @@ def expected(person, people):
 
 
 def test_the_persons_own_trials_are_held_out_one_by_one(people):
-    person = with_trials(people, 1)
+    person = with_trials(people, 2)
     found = prediction_errors(person, RecordSettings(), people)
     rows = expected(person, people)
     assert found is not None
@@ -53,9 +66,28 @@ def test_the_persons_own_trials_are_held_out_one_by_one(people):
         assert group.sd == pytest.approx(np.std(values, ddof=1))
 
 
+def test_two_trials_are_one_difference(people):
+    """Each is predicted from the other by the same change, so both errors are one number: it has no
+    spread, and is no reason to prefer a person's own trials to other people's.
+    """
+    person = with_trials(people, 1, 1)
+    rows = expected(person, people)
+    assert rows[0]["sagittal angles"] == pytest.approx(rows[1]["sagittal angles"], rel=1e-6)
+    # without other people's errors it is all that is known
+    rest = [each for each in people if not each.trials]
+    alone = prediction_errors(person, RecordSettings(), rest)
+    assert (alone.trials, alone.own) == (1, True)
+    assert all(group.sd is None for group in alone.groups)
+    among = prediction_errors(person, RecordSettings(), people)
+    assert not among.own
+    # the pairs of two people and three trials of a third
+    assert (among.trials, among.people) == (5, 3)
+    assert all(group.sd > 0.05 * group.mean for group in among.groups)
+
+
 def test_a_trial_is_not_predicted_from_its_own_repetition(people):
     """Two walks at one speed are alike, which says nothing about another speed: each trial is
-    predicted as if it had been walked once.
+    predicted as if it had been walked once, and both errors count as one.
     """
     person = with_trials(people, 2)
     first = person.trials[0]
@@ -65,20 +97,21 @@ def test_a_trial_is_not_predicted_from_its_own_repetition(people):
     twice = person.model_copy(update={"trials": (*person.trials, again)})
     rows = expected(person, people)
     found = prediction_errors(twice, RecordSettings(), people)
-    assert found.trials == len(rows) + 1
-    # the trial and its copy, predicted from the others: nearly the same error twice
-    assert found.groups[0].mean >= 0.9 * np.mean([row["sagittal angles"] for row in rows])
+    assert found.trials == len(rows)
+    once = np.mean([row["sagittal angles"] for row in rows])
+    assert found.groups[0].mean == pytest.approx(once, rel=0.05)
 
 
 def test_of_somebody_with_one_trial_the_others_are_held_out(people):
     """Those who can be: each by their own other trials."""
-    several = [each for each in people if each.trials][:2]
+    several = [each for each in people if each.trials]
     alone = with_trials(people, 1).model_copy(update={"trials": ()})
     found = prediction_errors(alone, RecordSettings(), several)
     assert found is not None
     assert not found.own
     assert found.people == len(several)
-    assert found.trials == sum(1 + len(each.trials) for each in several)
+    counts = [1 + len(each.trials) for each in several]
+    assert found.trials == sum(1 if count == 2 else count for count in counts)
 
 
 def test_without_anybody_there_is_no_error(people):
@@ -110,3 +143,97 @@ def test_far_beyond_the_trials_only_trials_as_far_count(people):
 )
 def test_how_far_a_speed_is_beyond_those_known(speed, known, expected):
     assert beyond(speed, known) == pytest.approx(expected)
+
+
+def share_inside(width, error):
+    """Of the points where something is predicted: forces are zero in swing."""
+    says = width > 1e-3 * width.max()
+    return np.mean(np.abs(error[says]) <= width[says])
+
+
+def test_bands_hold_what_they_say_of_every_trial_that_is_held_out(people):
+    """Each by the band of all the others, near and far in speed. A band of half the width would
+    hold half of them.
+    """
+    rows = list(held_out_trials(people, RecordSettings()))
+    near, far, narrow = [], [], []
+    for row in rows:
+        others = [each for each in rows if each.independent != row.independent]
+        widths = half_widths(others, row.away)
+        of = near if row.away < 0.1 else far
+        for (kind, name), error in row.errors.items():
+            of.append(share_inside(widths[kind, name[:-2]], error))
+            narrow.append(share_inside(0.5 * widths[kind, name[:-2]], error))
+    assert {len(near), len(far)} == {2 * 32, 5 * 32}
+    assert 0.80 < np.mean(near) < 0.97
+    assert 0.80 < np.mean(far) < 0.97
+    assert 0.85 < np.mean([*near, *far]) < 0.95
+    assert np.mean(narrow) < 0.8
+
+
+def test_bands_of_the_ankle_hold_thirty_people_who_have_no_part_in_them(gait_data, people):
+    """Known at one to three speeds and predicted at another; and how their errors grow with the
+    distance is what the bands suppose.
+    """
+    rows = list(held_out_trials(people, RecordSettings()))
+    here = half_widths(rows, 0.0)
+    places = {"angles": np.degrees(1.0), "moments": 1.0}
+    walked = ankles(gait_data)
+    inside = {kind: [] for kind in places}
+    squares = {kind: [] for kind in places}
+    distances = []
+    for i, person in enumerate(walked):
+        change = change_with_speed([*walked[:i], *walked[i + 1 :]])
+        for held, count in product(range(len(person)), (1, 2, 3)):
+            rest, wanted = [*person[:held], *person[held + 1 :]], person[held]
+            for own in combinations(rest, count):
+                if min(abs(wanted.speed / each.speed - 1.0) for each in own) > LARGEST_CHANGE:
+                    continue
+                away = min(abs(wanted.speed - each.speed) for each in own)
+                there = _moved(list(own), wanted.speed, change)
+                distances.append(away)
+                for kind, unit in places.items():
+                    error = unit * (getattr(there, kind)[0] - getattr(wanted, kind)[0])
+                    squares[kind].append(np.mean(error**2))
+                    width = here[kind, "ankle_angle"][:-1] * np.sqrt(1.0 + (away / FAR) ** 2)
+                    inside[kind].append(np.mean(np.abs(error) <= width))
+    for kind in places:
+        assert 0.80 < np.mean(inside[kind]) < 0.97, kind
+        design = np.column_stack([np.ones(len(distances)), np.square(distances)])
+        near, growth = np.linalg.lstsq(design, np.array(squares[kind]), rcond=None)[0]
+        assert 0.75 * FAR < np.sqrt(near / growth) < 1.3 * FAR
+
+
+def test_the_band_is_wider_the_further_the_speed_is(people):
+    person = load_subject("S05")
+    near, far = (
+        predicted_curves(person, RecordSettings(speed=speed), people) for speed in (1.10, 0.60)
+    )
+    assert near.band.share == BAND
+    assert (near.band.trials, near.band.people) == (5, 3)
+    assert near.band.away < far.band.away
+    for kind, name, curve in near.curves.items():
+        assert len(curve) == 101
+        here, there = (np.array(each.band.half_width.of(kind)[name]) for each in (near, far))
+        ratio = np.sqrt((1 + (far.band.away / FAR) ** 2) / (1 + (near.band.away / FAR) ** 2))
+        np.testing.assert_allclose(there, ratio * here, atol=1e-9)
+
+
+def test_what_is_held_out_has_no_part_in_its_curves_and_band(people):
+    """Neither through the person nor through what others are compared with."""
+    person = load_subject("S05")
+    settings = RecordSettings(holdout="T03")
+    slow = next(trial for trial in person.trials if trial.name == "T03")
+    other = person.trials[1].model_copy(
+        update={"name": slow.name, "walking_speed_m_s": slow.walking_speed_m_s}
+    )
+    trials = tuple(other if each is slow else each for each in person.trials)
+    swapped = person.model_copy(update={"trials": trials})
+    assert predicted_curves(person, settings, people) == predicted_curves(
+        swapped, settings, [swapped if each.is_person_of(person) else each for each in people]
+    )
+
+
+def test_without_trials_of_anybody_there_is_no_band(people):
+    alone = load_subject("S02")
+    assert predicted_curves(alone, RecordSettings(speed=1.3), [alone, *people[5:]]).band is None

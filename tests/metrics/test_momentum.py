@@ -42,12 +42,12 @@ def test_a_short_walk_has_no_balance(seconds):
 
 
 def test_a_blow_within_one_step_is_no_hidden_force():
-    """Its impulse of 42 Ns, 6 % of the weight over a window, is of the step that it ends in, on
+    """Its impulse of 42 Ns, 6 % of the weight over a window, is of the step that follows it, on
     whatever side of a window's edge that is."""
     for sample in (400, 500, 501, 502, 750, 751, 1001, 1002):
         struck = newton_walk(np.zeros(3))
         blow = 21_000.0  # N
         struck.ground_reaction[sample, 0, 0] += blow
-        since = np.clip(np.arange(len(struck.time)) - sample + 1, 0, None)
+        since = np.clip(np.arange(len(struck.time)) - sample, 0, None)
         struck.centre_of_mass[:, 0] += (blow * STEP / MASS * STEP * since).astype(np.float32)
         assert momentum_residual(struck, MASS) < 0.1

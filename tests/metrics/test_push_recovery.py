@@ -256,13 +256,15 @@ def test_pushes_are_tested_without_drift_and_lighter_on_a_lighter_person(tried, 
 
 
 def test_the_pushes_that_are_replayed_are_ahead_and_to_the_left(tried):
-    """At the first phase; the force and its direction are in the walk."""
+    """At the first phase; the force and its direction are in the walk, whose first row is after its
+    first step."""
     small, policy, _, _ = tried
     walks = module.pushed_walks(small, policy, MU)
     forces = [walk.root_force[:, 3:][walk.root_force.any(axis=1)] for walk in walks]
     for force, axis in zip(forces, (0, 1), strict=True):
-        seconds = small.configuration.environment.push_seconds
-        impulse = small.configuration.environment.physics_step * force.sum(axis=0)
+        step = small.configuration.environment.physics_step
+        seconds = small.configuration.environment.push_seconds - step
+        impulse = step * force.sum(axis=0)
         np.testing.assert_allclose(impulse, 100.0 * seconds * np.eye(3)[axis], atol=1e-9)
     assert [walk.phase[walk.root_force.any(axis=1)][0] < 0.02 for walk in walks] == [True, True]
 

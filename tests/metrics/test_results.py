@@ -200,7 +200,7 @@ def test_the_published_schema_refuses_what_the_model_refuses(
     assert not validator.is_valid(_damaged(where, change, stored)), place
 
 
-@pytest.mark.parametrize("version", [2, 3, 4, 5, 6, 7, 8, 9, 10, 12])
+@pytest.mark.parametrize("version", [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13])
 def test_other_versions_are_refused_with_the_mend(version: int, stored: Json) -> None:
     with pytest.raises(ArtefactError, match=rf"has version {version} .* `gaitval validate`"):
         metrics_from({**stored, "schema_version": version}, "x.json")
@@ -259,6 +259,13 @@ def test_an_identification_is_written_as_it_was_found(tmp_path: Path) -> None:
     read = identification_from(read_json(tmp_path / "identification.json"), "here")
     assert read == found
     assert read.as_dict() == found.as_dict()
+    # a body is identified only where something of it was
+    assert (read.determined, read.body_word) == ([], "expected")
+    assert not read.differs_from_found
+    one = ["weak"] * 13 + ["identified"]
+    other = read.model_copy(update={"verdicts": one, "posterior_mean": [0.5, *values[1:]]})
+    assert (other.determined, other.body_word) == ([PARAMETERS[-1]], "identified")
+    assert other.differs_from_found
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from synthetic_walk import MASS, STEP, perfect_walk, sharp_filter, synthetic_rec
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import ACTUATED, COORDINATES, LUMBAR, SIDES
 from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.tolerances import evaluate
 from gaitval.metrics.unrecorded import (
     force_ringing,
     step_width_measure,
@@ -150,3 +151,14 @@ def test_a_step_width_is_told_in_deviations_between_people():
     for width, sd in ((0.9 * 0.140, 0.0), (0.9 * 0.202, 2.0), (0.9 * 0.109, 1.0)):
         assert step_width_measure(width, 0.9).value == pytest.approx(sd, abs=1e-9)
     assert step_width_measure(None, 0.9).value is None
+
+
+def test_a_recorded_step_width_is_what_the_walks_is_compared_with():
+    """The limit is missed by a walk that is further from the person's own than it, either way."""
+    for width, passed in ((0.15 + 0.039, True), (0.15 + 0.041, False), (0.15 - 0.041, False)):
+        measure = step_width_measure(width, 0.9, 0.15)
+        assert (measure.measure, measure.unit) == ("step_width_error", "cm")
+        (verdict,) = evaluate([measure])
+        assert (verdict.id, verdict.passed) == ("step-width-own", passed)
+    assert step_width_measure(0.1509, 0.9, 0.1496).value == pytest.approx(0.13)
+    assert step_width_measure(None, 0.9, 0.15).value is None

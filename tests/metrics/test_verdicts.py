@@ -4,15 +4,19 @@ from pathlib import Path
 
 import pytest
 
+from gaitval.datasets.subject_file import builtin_subjects, load_subject
+from gaitval.metrics.baselines import predictions
 from gaitval.metrics.origin import everything
 from gaitval.metrics.results import read_metrics
 from gaitval.metrics.tolerances import Verdict
 from gaitval.metrics.verdicts import (
+    GUESSES,
     LimitVerdict,
     bound_text,
     close_text,
     failed_limits,
     limit_verdicts,
+    reason_text,
     sentence,
     spread_text,
     target_text,
@@ -147,7 +151,10 @@ def test_the_sentence_counts_what_failed_by_role_and_what_passes_narrowly(metric
     assert sentence(failing("acceptance"))[0].isdigit()
     both = with_rows(good, lambda each: each.model_copy(update={"passed": False}))
     roles = [each.first.role for each in failed_limits(both)]
-    assert roles == ["acceptance"] * counts["acceptance"] + ["context"] * counts["context"]
+    unread = {each.id for each in good.tolerances if each.status == "unread"}
+    assert unread, "they are not listed among what failed"
+    context = counts["context"] - len(unread)
+    assert roles == ["acceptance"] * counts["acceptance"] + ["context"] * context
     narrow = spread(low=0.1, high=0.2)
     accepted = [each for each in good.tolerances if each.role == "acceptance"]
     for number, words in ((1, " 1 accepted value passes narrowly."),
@@ -202,3 +209,35 @@ def test_what_was_not_recorded_is_listed_by_reason_with_its_side():
     )
     found["angles"]["left"] = "mirrored"
     assert "left angles, moments and left forces (mirrored" in unjudged_text(found)
+
+
+def test_why_a_value_that_keeps_its_limit_did_not_pass(metrics):
+    against = {"group": "medial force", "side": "left", "guess": "expected of anybody",
+               "error": 0.25, "walk": 0.5, "skill": -1.0, "low": -1.2, "high": -0.8}  # fmt: skip
+    changes = {"passed": False, "failed_by": ["guess"], "unit": "% BW", "guess": against}
+    failed = row(metrics, **changes, state="failed")
+    for told in ("left medial force", "expected of anybody", "0.5 % BW", "0.25 % BW", "−1.00"):
+        assert told in reason_text(failed)
+    unshown = row(metrics, **changes, state="not shown")
+    assert "not shown" in reason_text(unshown)
+    assert reason_text(row(metrics, **changes | {"failed_by": ["limit", "guess"]})) == ""
+    record = row(metrics, **changes | {"failed_by": ["record"], "known": 0.123})
+    assert "±0.12 % BW" in reason_text(record)
+    assert LimitVerdict((unshown, row(metrics, passed=True)), "").state == "not shown"
+    assert LimitVerdict((unshown, failed), "").state == "failed"
+    assert LimitVerdict((row(metrics, passed=True),), "").state == "passed"
+
+
+def test_the_guess_in_the_place_of_the_walk_is_counted_where_it_can_be(metrics):
+    def limit(*passes):
+        return LimitVerdict(tuple(row(metrics, guess_passes=each) for each in passes), "")
+
+    assert limit(True, False, None).guess == (1, 2)
+    assert "1 of 2" in limit(True, False, None).guess_text()
+    assert limit(None, None).guess is None
+    assert limit(None).guess_text() == ""
+
+
+def test_every_guess_has_words():
+    person = load_subject("S05")
+    assert {each.name for each in predictions(person, builtin_subjects())} <= set(GUESSES)

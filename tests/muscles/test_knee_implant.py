@@ -17,7 +17,7 @@ from gaitval.constants import GRAVITY
 from gaitval.importing.importing import request_of, work_out
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
-from gaitval.muscles import share
+from gaitval.musculature import share
 from gaitval.session.request import ImportOptions, checked, silent
 from gaitval.session.session import ImportProgress
 
@@ -142,11 +142,12 @@ def test_the_knee_carries_what_it_measures(progress, gait_data):
             expert = np.sqrt(np.mean((measured["expert"] - measured["total"]) ** 2))
             assert errors[trial]["total"] < expert
     # The import says of ss3 that both feet are on one plate in early stance; the expert is .49 off.
-    assert np.mean([each["total"] for each in errors.values()]) < 0.37
+    assert np.mean([each["total"] for each in errors.values()]) < 0.35
     assert np.mean([errors[n]["total"] for n in ("ss1", "ss11")]) < 0.28
     assert np.mean([each["lateral"] for each in errors.values()]) < 0.30
     assert np.mean([each["medial"] for each in errors.values()]) < 0.39
-    assert min(correlations) > 0.90
+    assert np.mean(correlations) > 0.92
+    assert min(correlations) > 0.89  # of ss3
 
 
 @pytest.mark.slow

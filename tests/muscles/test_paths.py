@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gaitval.errors import ModelError
-from gaitval.muscles.curves import active_length, passive_length, tendon_strain, velocity
-from gaitval.muscles.mapping import BoneSizes
-from gaitval.muscles.paths import BONES, COORDINATES, JOINTS, geometry, table
-from gaitval.muscles.person import leg_muscles
+from gaitval.musculature.curves import active_length, passive_length, tendon_strain, velocity
+from gaitval.musculature.mapping import BoneSizes
+from gaitval.musculature.paths import BONES, COORDINATES, JOINTS, geometry, table
+from gaitval.musculature.person import leg_muscles
 
 POSES = np.radians(
     [

@@ -6,7 +6,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from gaitval.muscles.paths import BONES, geometry, table
+from gaitval.musculature.paths import BONES, geometry, table
 
 pytest.importorskip("opensim")
 
@@ -67,7 +67,10 @@ def test_the_left_leg_is_the_right_one_in_the_mirror(gait_data):
 
 def test_the_table_says_how_right_it_is():
     """Of every muscle over the whole range, as computed when it was made."""
-    with files("gaitval.muscles").joinpath("paths.npz").open("rb") as file, np.load(file) as stored:
+    with (
+        files("gaitval.musculature").joinpath("paths.npz").open("rb") as file,
+        np.load(file) as stored,
+    ):
         rows = json.loads(stored["about"].tobytes().decode())["muscles"]
     assert len(rows) == 40
     for row in rows:

@@ -1,13 +1,19 @@
-"""The sound side of an amputee: later and larger than angles and healthy people say."""
+"""The sides of an amputee: later, and the sound one's ankle larger, than angles and healthy say."""
 
 import numpy as np
 import pytest
 
 from experiments import sound_sides
+from gaitval.apps.patients.ankle_errors import ERRORS, ankle_error
 from gaitval.apps.patients.cohort import found_patients
 from gaitval.apps.patients.known_record import known_record
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, feet
-from gaitval.apps.patients.sound_side import expected_of
+from gaitval.apps.patients.sound_side import (
+    PROSTHETIC_TABLE,
+    TABLE,
+    expected_of,
+    later_of_prosthesis,
+)
 from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.scaling.scaling import scale_subject
 
@@ -17,7 +23,11 @@ PHASE = np.arange(200) / 200
 @pytest.fixture(scope="module")
 def table() -> dict[str, list[float]]:
     """By person, later and larger."""
-    lines = sound_sides.FILE.read_text("utf-8").splitlines()
+    return table_of(TABLE)
+
+
+def table_of(name: str) -> dict[str, list[float]]:
+    lines = (sound_sides.FOLDER / name).read_text("utf-8").splitlines()
     rows = [line.split(",") for line in lines if not line.startswith("#")]
     return {row[0]: [float(each) for each in row[1:]] for row in rows[1:]}
 
@@ -38,16 +48,24 @@ def test_a_persons_own_figures_are_left_out(table, name):
     assert found.later_sd == pytest.approx(np.std(others[:, 0], ddof=1))
 
 
-def test_only_the_sound_foot_leaves_the_ground_later(amputee):
+@pytest.mark.parametrize("name", ["TF01", "TF18", "P2"])
+def test_nor_do_they_count_for_the_prosthetic_side(name):
+    others = np.array([row[0] for who, row in table_of(PROSTHETIC_TABLE).items() if who != name])
+    assert later_of_prosthesis(name) == pytest.approx((others.mean(), np.std(others, ddof=1)))
+
+
+def test_both_feet_leave_the_ground_later_each_by_its_own(amputee):
     subject = amputee.subject
     model = scale_subject(subject, symmetric=False).model
     angles = subject.gait.angles_of_both()
     seen = feet(angles, subject.left_phase, model).stance
     usual, stance = expected_of("P2"), subject.stance_fraction
-    assert stance.right == pytest.approx(seen["right"])
+    later, sd = later_of_prosthesis("P2")
+    assert 0.0 < later < usual.later
+    assert stance.right == pytest.approx(seen["right"] + later)
     assert stance.left == pytest.approx(seen["left"] + usual.later)
     sound, amputated = (amputee.estimates[f"stance_{side}"] for side in ("left", "right"))
-    assert amputated.sd == STANCE_BIAS[1]
+    assert amputated.sd == pytest.approx(np.hypot(STANCE_BIAS[1], sd))
     assert sound.sd == pytest.approx(np.hypot(STANCE_BIAS[1], usual.later_sd))
 
 
@@ -69,4 +87,24 @@ def test_a_moment_ends_where_it_has_fallen_to_a_twentieth():
 
 
 def test_the_shipped_figures_are_those_of_the_data(gait_data):
-    assert sound_sides.table(gait_data) == sound_sides.FILE.read_text("utf-8")
+    for name, make in (
+        (TABLE, sound_sides.sound_sides),
+        (PROSTHETIC_TABLE, sound_sides.prosthetic_sides),
+        (ERRORS, sound_sides.ankle_errors),
+    ):
+        assert make(gait_data) == (sound_sides.FOLDER / name).read_text("utf-8")
+
+
+def test_a_band_has_the_errors_of_its_kind_of_side():
+    rows = table_of_errors()
+    for side, kind in (("left", "prosthetic"), ("right", "sound")):
+        found = ankle_error(side, "left")
+        assert found.people == int(rows[kind][1])
+        np.testing.assert_allclose(found.half, 1.645 * np.array(rows[kind][3:], dtype=float))
+        # the mean of people's RMS is at most the RMS over people and cycle
+        assert found.mean <= np.sqrt(np.mean((found.half / 1.645) ** 2))
+
+
+def table_of_errors() -> dict[str, list[str]]:
+    lines = (sound_sides.FOLDER / ERRORS).read_text("utf-8").splitlines()
+    return {row[0]: row for row in (line.split(",") for line in lines if line[0] != "#")}

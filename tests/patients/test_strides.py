@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from gaitval.apps.patients.people import person_of, read_people
 from gaitval.apps.patients.strides import read_strides, turned
 from gaitval.cli import app
+from gaitval.datasets.sample import copy_sample
 from gaitval.errors import RecordError
 
 
@@ -137,3 +138,28 @@ def test_the_datas_people_are_read(gait_data):
     assert np.isclose(parkinson["SUB06"].height, 1.515)
     with (gps / "amputee_subjects.csv").open(encoding="utf-8") as file:
         assert len(list(csv.DictReader(file))) == len(amputees)
+
+
+def test_the_sample_has_a_healthy_one_a_stiff_knee_and_a_crouch(tmp_path):
+    """As `gaitval/samples/README.md` says; and of who they are there is a row for each."""
+    copy_sample(tmp_path)
+    sample = read_strides(tmp_path / "strides.csv")
+    assert [each.group for each in sample] == [
+        *("virtual_healthy", "virtual_stiff_knee", "virtual_crouch")
+    ]
+    bent = {
+        (each.subject, side): (
+            each.angles[f"knee_angle_{side}"].min(),
+            each.angles[f"knee_angle_{side}"].max(),
+        )
+        for each in sample
+        for side in "rl"
+    }
+    for side in "rl":
+        assert bent["V1", side][0] < 5.0
+        assert 55.0 < bent["V1", side][1] < 75.0
+        assert bent["V3", side][0] > 15.0
+    assert bent["V2", "r"][1] > 55.0
+    assert 25.0 < bent["V2", "l"][1] < 35.0
+    person, _ = person_of("V2", read_people(tmp_path / "people.csv"))
+    assert person.affected == {"": "left"}

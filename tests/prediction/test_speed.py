@@ -2,9 +2,11 @@
 
 import csv
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
+from ankle_gaits import ankles
 
 from gaitval.configuration import RecordSettings
 from gaitval.constants import GRAVITY
@@ -12,10 +14,17 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import SubjectError
 from gaitval.gait.cycle_curves import recorded_curves
 from gaitval.metrics.comparison import rms
+from gaitval.prediction import speed as speed_module
 from gaitval.prediction.known import known_record
 from gaitval.prediction.normal_form import normal_form, symmetric
-from gaitval.prediction.population import expected, other_people
-from gaitval.prediction.speed import STRIDE_TIME_EXPONENT, _moved, at_speed, trials_known
+from gaitval.prediction.population import change_with_speed, expected, other_people
+from gaitval.prediction.speed import (
+    OWN_CHANGE_SPAN,
+    STRIDE_TIME_EXPONENT,
+    _moved,
+    at_speed,
+    trials_known,
+)
 
 SUBJECTS = builtin_subjects()
 HELD_OUT = [("S05", "T03"), ("S05", "T06"), ("S01", "T03"), ("S04", "T02")]
@@ -176,7 +185,7 @@ def test_two_trials_at_one_speed_are_as_their_mean():
 @pytest.mark.parametrize("span", [0.05, 0.3])
 def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(span):
     """Of what this person's change says and what others' does, the first by span² over span² and
-    a tenth's square; the others' is trusted to 0.8.
+    that of `OWN_CHANGE_SPAN`; the others' is trusted to 0.8.
     """
     base = normal_form(SUBJECTS[4].record(), SUBJECTS[4].leg_length_m)
     slow = replace(base, speed=0.4, stride_time=2.0, forces=0.0 * base.forces)
@@ -184,9 +193,43 @@ def test_beyond_two_trials_their_own_change_counts_by_how_far_they_are_apart(spa
     others = replace(slow, speed=1.0, forces=slow.forces + 5.0)
     away = 0.2
     found = _moved([slow, fast], fast.speed + away, others)
-    share = span**2 / (span**2 + 0.1**2)
+    share = span**2 / (span**2 + OWN_CHANGE_SPAN**2)
     rise = share * away / span + (1.0 - share) * 0.8 * 5.0 * away
     np.testing.assert_allclose(found.forces, 1.0 + rise)
     own = np.log(1.6 / 2.0) / np.log(fast.speed / 0.4)
     exponent = share * own + (1.0 - share) * STRIDE_TIME_EXPONENT
     assert found.stride_time == pytest.approx(1.6 * ((fast.speed + away) / fast.speed) ** exponent)
+
+
+def test_how_much_the_own_change_counts_is_what_predicts_other_peoples_ankles(
+    gait_data, monkeypatch
+):
+    """Two trials of a person, a third one beyond them; what speed changes comes from two others,
+    of two trials each, as the built-in people have. No other span is nearer by 1 % in both.
+    """
+    people = ankles(gait_data)
+    assert len(people) >= 28
+    errors = {}
+    for span in (0.05, 0.1, OWN_CHANGE_SPAN, 0.6):
+        monkeypatch.setattr(speed_module, "OWN_CHANGE_SPAN", span)
+        squares = []
+        for i, person in enumerate(people):
+            others = [people[(i + step) % len(people)] for step in (7, 13)]
+            change = change_with_speed([(each[1], each[4]) for each in others])
+            for held in range(len(person)):
+                for pair in combinations([k for k in range(len(person)) if k != held], 2):
+                    own, wanted = [person[k] for k in pair], person[held]
+                    nearest = min(abs(wanted.speed / each.speed - 1.0) for each in own)
+                    if pair[0] < held < pair[1] or nearest > speed_module.LARGEST_CHANGE:
+                        continue
+                    there = _moved(own, wanted.speed, change)
+                    squares.append(
+                        [
+                            np.mean((getattr(there, name)[0] - getattr(wanted, name)[0]) ** 2)
+                            for name in ("angles", "moments")
+                        ]
+                    )
+        errors[span] = np.sqrt(np.mean(squares, axis=0))
+    chosen = errors.pop(OWN_CHANGE_SPAN)
+    assert all((each > 0.99 * chosen).any() for each in errors.values())
+    assert (errors[0.1] > 1.05 * chosen).all()  # what it was before

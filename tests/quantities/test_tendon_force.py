@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from followed_page import section_of
 from synthetic_walk import MODEL, perfect_walk, sharp_filter, walks_of
 
 from gaitval.apps.cohort.study import summary_of
@@ -23,7 +24,7 @@ from gaitval.opensim.motion import write_quantities
 from gaitval.quantities import QUANTITIES
 from gaitval.quantities.quantity import OverTime
 from gaitval.quantities.tendon_force import TENDON_FORCE, moment_arm, tendon_force
-from gaitval.reporting.grids import WITH_QUANTITIES, title
+from gaitval.reporting.grids import MUSCLES, WITH_QUANTITIES, title
 from gaitval.reporting.tables import figure_tables
 
 STORED = Path(__file__).parents[2] / "reports" / "S05" / "baseline"
@@ -102,8 +103,10 @@ def metrics():
 
 def test_metrics_have_every_quantity_of_walk_and_record_and_judge_it(metrics) -> None:
     assert metrics_from(json.loads(json.dumps(metrics.as_dict())), "here") == metrics
+    of_muscles = {each.name for each in QUANTITIES if each.of_muscles is not None}
     for part in (metrics.walk, metrics.record):
-        assert {*part.quantities} == {each.name for each in QUANTITIES} - {"power"}
+        expected = {each.name for each in QUANTITIES} - {"power"} - of_muscles
+        assert {*part.quantities} - of_muscles == expected
         assert part.quantities["tendon_force"].unit == "BW"
     rows = {row.target: row for row in metrics.measures if row.measure == "tendon_force_rmse"}
     assert {*rows} == {"achilles_r", "achilles_l"}
@@ -115,9 +118,11 @@ def test_metrics_have_every_quantity_of_walk_and_record_and_judge_it(metrics) ->
 
 def test_the_report_has_its_panel_and_its_table(metrics) -> None:
     for each in QUANTITIES:
-        assert {*each.panels()} <= {name for row in WITH_QUANTITIES for name in row}
+        shown = WITH_QUANTITIES if each.of_muscles is None else MUSCLES
+        assert {*each.panels()} <= {name for row in shown for name in row}
     assert title("tendon_force/achilles") == "Achilles tendon force"
-    (table,) = (each for each in figure_tables(metrics) if each["unit"] == "BW")
+    named = {each["title"]: each for each in figure_tables(metrics)}
+    table = named["Force in the Achilles tendon"]
     sides = table["rows"][0]["sides"]
     assert sides["right"]["walked"] > 1.2 * sides["right"]["recorded"]
 
@@ -157,9 +162,9 @@ def test_the_storage_file_has_it_over_time_in_newtons(tmp_path: Path) -> None:
 
 
 def test_the_page_shows_what_is_in_the_package() -> None:
-    """docs/how-to/quantity.md: its pieces are those of the file, the table and the limits."""
+    """docs/how-to/extend.md: its pieces are those of the file, the table and the limits."""
     root = Path(__file__).parents[2]
-    text = (root / "docs" / "how-to" / "quantity.md").read_text(encoding="utf-8")
+    text = section_of("extend.md#add-a-quantity")
     pieces = re.findall(r"```(?:python|toml)\n# (\S+)\n(.*?)```", text, re.DOTALL)
     assert {Path(file).name for file, _ in pieces} == {
         "tendon_force.py", "__init__.py", "tolerances.toml",

@@ -3,21 +3,22 @@
 import csv
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from html_page import Page, only_html, pdf_in_ci, without_figures
+from html_page import Page, only_html, pdf_in_ci, unpainted, without_figures
 from matplotlib.colors import to_hex
 from seen_figures import figure_of, forward, lines
-from verdict_words import rows_of
+from verdict_words import plain, rows_of
 
 from gaitval.apps.regression import comparison_page
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.compare import _flip_line
 from gaitval.metrics.groups import group_rows
-from gaitval.metrics.results import metrics_from, read_metrics
+from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.number_text import number
 from gaitval.reporting.drawing import WIDTH
 from gaitval.reporting.figures import BAND_COLOUR, COLOURS, RECORD_COLOUR
@@ -26,10 +27,16 @@ REPORTS = Path(__file__).parents[2] / "reports"
 HOSTILE = "<script>alert('x')</script>{{ 7 * 7 }}"
 
 
+@cache
+def stored(name: str) -> Metrics:
+    """Of a stored baseline; none of the tests changes it in place."""
+    return read_metrics(REPORTS / name / "baseline")
+
+
 def walk(name: str, folder: str = "runs") -> StoredWalk:
     return StoredWalk(
         folder=Path(folder) / name,
-        metrics=read_metrics(REPORTS / name / "baseline"),
+        metrics=stored(name),
         margins=None,
     )
 
@@ -149,6 +156,7 @@ def test_a_walk_that_fell_at_once_has_dashes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     found = walk("S05")
     values = found.metrics.as_dict()
     walked = values["walks"][values["final"]]
@@ -173,6 +181,7 @@ def test_a_row_of_measures_has_the_decimals_of_its_unit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     found = walk("S05")
     write_comparison(tmp_path, "c", [found, walk("S06")], None)
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
@@ -189,6 +198,7 @@ def test_many_walks_are_shared_out_over_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     walks = [walk("S05", f"run{number}") for number in range(SUBJECTS + 1)]
     write_comparison(tmp_path, "c", walks, None)
     page = Page((tmp_path / "c.html").read_text(encoding="utf-8"))
@@ -213,6 +223,7 @@ def test_a_limit_with_another_verdict_is_listed(
 ) -> None:
     """Even where its value moved by less than the margin of its measure."""
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     now = judged_otherwise(walk("S05", "new"), "phase 0.5", 71.4)
     versions = matched([walk("S05", "old")], [now])
     assert not versions.lost()
@@ -246,10 +257,11 @@ def test_who_walked_twice_counts_once_in_the_mean(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     only_html(monkeypatch)
+    unpainted(monkeypatch)
     walks = [walk("S05", "one"), walk("S05", "two"), walk("S02")]
     write_comparison(tmp_path, "c", walks, None)
     text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
-    assert "mean ± SD, 2 people (3 walks, those of one person averaged first)" in text
+    assert "mean ± SD, fitted, 2 people (3 walks, those of one person averaged first)" in text
     errors = [group_rows(walk(name).metrics)[0].walked for name in ("S05", "S02")]
     assert f"{number(np.mean(errors), 2)} ± {number(np.std(errors, ddof=1), 2)}" in text
     write_comparison(tmp_path, "d", walks[:2], None)
@@ -297,7 +309,10 @@ def test_changes_are_drawn_in_margins_with_worse_to_the_right() -> None:
 @pytest.mark.parametrize(("kind", "name"), comparison_page.CURVES)
 def test_curves_of_each_walk_are_its_own_by_side(kind: str, name: str) -> None:
     now, then = walk("S05"), walk("S02")
-    figure = figure_of(lambda: comparison_page._panels([now, then], kind, name, {id(now): then}, 0))
+    names = [now.subject, then.subject]
+    figure = figure_of(
+        lambda: comparison_page._panels([now, then], names, kind, name, {id(now): then}, 0)
+    )
     for axes, one, before in zip(figure.axes, (now, then), (then, None), strict=True):
         assert forward(axes)
         assert axes.get_title(loc="left") == one.subject
@@ -311,3 +326,64 @@ def test_curves_of_each_walk_are_its_own_by_side(kind: str, name: str) -> None:
             assert [line[0, 0] for line in lines(axes, colour)] == [0.0] * len(expected)
         recorded = [one.metrics.record.curves.of(kind)[f"{name}_{side}"] for side in "rl"]
         np.testing.assert_allclose([e[:, 1] for e in lines(axes, RECORD_COLOUR)], recorded)
+
+
+def told_angles(found: StoredWalk) -> StoredWalk:
+    """The walk as of a model that was told the angles alone."""
+    told = {kind: kind == "angles" for kind in found.metrics.told}
+    return replace(found, metrics=found.metrics.model_copy(update={"told": told}))
+
+
+def test_walks_of_one_person_are_named_by_what_differs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    write_comparison(tmp_path, "c", [walk("S05", "a"), told_angles(walk("S05", "b"))], None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    text = " ".join(Page(html).text.split())
+    assert "1: S05 (told all)" in text
+    assert "2: S05 (told angles)" in text
+    assert "a/S05)" not in text  # what they differ in is enough
+    for colour in comparison_page.WALK_COLOURS[:2]:
+        assert f'stroke="{colour}"' in html
+
+
+def test_a_mean_is_never_of_fitted_and_held_out_curves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    only_html(monkeypatch)
+    without_figures(monkeypatch)
+    walks = [walk("S05"), walk("S02"), told_angles(walk("S06")), told_angles(walk("S07"))]
+    write_comparison(tmp_path, "c", walks, None)
+    html = (tmp_path / "c.html").read_text(encoding="utf-8")
+    rows = [
+        [plain(each) for each in re.findall(r"<th.*?>(.*?)</th>", row, re.S)]
+        for row in re.findall(r'<tr class="group">(.*?)</tr>', html, re.S)
+    ]
+    assert len(rows) == 2
+    vertical = [group_rows(each.metrics)[2].walked for each in walks]
+    assert "fitted, 4 people" in rows[0][0]  # all four of the angles
+    assert rows[0][3] == f"{number(np.mean(vertical[:2]), 2)} ± " + (
+        f"{number(np.std(vertical[:2], ddof=1), 2)} (2)"
+    )
+    assert "held out, 2 people" in rows[1][0]
+    assert rows[1][1] == "–"
+    assert rows[1][3].startswith(number(np.mean(vertical[2:]), 2))
+
+
+@pytest.mark.parametrize("kind", ["angles", "moments", "forces"])
+def test_few_walks_are_drawn_over_each_other_with_their_record(kind: str) -> None:
+    walks = [walk("S05"), walk("S02")]
+    figure = figure_of(lambda: comparison_page._overlay(walks, kind))
+    names = [name for each, name in comparison_page.CURVES if each == kind]
+    assert len(figure.axes) == 2 * len(names)
+    for number_, axes in enumerate(figure.axes):
+        side, name = "rl"[number_ // len(names)], names[number_ % len(names)]
+        for one, colour in zip(walks, comparison_page.WALK_COLOURS, strict=False):
+            expected = [
+                one.metrics.record.curves.of(kind)[f"{name}_{side}"],
+                one.metrics.walk.curves.of(kind)[f"{name}_{side}"].mean,
+            ]
+            np.testing.assert_allclose([e[:, 1] for e in lines(axes, colour)], expected)
+    same = figure_of(lambda: comparison_page._overlay([walks[0], told_angles(walks[0])], kind))
+    assert all(len(lines(axes, RECORD_COLOUR)) == 1 for axes in same.axes)

@@ -180,6 +180,12 @@ def test_too_few_checks_are_said_to_be_too_few(
     assert write_history(tmp_path, "few", checks()[:12]) == []
     text = Page((tmp_path / "few.html").read_text(encoding="utf-8")).text
     assert "here the longest series has 4" in " ".join(text.split())
+    first = [replace(each, revision="unknown", revised=None) for each in checks()[:1]]
+    assert write_history(tmp_path, "one", first) == []
+    one = " ".join(Page((tmp_path / "one.html").read_text(encoding="utf-8")).text.split())
+    assert "git repository" in one
+    assert "there is 1" in one
+    assert "unknown" not in one
     assert write_history(tmp_path, "none", []) == []
 
 

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import messages
 import numpy as np
 import pytest
-from html_page import only_html, unpainted, without_figures
+from html_page import both_pages, only_html, unpainted, without_figures
 from recording_summary import sample
 from report_run import build_run
 
@@ -208,7 +208,7 @@ def test_nothing_else_on_a_german_report_is_english(
     folder = Path(shutil.copytree(run_folder, tmp_path / "run"))
     write_report(folder, ["report.language=de"])
     german = Unmarked()
-    german.feed((folder / "report.html").read_text(encoding="utf-8"))
+    german.feed(both_pages(folder))
     plain = " ".join(german.found)
     points = set(re.findall(r"(?<![\w./])\d+\.\d+(?![\w./])", plain))
     assert points <= {"2.000"}, "thousands"
@@ -218,7 +218,7 @@ def test_nothing_else_on_a_german_report_is_english(
     bracket_the_results(monkeypatch)
     write_report(folder, ["report.language=de"])
     page = Unmarked()
-    page.feed((folder / "report.html").read_text(encoding="utf-8"))
+    page.feed(both_pages(folder))
     outside = " ".join(page.found)
     while "⟦" in outside:  # texts have others as parts
         outside = re.sub(r"⟦[^⟦⟧]*⟧", " ", outside)

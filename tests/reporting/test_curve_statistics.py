@@ -13,10 +13,8 @@ from gaitval.metrics.results import metrics_from
 from gaitval.metrics.statistics_results import GaitProfiles
 from gaitval.metrics.validation import validate
 from gaitval.reporting.curve_statistics import profile, tables
-from gaitval.reporting.drawing import drawn
 from gaitval.reporting.figures import COLOURS, RECORD_COLOUR
 from gaitval.reporting.report import _drawings
-from gaitval.reporting.run_grids import figures
 
 CONFIGURATION = sharp_filter(cycles=5, start_phases=(0.0,))
 PERSON = load_subject("S05")
@@ -32,11 +30,6 @@ def metrics():
 def read(values):
     """Metrics from the contents of a file."""
     return metrics_from(values, "here")
-
-
-def _differences(values):
-    draws, _ = figures(read(values), PERSON, {})
-    return drawn(draws["kinematics"])
 
 
 def _tables(values):
@@ -79,20 +72,6 @@ def test_the_side_that_differs_more_comes_first_and_is_held_against_what_matters
     assert (found["furthest"]["name"], found["furthest"]["side"]) == ("hip_flexion", "left")
     profiles["walk"] |= {"left": 3.4}  # nearer to healthy people than the record is: different too
     assert _tables(changed)["sides"][0].matters
-
-
-def test_regions_are_drawn(metrics):
-    """One line more for each region: all else is equal."""
-    without = copy.deepcopy(metrics)
-    for curves in without["curve_statistics"]["curves"].values():
-        for curve in curves.values():
-            curve["regions"] = []
-    marked = copy.deepcopy(without)
-    region = {"first": 10, "last": 30, "p": 0.01}
-    marked["curve_statistics"]["curves"]["angles"]["knee_angle_r"]["regions"] = [region]
-    bare, barred = (_differences(each) for each in (without, marked))
-    assert barred.count("<path") == bare.count("<path") + 3  # with those of the legend
-    assert _differences(marked) == barred
 
 
 def test_the_profile_shows_what_it_is_given(metrics):

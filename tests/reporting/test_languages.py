@@ -197,6 +197,13 @@ def test_versions_and_places_keep_their_points() -> None:
     assert words("en").count(2000) == "2,000"
 
 
+@pytest.mark.parametrize(
+    ("language", "text"), [("en", "2026-11-09"), ("de", "09.11.2026"), ("pt", "09/11/2026")]
+)
+def test_dates_are_those_of_the_language(language: str, text: str) -> None:
+    assert words(language).dated("2026-11-09 15:59 UTC") == f"{text} 15:59 UTC"
+
+
 def test_a_page_in_portuguese(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     only_html(monkeypatch)
     without_figures(monkeypatch)

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from html_page import Page, only_html, without_figures
+from html_page import Page, both_pages, only_html, without_figures
 from report_run import build_run
 
 from gaitval.artefacts import write_json
@@ -41,7 +41,7 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_hash_is_what_sha256sum_prints_of_a_file_beside_the_report(run_folder: Path) -> None:
-    html = (run_folder / "report.html").read_text(encoding="utf-8")
+    html = (run_folder / "report-details.html").read_text(encoding="utf-8")
     shown = set(re.findall(r">\s*([0-9a-f]{64})\s*<", html))
     files = {
         hashlib.sha256(path.read_bytes()).hexdigest(): path.relative_to(run_folder).as_posix()
@@ -55,7 +55,7 @@ def test_every_hash_is_what_sha256sum_prints_of_a_file_beside_the_report(run_fol
 
 
 def test_the_date_and_the_commit_are_those_of_the_run_and_not_of_the_page(run_folder: Path) -> None:
-    text = Page((run_folder / "report.html").read_text(encoding="utf-8")).text
+    text = Page(both_pages(run_folder)).text
     assert "2026-11-23 02:12 UTC – 2026-11-23 02:14 UTC" in text
     # Figures of the project have days of their own.
     assert "2026-11-24" not in re.sub(

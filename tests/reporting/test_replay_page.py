@@ -366,6 +366,17 @@ def test_curves_show_the_moment_and_a_click_moves_the_walk(still, folder):
     still.page.locator("[data-shows=cursor]").check()
 
 
+def test_curves_have_no_cursor_until_somebody_touches_the_replay(chromium, folder):
+    opened = Opened(chromium, folder / "report.html").drawn()
+    figure_of(opened, "forces")
+    line = opened.page.locator('[id="forces-cycle.both.0"] .replay-cursor.right')
+    assert line.evaluate("(e) => e.style.visibility") == "hidden"
+    opened.page.locator(".replay-slider input").focus()
+    opened.page.keyboard.press("ArrowRight")
+    figure_of(opened, "forces")
+    assert line.evaluate("(e) => e.style.visibility") == ""
+
+
 def test_it_plays_by_itself_and_not_for_those_who_asked_for_little_motion(chromium, folder):
     opened = Opened(chromium, folder / "report.html", reduced_motion="no-preference").drawn()
     opened.until(THREE_PERCENT)

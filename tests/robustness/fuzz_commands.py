@@ -522,7 +522,8 @@ def _write_arrays(folder: Path) -> None:
         "centre_of_mass": drawn(9, 3), "root_force": drawn(9, 6), "start_phase": drawn(1),
         "fell": np.zeros(1),
         "phase": drawn(9), "positions": drawn(9, 31), "velocities": drawn(9, 31),
-        "moments": drawn(9, 25), "centre_of_pressure": drawn(9, 2, 3), "mu": drawn(14),
+        "moments": drawn(9, 25), "centre_of_pressure": drawn(9, 2, 3),
+        "free_moment": drawn(9, 2), "mu": drawn(14),
     }  # fmt: skip
     Rollout(**walked).save(folder / "rollout.npz")
     SimulatedWalk(**walked, walker="S05", mass_kg=60.0).save(folder / "walk.npz")

@@ -12,10 +12,10 @@ Each is killed (SIGKILL, its own process only, as when memory runs out) after a 
 processor time that it takes without a kill, and started again by the same command. In every
 second case all its files are dated a day ahead before that, as if the clock had gone back. Then
 every file must be equal, byte for byte, to that without a kill, but for times (in
-`provenance.json`; `wall_seconds` of learning; dates and durations in `report.html`; of a cohort
-also where and how long its studies ran), the hashes of files with times, `report.pdf`, which is the
-compressed `report.html`, and TensorBoard's logs, which are named after time and process; and no
-process, shared memory, temporary or partial file may be left beyond those that a
+`provenance.json`; `wall_seconds` of learning; dates and durations in both pages of a report; of a
+cohort also where and how long its studies ran), the hashes of files with times, `report.pdf`, which
+is the compressed `report.html`, and TensorBoard's logs, which are named after time and process; and
+no process, shared memory, temporary or partial file may be left beyond those that a
 run without a kill leaves (torch keeps an empty folder for its compiler).
 """
 
@@ -59,7 +59,7 @@ TIMES: Final = ("started", "finished", "seconds")
 LEARNING: Final = ("training.csv", "learning.csv")
 CLOCK: Final = "wall_seconds"
 """Their column with times."""
-CLOCKED: Final = (*LEARNING, "report.html", "report.pdf")
+CLOCKED: Final = (*LEARNING, "report.html", "report-details.html", "report.pdf")
 """Files with times."""
 TIME: Final = re.compile(
     rb"( \xe2\x80\x93 )?\d{4}-\d\d-\d\d \d\d:\d\d UTC|>[\d.,]+ (s|min|h)</td>"
@@ -271,7 +271,7 @@ def _without_times(path: Path) -> bytes:
         return json.dumps(rows).encode()
     if path.name in (*TIMED, FINISHED):
         return b""
-    if path.name == "report.html":
+    if path.name in ("report.html", "report-details.html"):
         return TIME.sub(b"", path.read_bytes())
     if path.name == "report.pdf":
         return path.read_bytes()[:5]

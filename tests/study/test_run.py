@@ -1211,3 +1211,13 @@ def test_a_run_is_not_written_over_one_of_another_subject(tmp_path):
     assert (tmp_path / "run" / "subject.toml").read_bytes() == before
     with open_run(load_subject("S05"), configuration, tmp_path / "run", Observer()):
         pass
+
+
+def test_identification_by_rollouts_takes_the_policy_of_each_round(opened: Opener) -> None:
+    run = opened("identification.method=rollouts")
+    for number in (1, 2):
+        inputs = identify_stage(run, number).inputs
+        assert f"rounds/{number}/trained/policy.safetensors" in inputs
+        assert not any("identification.json" in each for each in inputs)
+    assert "rounds/1/identification/identification.json" in identify_stage(opened(), 2).inputs
+    assert load_configuration("paper").identification.method == "rollouts"

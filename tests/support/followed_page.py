@@ -18,9 +18,22 @@ class Block(NamedTuple):
     lines: str
 
 
+def section_of(page: str) -> str:
+    """The text of a section of a page of docs/how-to, "page.md#the-section"."""
+    name, _, wanted = page.partition("#")
+    text = (ROOT / "docs/how-to" / name).read_text(encoding="utf-8")
+    sections = re.split(r"^(?=## )", text, flags=re.MULTILINE)[1:]
+    (found,) = (
+        section
+        for section in sections
+        if section.partition("\n")[0].removeprefix("## ").lower().replace(" ", "-") == wanted
+    )
+    return found
+
+
 def blocks_of(page: str) -> list[Block]:
-    """Every block of a diff of a page of docs/how-to, in order."""
-    text = (ROOT / "docs/how-to" / page).read_text(encoding="utf-8")
+    """Every block of a diff of a section of a page of docs/how-to, in order."""
+    text = section_of(page)
     return [Block(*found) for found in re.findall(r"```diff\n--- (\S+)\n(.*?)```", text, re.DOTALL)]
 
 

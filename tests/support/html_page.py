@@ -28,6 +28,18 @@ gaitval.reporting.page.drawn = lambda *_: {EMPTY!r}
 """What a program runs before a command whose page shall have no figures."""
 
 
+WORDS_ALONE = (
+    *("interface", "mocap", "session", "virtual", "workflows"),
+    *("test_baseline.py", "test_compare_command.py"),
+)
+"""Folders of tests, and files of other folders, that read the words and numbers of pages alone."""
+
+
+def reads_words(path: Path) -> bool:
+    """Whether no test of the file `path` looks at a figure."""
+    return path.parent.name in WORDS_ALONE or path.name in WORDS_ALONE
+
+
 def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every clock goes an hour ahead, and no date is given from outside."""
     for name in ("time", "time_ns"):
@@ -58,6 +70,12 @@ def whole_pdf() -> Iterator[None]:
 def whole_pages() -> bool:
     """Whether every page of every test gets its PDF and its painted figures; it takes minutes."""
     return bool(os.environ.get("GAITVAL_WHOLE_PAGES"))
+
+
+def both_pages(folder: Path) -> str:
+    """The report in a run `folder` and what stands behind it, as one text of HTML."""
+    names = ("report.html", "report-details.html")
+    return "".join((folder / name).read_text(encoding="utf-8") for name in names)
 
 
 @contextmanager

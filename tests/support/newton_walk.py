@@ -17,7 +17,8 @@ def newton_walk(hidden: np.ndarray, seconds: float = 5.0) -> Rollout:
     force = weight * np.column_stack(
         [0.1 * np.sin(6.0 * time), 0.05 * np.cos(6.0 * time), 1.0 + 0.3 * np.sin(12.0 * time)]
     )
-    velocity = np.cumsum(force - [0.0, 0.0, weight] + hidden, axis=0) * STEP / MASS
+    change = (force - [0.0, 0.0, weight] + hidden) * STEP / MASS
+    velocity = np.cumsum(change, axis=0) - change  # a row's force acts in the step after it
     path = np.cumsum(velocity, axis=0) * STEP
     feet = np.stack([0.4 * force, 0.6 * force], axis=1)
     nothing = np.zeros((count, 6))
@@ -29,6 +30,7 @@ def newton_walk(hidden: np.ndarray, seconds: float = 5.0) -> Rollout:
         moments=np.zeros((count, 25)),
         ground_reaction=feet,
         centre_of_pressure=feet,
+        free_moment=np.zeros((count, 2)),
         centre_of_mass=path.astype(np.float32),
         root_force=nothing,
         mu=np.zeros(14),

@@ -214,7 +214,8 @@ def _python(out: Path) -> dict[str, Said]:
 
 def _judged(folder: Path, trial: str, *, reduced: bool) -> dict[str, Said]:
     """Of the files of the first trial, which with `--consistent` have a model of their own."""
-    from gaitval.apps.judge.judge import JudgeRequest, judge
+    from gaitval.apps.judge.judge import judge
+    from gaitval.apps.judge.request import JudgeRequest
     from gaitval.apps.judge.write import result_of
     from gaitval.metrics.recording_limits import CONSISTENT
     from gaitval.metrics.tolerances import RECORDING_UNITS, load_registry

@@ -14,11 +14,13 @@ from gaitval.coordinates import ACTUATED
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord
+from gaitval.metrics.held_out import predicted_curves, with_predicted
 from gaitval.metrics.results import CorrectionResult, IdentificationResult
 from gaitval.metrics.validation import validate
 from gaitval.metrics.walk_results import PARTS, MomentShare, StoredPushes
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import write_urdf
+from gaitval.prediction.known import is_predicted
 from gaitval.reference.adjustment import JOINTS, Adjustment
 from gaitval.reference.motion import build_reference
 from gaitval.scaling.scaling import scale_subject
@@ -247,7 +249,7 @@ def build_run(
         made[which] = walks_of(rollouts, configuration)
         made[which].compared.save(folder / "rollouts" / f"{which}.npz")
     write_json(folder / "push.json", _pushes())
-    last = made.get("identified", made["nominal"])
+    last, person = made.get("identified", made["nominal"]), subject
     if not_recorded is not None:
         subject, configuration = CASES[not_recorded](subject, configuration)
         (folder / "subject.toml").write_text(subject.to_toml(), encoding="utf-8")
@@ -268,6 +270,10 @@ def build_run(
         torque_shares=_torque_shares(),
         second_engine=replace(last, starts=last.starts[:1]),
     )
+    if is_predicted(configuration.record):
+        people = builtin_subjects()
+        curves = predicted_curves(person, configuration.record, people)
+        metrics = with_predicted(metrics, curves)
     write_json(folder / "metrics.json", metrics.as_dict())
     (folder / "policy").mkdir()
     (folder / "policy" / "training.csv").write_text(_training_rows(), encoding="utf-8")

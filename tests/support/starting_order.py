@@ -40,6 +40,9 @@ LONG = (
     "reporting/test_every_reader.py",
     # And what of the tests that are not slow takes long.
     "study/test_run.py",
+    "regression/test_comparison_page.py",
+    "regression/test_baseline.py",
+    "regression/test_compare_command.py",
     "reporting/test_recording_report.py",
     "reporting/test_languages.py",
 )

@@ -128,6 +128,7 @@ def perfect_walk(record: GaitRecord, *, cycles: float = 6.0, start_phase: float 
         moments=moments,
         ground_reaction=ground,
         centre_of_pressure=pressure,
+        free_moment=np.zeros((len(time), 2)),
         centre_of_mass=positions[:, 3:6] + np.stack(sway, axis=1),
         root_force=np.zeros((len(time), 6)),
         mu=nominal_parameters(),

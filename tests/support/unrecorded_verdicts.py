@@ -17,6 +17,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pandas as pd
+from html_page import both_pages
 from rich.console import Console
 
 from gaitval.apps.cohort.study import summary_of
@@ -108,7 +109,7 @@ def judged_in(folder: Path) -> dict[str, list[str]]:
     write_report(folder)
     return {
         "metrics.json": list(_in_metrics(metrics)),
-        "report": list(_in_report(metrics, (folder / "report.html").read_text("utf-8"))),
+        "report": list(_in_report(metrics, both_pages(folder))),
         "terminal": list(_in_terminal(metrics)),
         "Python": list(_in_python(metrics, folder)),
         "cohort": list(_in_cohort(metrics, folder)),

@@ -222,6 +222,6 @@ def test_pages_tell_the_faults_of_the_plates_that_the_subjects_have():
     for subject in subjects:
         assert 100 * subject.plates.shift_right == pytest.approx(right, abs=0.051)
         assert 100 * subject.plates.shift_left == pytest.approx(left, abs=0.051)
-    for name in ("README.md", "docs/learning.md", "docs/decisions.md"):
+    for name in ("README.md", "docs/learning.md", "docs/paper.md"):
         message = re.findall(r"off by ([\d.]+) cm relative", (ROOT / name).read_text("utf-8"))
         assert [float(each) for each in message] == [apart], name

@@ -24,7 +24,7 @@ from gaitval.configuration import Configuration
 from gaitval.metrics.tolerances import load_registry
 
 ROOT = Path(__file__).parents[2]
-ELSEWHERE = {"speed.md", "learning.md", "method.md", "cohort.md", "decisions.md"}
+ELSEWHERE = {"speed.md", "learning.md", "method.md", "cohort.md", "paper.md"}
 """Pages that may say a time: the table, and those that report what an experiment took."""
 COMPILING = {"a minute"}
 """Of the first walk, which README and installation say themselves."""
@@ -195,7 +195,7 @@ def test_a_docstring_says_what_a_parameter_is_not_its_type():
 
 def test_links_into_the_repository_lead_to_the_page_that_shows_the_file(hooks):
     def led(link: str) -> str:
-        return hooks.with_links(f"[x]({link})", "how-to/settings.md", "docs/how-to/settings.md")
+        return hooks.with_links(f"[x]({link})", "how-to/formats.md", "docs/how-to/formats.md")
 
     assert led("../../gaitval/configuration.py") == "[x](../reference/configuration.md)"
     assert led("../learning.md#ablations") == "[x](../learning.md#ablations)"

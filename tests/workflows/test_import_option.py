@@ -1,4 +1,4 @@
-"""docs/how-to/import-option.md: what it shows is all that a new option of an import takes."""
+"""docs/how-to/extend.md: what it shows is all that a new option of an import takes."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from followed_page import blocks_of, followed, ran
 
-PAGE = "import-option.md"
+PAGE = "extend.md#add-an-option-to-the-import"
 NOTE = "left shoe lost"
 TRIAL = ["--trial", "no.c3d", "--sex", "F", "--out", "out"]
 

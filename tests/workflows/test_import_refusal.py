@@ -10,7 +10,8 @@ from made_up_session import MadeUpSession, made_up_session
 from typer.testing import CliRunner
 
 from gaitval import cli
-from gaitval.apps.judge.judge import JudgeRequest, judge
+from gaitval.apps.judge.judge import judge
+from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.write import write_judgement
 from gaitval.configuration import ProcessingSettings, load_configuration
 from gaitval.coordinates import SIDES, Side, opposite

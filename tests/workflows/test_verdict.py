@@ -1,4 +1,4 @@
-"""docs/how-to/verdict.md: what it shows is all that a new verdict takes."""
+"""docs/how-to/extend.md#add-a-verdict: what it shows is all that a new verdict takes."""
 
 import json
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from followed_page import blocks_of, followed, ran
 
-PAGE = "verdict.md"
+PAGE = "extend.md#add-a-verdict"
 TITLE = "Largest knee flexion of swing"
 STIFF = 8.0
 """Degrees that the right knee bends less than the recorded one."""

@@ -233,5 +233,5 @@ def test_the_main_job_runs_away_from_the_checkout(installed, tmp_path):
     run = empty / "reports" / "S05"
     stored = installed / "gaitval/baselines/general/policy.safetensors"
     assert (run / "start/policy.safetensors").read_bytes() == stored.read_bytes()
-    for name in ("model.urdf", "metrics.json", "report.html", "report.pdf"):
+    for name in ("model.urdf", "metrics.json", "report.html", "report-details.html", "report.pdf"):
         assert (run / name).stat().st_size > 0

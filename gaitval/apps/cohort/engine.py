@@ -122,49 +122,65 @@ def run_cohort(
         remove_abandoned(Path(tempfile.gettempdir()), prefix, "")
     store = Store(address)
     store.check()
-
-    def looked(number: int) -> None:
-        if notify is not None:
-            notify(CohortState(len(studies), 0, 0, 0, 0, "", 0.0, looked=number))
-
-    outcomes, orders = _known_and_ordered(studies, store, function, threads, looked)
-    began, earlier = time.monotonic(), len(outcomes)
-    refused = sum(each["status"] != "finished" for each in outcomes.values())
-
-    def say(outcome: _Json | None, client: "Client | None") -> None:
-        if notify is None:
-            return
-        failed = sum(each["status"] != "finished" for each in outcomes.values())
-        notify(
-            CohortState(
-                total=len(studies),
-                found=earlier,
-                done=len(outcomes),
-                failed=failed,
-                workers=len(client.scheduler_info(n_workers=-1)["workers"]) if client else 0,
-                dashboard=_dashboard(client),
-                seconds=time.monotonic() - began,
-                outcome=outcome,
-                refused=refused,
-            )
-        )
-
-    say(None, None)
+    progress = _Progress(len(studies), notify)
+    outcomes, orders = _known_and_ordered(studies, store, function, threads, progress.looked)
+    progress.begin(outcomes)
+    progress.report(None)
     if orders:
         from gaitval.apps.cohort.cluster import client_of
 
         with client_of(
             scheduler, workers, threads, retries, without_tls=without_tls, shared=store.local
         ) as client:
-            say(None, client)
+            progress.report(client)
             for outcome in outcomes_of(client, orders, retries):
                 if outcome is not None:
                     outcomes[outcome["name"]] = outcome
-                    say(outcome, client)
+                    progress.report(client, outcome)
                 elif meanwhile is not None:
                     meanwhile()
                     meanwhile = None
     return [outcomes[study.name] for study in studies]
+
+
+class _Progress:
+    """Calls `notify`, if there is one, with how far a cohort of `total` studies is."""
+
+    def __init__(self, total: int, notify: _Notify | None) -> None:
+        self._total, self._notify = total, notify
+        self._began, self._found, self._refused = 0.0, 0, 0
+        self._outcomes: dict[str, _Json] = {}
+
+    def looked(self, number: int) -> None:
+        """The inputs of this `number` of studies were looked at."""
+        if self._notify is not None:
+            self._notify(CohortState(self._total, 0, 0, 0, 0, "", 0.0, looked=number))
+
+    def begin(self, outcomes: dict[str, _Json]) -> None:
+        """The clock runs; `outcomes` are known already, and later ones are put there."""
+        self._began, self._found, self._outcomes = time.monotonic(), len(outcomes), outcomes
+        self._refused = self._failed()
+
+    def _failed(self) -> int:
+        return sum(each["status"] != "finished" for each in self._outcomes.values())
+
+    def report(self, client: "Client | None", outcome: _Json | None = None) -> None:
+        """What has become of a study, or only how many workers the `client` has."""
+        if self._notify is None:
+            return
+        self._notify(
+            CohortState(
+                total=self._total,
+                found=self._found,
+                done=len(self._outcomes),
+                failed=self._failed(),
+                workers=len(client.scheduler_info(n_workers=-1)["workers"]) if client else 0,
+                dashboard=_dashboard(client),
+                seconds=time.monotonic() - self._began,
+                outcome=outcome,
+                refused=self._refused,
+            )
+        )
 
 
 def _known_and_ordered(

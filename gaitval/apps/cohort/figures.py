@@ -11,6 +11,8 @@ from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figures import RECORD_SHADE
 
 SEX_COLOURS: Final = {"F": "#cc79a7", "M": "#0072b2"}
+IDENTIFIED: Final = "identified"
+"""Verdict of a parameter that the record determines."""
 ROW: Final = 1.9
 """Inches; height of a row of panels."""
 
@@ -58,11 +60,13 @@ def _by_sex(axes: Axes, rows: pd.DataFrame) -> None:
 
 
 def parameter_distributions(rows: pd.DataFrame, *, figure_name: str) -> str:
-    """Identified parameters of all studies as the SVG `figure_name`, in prior standard deviations
-    from the prior's mean; those that the record determines are filled.
+    """Parameters that the records of the studies determine as the SVG `figure_name`, in prior
+    standard deviations from the prior's mean. Those of others keep the prior's mean, and a dot
+    would say nothing.
 
-    `rows` as `results.tables_of` gives `parameters`.
+    `rows` as `results.tables_of` gives `parameters`; at least one is determined.
     """
+    rows = rows[rows["verdict"] == IDENTIFIED]
     names = list(dict.fromkeys(rows["parameter"]))
     with new_figure(0.8 + 0.2 * len(names)) as figure:
         axes = figure.subplots()
@@ -70,10 +74,7 @@ def parameter_distributions(rows: pd.DataFrame, *, figure_name: str) -> str:
         for place, name in enumerate(names):
             some = rows[rows["parameter"] == name]
             far = (some["mean"] - some["nominal"]) / some["prior_sd"]
-            sure = (some["verdict"] == "identified").to_numpy()
-            axes.plot(far[~sure], np.full((~sure).sum(), place), "o", mfc="none", color="#0072b2",
-                      markersize=3, alpha=0.6)  # fmt: skip
-            axes.plot(far[sure], np.full(sure.sum(), place), "o", color="#0072b2", markersize=3)
+            axes.plot(far, np.full(len(far), place), "o", color="#0072b2", markersize=3, alpha=0.7)
         axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
         axes.invert_yaxis()
         axes.set_xlabel("Posterior mean from the body as scaled, prior standard deviations")

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from gaitval import __version__
-from gaitval.apps.cohort.figures import by_speed_age_sex, parameter_distributions
+from gaitval.apps.cohort.figures import IDENTIFIED, by_speed_age_sex, parameter_distributions
 from gaitval.apps.cohort.results import (
     PROFILE_SCORES,
     mean_of_measure,
@@ -99,6 +99,7 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
             for row in outliers(means).to_dict("records")
         ],
         "parameters": _parameters(tables["parameters"]),
+        "determined": _determined(tables["parameters"]),
         "strategies": strategies(tables["devices"]),
         "rows": [
             {**row, "report": links[row["study"]], "megabytes": row["peak_memory"] / 1e6}
@@ -206,7 +207,18 @@ def _unit(values: pd.DataFrame, name: str) -> str:
 
 
 def _parameters(parameters: pd.DataFrame) -> str:
-    known = parameters[parameters["prior_sd"].astype(float) > 0.0]
-    if known.empty:
+    known = _known(parameters)
+    if not (known["verdict"] == IDENTIFIED).any():
         return ""
     return parameter_distributions(known, figure_name="parameters")
+
+
+def _determined(parameters: pd.DataFrame) -> tuple[int, int]:
+    """How many parameters of studies their records determine, and how many there are."""
+    known = _known(parameters)
+    return int((known["verdict"] == IDENTIFIED).sum()), len(known)
+
+
+def _known(parameters: pd.DataFrame) -> pd.DataFrame:
+    """Those of `parameters` that a record could say something of."""
+    return parameters[parameters["prior_sd"].astype(float) > 0.0]

@@ -17,6 +17,7 @@ from gaitval.apps.cohort.results import PROFILE_SCORES
 from gaitval.apps.cohort.table import Study
 from gaitval.apps.devices.of_subject import afterwards
 from gaitval.artefacts import read_json, value_hash, write_json, write_text
+from gaitval.configuration import ReportSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.batch_person import person_of
@@ -32,7 +33,7 @@ from gaitval.metrics.verdicts import not_judged
 from gaitval.model.parameters import PARAMETERS
 from gaitval.quantities import BY_NAME
 from gaitval.study.compile_ahead import compile_ahead, walk
-from gaitval.study.run import run_subject
+from gaitval.study.run import load_report, run_subject
 from gaitval.study.stage import Observer, open_run
 from gaitval.study.stored_policy import general_walker
 
@@ -93,6 +94,7 @@ def ready() -> None:
     this one.
     """
     compile_ahead()
+    load_report(ReportSettings().language)
     with suppress(Exception):  # what goes wrong here will go wrong in the study, and is said there
         walk()
 

@@ -14,13 +14,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitval.apps.devices.walking import LOGGED, DeviceEnvironment, DeviceTask, DeviceWalk
+from gaitval.apps.devices.walking import (
+    LOGGED,
+    DeviceEnvironment,
+    DeviceTask,
+    DeviceWalk,
+    at_states,
+)
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
-from gaitval.model.tree import centres_of_mass, tree_arrays
+from gaitval.model.tree import ROOT_DOFS, centres_of_mass, tree_arrays
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.rollouts import record_rollout
 from gaitval.policy.storage import Policy
@@ -89,6 +95,9 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
     walker.reset(before.positions[0], before.velocities[0], float(before.phase[0]))
     steps, rows = walker.steps_per_action, len(before.time)
     states = np.stack([before.positions, before.velocities], axis=1)
+    # a step moves the joints by their rates after it
+    step = float(before.time[1] - before.time[0])
+    states[1:, 1, ROOT_DOFS:] = np.diff(before.positions[:, ROOT_DOFS:], axis=0) / step
     logged = np.zeros((rows, len(walker.fitted), len(LOGGED)))
     for first in range(0, rows, steps):
         at = max(first - 1, 0)
@@ -96,7 +105,8 @@ def _followed(environment: DeviceEnvironment, before: Rollout) -> Array:
         walker.sense(before.positions[at], before.velocities[at], loads, moments)
         for t in range(first, min(first + steps, rows)):
             logged[t] = walker.led(states[max(t - 1, 0)], states[t])
-    return logged
+    # nothing follows the last row, so it keeps what led to it
+    return at_states(np.concatenate([logged, logged[-1:]]))
 
 
 def _further_force(person: float, laden: float, centre: Array, before: Rollout) -> Array:

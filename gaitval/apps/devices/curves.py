@@ -32,7 +32,7 @@ class WalkCurves:
     angles : rad.
     own, device, total : Nm/kg, moments of the person's muscles, of the devices, and of both; kg of
         the person.
-    own_power, device_power : W/kg.
+    own_power, device_power : W/kg, of the filtered moments and of rates as the report has them.
     forces : body weights of the person, vertical, by side.
     stride_time, stance : s, and fraction of the stride on the ground, by side.
     speed : m/s.
@@ -79,7 +79,6 @@ def walk_curves(
     step = step_of(rollout)
     moments = rollout.moments if own is None else own
     device = walk.total_moments - rollout.moments
-    rates = rollout.velocities[:, ROOT_DOFS:]
     smooth = low_pass_simulated(moments, step=step, frequency=CUTOFF)
     smooth_device = low_pass_simulated(device, step=step, frequency=CUTOFF)
     vertical = low_pass_simulated(rollout.ground_reaction[..., 2], step=step, frequency=CUTOFF)
@@ -95,19 +94,27 @@ def walk_curves(
         stride[side] = float(np.mean(ends - starts)) * step
         for joint in JOINTS:
             i = ACTUATED.index(f"{joint}_{side[0]}")
-            power, given = (each[:, i] * rates[:, i] / mass for each in (moments, device))
-            for name, values in (
-                ("angles", rollout.positions[:, ROOT_DOFS + i]),
-                ("own", smooth[:, i] / mass),
-                ("device", smooth_device[:, i] / mass),
-                ("own_power", power),
-                ("device_power", given),
-            ):
-                found[name][joint, side] = cut(values, starts, ends).mean(axis=0)
-            for into, values in ((work, power), (negative, -power), (of_devices, given)):
+            angle, muscles, given = (
+                cut(values, starts, ends)
+                for values in (
+                    rollout.positions[:, ROOT_DOFS + i],
+                    smooth[:, i] / mass,
+                    smooth_device[:, i] / mass,
+                )
+            )
+            # as `joint_power`, so that one walk has one power in the report and here
+            seconds = (ends - starts) * step
+            rate = np.gradient(angle, 0.01, axis=1, edge_order=2) / seconds[:, None]
+            power, of_device = muscles * rate, given * rate
+            for name, curves in (
+                ("angles", angle), ("own", muscles), ("device", given),
+                ("own_power", power), ("device_power", of_device),
+            ):  # fmt: skip
+                found[name][joint, side] = curves.mean(axis=0)
+            for into, curves in ((work, power), (negative, -power), (of_devices, of_device)):
                 # of each stride: in their mean, power of unlike strides cancels
-                strides = [np.maximum(values[a:b], 0.0) for a, b in zip(starts, ends, strict=True)]
-                into[joint, side] = float(np.mean([each.sum() for each in strides])) * step
+                positive = np.maximum(curves[:, :-1], 0.0).mean(axis=1) * seconds
+                into[joint, side] = float(positive.mean())
         forces[side] = cut(vertical[:, column] / (mass * GRAVITY), starts, ends).mean(axis=0)
         on = cycles.events[side].on_ground
         stance[side] = float(np.mean([on[a:b].mean() for a, b in zip(starts, ends, strict=True)]))

@@ -18,7 +18,8 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
 from gaitval.errors import ConfigurationError, RecordError
 from gaitval.metrics.cycles import find_cycles
-from gaitval.model.devices.device import Device, Spring, shipped_device
+from gaitval.model.devices.device import Device, shipped_device
+from gaitval.model.devices.springs_and_motors import Spring
 from gaitval.model.devices.tables import Table
 
 ASSUMED: Final = ("kinematics kept", "moments kept", "learned")

@@ -81,7 +81,7 @@ def adaptation_settings(configuration: Configuration, effort: float) -> Configur
     )
 
 
-def _environments(task: DeviceTask, seed: int) -> list[DeviceEnvironment]:
+def _environments(task: DeviceTask, seed: int, pace: float | None) -> list[DeviceEnvironment]:
     """The environments of a training: the first has the device of the table."""
     random = np.random.default_rng(seed)
     person = task.person or task.model
@@ -91,7 +91,7 @@ def _environments(task: DeviceTask, seed: int) -> list[DeviceEnvironment]:
         if number:
             devices = tuple(varied(each, random) for each in devices)
         with_device = replace(task, model=fitted(person, devices), devices=devices)
-        found.append(DeviceEnvironment(with_device))
+        found.append(DeviceEnvironment(with_device, pace=pace))
         found[-1].walker.noise_seed = number
     return found
 
@@ -141,12 +141,13 @@ def adapt(
     samples: int = SAMPLES,
     effort: float = EFFORT,
     seed: int = 0,
+    pace: float | None = None,
     on_progress: _Progress | None = None,
 ) -> Policy:
     """Train a policy on with devices, in this process: `task` is the person with them, `start` what
     the person walks with without. `samples` are actions in all, 10 ms each; `effort` is times the
     cost of the muscles' moments in an ordinary training; `seed` is of the devices that vary, and of
-    all else that is random. `on_progress` as in `_Progress`.
+    all else that is random; `pace` is as of a `DeviceEnvironment`. `on_progress` as in `_Progress`.
     """
     configuration = adaptation_settings(task.configuration, effort)
     training = configuration.training
@@ -159,7 +160,7 @@ def adapt(
         learner.ppo.set_logger(Logger(None, []))
         learner.begin(seed)
         learner.log_std = training.final_log_std
-        environments = _environments(task, seed)
+        environments = _environments(task, seed, pace)
         for environment in environments:
             environment.difficulty = 0.0
         seen = np.array(

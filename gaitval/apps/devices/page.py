@@ -13,12 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitval import __version__
+from gaitval.apps.devices.answer import answers, kept_in_words, torques
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.regressions import predicted_power
 from gaitval.apps.devices.replayed import replayed, shown_method
 from gaitval.apps.devices.results import TITLES, figures_of, write_result
 from gaitval.apps.devices.search import SearchResult
-from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer
+from gaitval.apps.devices.study import CYCLES, PUSHES, DeviceOutcome, Wearer, at_kept_speed
 from gaitval.artefacts import copy_file, write_text
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.devices.device import Device, write_devices
@@ -41,10 +42,11 @@ ROWS: Final = {
     "angles": ("Angle (°)", 180.0 / np.pi),
     "own": ("Moment of the muscles (Nm/kg)", 1.0),
     "own_power": ("Power of the muscles (W/kg)", 1.0),
-    "device": ("Torque of the device (Nm/kg)", 1.0),
-    "device_power": ("Power of the device (W/kg)", 1.0),
 }
-OF_DEVICE: Final = ("device", "device_power")
+OF_DEVICE: Final = {
+    "device": ("torque of the device (Nm/kg)", 1.0),
+    "device_power": ("power of the device (W/kg)", 1.0),
+}
 NO_TORQUE: Final = 1e-6
 """Nm/kg, up to which a torque is the rounding of a difference of two moments."""
 
@@ -59,34 +61,53 @@ def _with_device(curves: Mapping[str, WalkCurves], side: Side) -> list[str]:
 
 
 def _figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
-    """Every curve of a side, a line for each assumption; of a device only at joints where it acts,
-    below the others, so that no panel is empty.
-    """
-    phase = np.linspace(0.0, 100.0, 101)
-    fitted = _with_device(curves, side)
-    rows = {kind: row for kind, row in ROWS.items() if fitted or kind not in OF_DEVICE}
-    with new_figure(1.8 * len(rows)) as figure:
-        panels = figure.subplots(len(rows), len(JOINTS), sharex=True)
-        for row, (kind, (label, factor)) in zip(panels, rows.items(), strict=True):
-            shown = fitted if kind in OF_DEVICE else JOINTS
+    """Every curve of the person on a side, a line for each assumption."""
+    with new_figure(1.8 * len(ROWS)) as figure:
+        panels = figure.subplots(len(ROWS), len(JOINTS), sharex=True)
+        for row, (kind, (label, factor)) in zip(panels, ROWS.items(), strict=True):
             for axes, joint in zip(row, JOINTS, strict=True):
-                if joint not in shown:
-                    axes.remove()
-                    continue
-                for assumption, each in curves.items():
-                    curve = factor * getattr(each, kind)[joint, side]
-                    axes.plot(phase, curve, label=assumption, **LINES[assumption])
-                axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
-            row[JOINTS.index(shown[0])].set_ylabel(label, fontsize=7)
+                _lines(axes, curves, kind, (joint, side), factor)
+            row[0].set_ylabel(label, fontsize=7)
         for column, joint in enumerate(JOINTS):
             panels[0][column].set_title(TITLES[joint])
-            lowest = panels[len(rows) - 1 if joint in fitted else 2][column]
-            lowest.set_xlabel("Gait cycle (%)")
-            lowest.tick_params(labelbottom=True)
+            panels[-1][column].set_xlabel("Gait cycle (%)")
         for number, axes in enumerate(panels.flat):
             link(axes, "cycle", side, number)
         _legend(figure, panels[0][0])
         return svg(figure, name)
+
+
+def _device_figure(curves: Mapping[str, WalkCurves], side: Side, name: str) -> str:
+    """Torque and power of the devices at the joints of a side at which they act."""
+    joints = _with_device(curves, side)
+    worn = {each: own for each, own in curves.items() if each != "without"}
+    with new_figure(1.9 * len(joints) + 0.2) as figure:
+        panels = figure.subplots(len(joints), len(OF_DEVICE), sharex=True, squeeze=False)
+        for row, joint in zip(panels, joints, strict=True):
+            for axes, (kind, (label, factor)) in zip(row, OF_DEVICE.items(), strict=True):
+                _lines(axes, worn, kind, (joint, side), factor)
+                axes.set_title(f"{TITLES[joint]}: {label}")
+        for axes in panels[-1]:
+            axes.set_xlabel("Gait cycle (%)")
+        for number, axes in enumerate(panels.flat):
+            link(axes, "cycle", side, number)
+        _legend(figure, panels[0][0])
+        return svg(figure, name)
+
+
+def _lines(
+    axes: Axes,
+    curves: Mapping[str, WalkCurves],
+    kind: str,
+    of: tuple[str, Side],
+    factor: float,
+) -> None:
+    """The curve of a joint and side (`of`) by each assumption."""
+    for assumption, each in curves.items():
+        curve = factor * getattr(each, kind)[of]
+        look: Any = LINES[assumption]
+        axes.plot(np.linspace(0.0, 100.0, 101), curve, label=assumption, **look)
+    axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
@@ -175,6 +196,10 @@ def write_report(
         "devices": devices,
         "mass": sum(device.mass for device in devices),
         "outcomes": outcomes,
+        "answers": answers(outcomes, devices),
+        "torques": torques(outcomes),
+        "held": kept_in_words(outcomes),
+        "kept": [at_kept_speed(each, outcomes[0]) for each in outcomes],
         "tables": tables,
         "pushes": len(PUSHES),
         "strategies": strategies,
@@ -187,6 +212,11 @@ def write_report(
         "drawings": {
             "right": partial(_figure, curves, "right", "right"),
             "left": partial(_figure, curves, "left", "left"),
+            **{
+                f"device-{side}": partial(_device_figure, curves, side, f"device-{side}")
+                for side in SIDES
+                if fitted[side]
+            },
             "forces": partial(_force_figure, curves),
         },
     }

@@ -10,7 +10,7 @@ from typing import Final, Literal, NamedTuple
 
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.experiments import com_work_rate
-from gaitval.apps.devices.study import DeviceOutcome
+from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
 from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.model.devices.device import Device
@@ -108,7 +108,8 @@ def predicted_power(
     mass: float,
 ) -> list[tuple[Regression, list[PredictedPower | None]]]:
     """For each regression what it says of each of `outcomes`, whose first is without a device; None
-    without a whole gait cycle, and of the joints' work where a motion is kept in which a prosthesis
+    without a whole gait cycle, at another speed than without (a slower walk takes less power for
+    its speed alone), and of the joints' work where a motion is kept in which a prosthesis
     has one of them: what is missing there is no work of muscles. That of powered ankles is there
     only if one of `devices` has a motor at the ankle.
     """
@@ -125,6 +126,8 @@ def predicted_power(
     )
 
     def unknown(regression: Regression, outcome: DeviceOutcome) -> bool:
+        if not at_kept_speed(outcome, outcomes[0]):
+            return True
         return lost and regression.of == "joints" and outcome.assumption == "kinematics kept"
 
     return [

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 RESULT: Final = "device.json"
 """The figures of a result, in its folder, and what they were made from."""
-VERSION: Final = 2
+VERSION: Final = 3
+"""3: walks are held to the speed without devices, and powers are filtered."""
 TITLES: Final = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 MARGINS: Final = {
     "cycles": 0.5,
@@ -78,7 +79,31 @@ def figures_of(outcome: "DeviceOutcome", side: Side) -> dict[str, float]:
             found[f"{name}: highest {what} ({unit})"] = float(curve.max())
             found[f"{name}: lowest {what} ({unit})"] = float(curve.min())
         found[f"{name}: positive work of the muscles (J/kg a stride)"] = curves.work[joint, side]
-    return found
+    return found | _of_muscles(outcome, side)
+
+
+LOADED: Final = {"hip": "hip contact force", "knee": "knee contact force, axial"}
+LOADED_MUSCLES: Final = {"soleus": "soleus", "gasmed": "medial gastrocnemius"}
+
+
+def _of_muscles(outcome: "DeviceOutcome", side: Side) -> dict[str, float]:
+    """Largest forces of muscles of the calf and of contact, body weights."""
+    from gaitval.musculature.paths import table
+
+    leg = None if outcome.muscles is None else outcome.muscles.legs.get(side)
+    if leg is None:
+        return {}
+    names = table().names
+    found = {
+        f"{title}: largest force (BW)": float(leg.force[names.index(name)].max())
+        for name, title in LOADED_MUSCLES.items()
+        if leg.present[names.index(name)]
+    }
+    return found | {
+        f"largest {title} (BW)": float(leg.contact[name].max())
+        for name, title in LOADED.items()
+        if name in leg.contact
+    }
 
 
 def figures(outcomes: "Sequence[DeviceOutcome]") -> list[DeviceFigure]:

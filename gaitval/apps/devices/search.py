@@ -18,7 +18,7 @@ import numpy as np
 from gaitval import file_gate
 from gaitval.apps.devices.adaptation import walk_without
 from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
-from gaitval.apps.devices.study import AFTER, Say, Wearer, pushed, pushes_of
+from gaitval.apps.devices.study import AFTER, Say, Wearer, pace_of, pushed, pushes_of
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.artefacts import value_hash, write_json
@@ -150,7 +150,9 @@ def search_spline(
         )
     mass, stride = person.task.model.mass, person.task.reference.stride_time
     task = with_devices(person.task, [device, *others])
-    plain, bare = _without(person, task, others)
+    plain, bare, pace = _without(person, task, others)
+    if any(each.stumps for each in (device, *others)):
+        pace = None  # as in `study.outcomes`
     force = 0.0
     if aim.quantity == "pushes":
         shares = ((each, lost_after_pushes(bare, person, each)) for each in FORCES)
@@ -165,7 +167,9 @@ def search_spline(
         outside = float(np.sum(np.maximum(_LOW - x, 0.0) + np.maximum(x - _HIGH, 0.0)))
         rough = max(0.0, steepest(spline, stride) / aim.torque_rate - 1.0)
         fitted = with_controller(device, aim.joint, spline)
-        environment = DeviceEnvironment(replace(task, devices=(fitted, *others)))
+        worn = replace(task, devices=(fitted, *others))
+        # else the strategy that slows the person most would be the best
+        environment = DeviceEnvironment(worn, pace=pace)
         walk = walk_with(environment, person.policy, mu=person.mu, cycles=CYCLES)
         try:
             curves = walk_curves(walk, task.configuration, mass)
@@ -178,7 +182,7 @@ def search_spline(
             angle = curves.angles[aim.joint, side]
             beyond += max(0.0, lowest - angle.min()) + max(0.0, angle.max() - highest)
         if aim.quantity == "pushes":
-            now = lost_after_pushes(environment, person, force)
+            now = lost_after_pushes(DeviceEnvironment(worn), person, force)
         else:
             now = value(aim, curves)
         return now / without + rough + 10.0 * beyond + outside
@@ -186,6 +190,7 @@ def search_spline(
     about = {
         **aim.model_dump(exclude={"generations"}),
         "person": person.name,
+        "speed": "kept" if pace is not None else "free",
         # One name may be of several walkers: trained again, corrected, with another body.
         "walker": value_hash(
             [
@@ -229,15 +234,18 @@ def tuned(
 
 def _without(
     person: Wearer, task: DeviceTask, others: Sequence[Device]
-) -> tuple[WalkCurves, WalkingEnvironment]:
-    """Curves of the person without the device that is searched for, and where to be pushed so."""
+) -> tuple[WalkCurves, WalkingEnvironment, float | None]:
+    """Curves of the person without the device that is searched for, where to be pushed so, and the
+    pace of that walk.
+    """
     mass = person.task.model.mass
     if others:
         bare = DeviceEnvironment(with_devices(person.task, others))
         walk = walk_with(bare, person.policy, mu=person.mu, cycles=CYCLES)
-        return walk_curves(walk, task.configuration, mass), bare
+        return walk_curves(walk, task.configuration, mass), bare, pace_of(walk, person.task)
     walk = walk_without(task, person.policy, person.mu, CYCLES)
-    return walk_curves(walk, task.configuration, mass), WalkingEnvironment(person.task)
+    curves = walk_curves(walk, task.configuration, mass)
+    return curves, WalkingEnvironment(person.task), pace_of(walk, person.task)
 
 
 def _searched(

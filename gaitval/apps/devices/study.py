@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -15,10 +15,14 @@ from gaitval.apps.devices.sound_leg import check_side
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
+from gaitval.coordinates import Side
 from gaitval.datasets.subject_file import load_subject
-from gaitval.errors import ConfigurationError, RecordError
+from gaitval.errors import ConfigurationError, GaitvalError, RecordError
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.walk_muscles import walk_motion
 from gaitval.model.devices.device import Device, devices_of
-from gaitval.model.parameters import nominal_parameters
+from gaitval.model.parameters import apply_parameters, nominal_parameters
+from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
 from gaitval.scaling.scaling import scale_subject
@@ -41,6 +45,9 @@ PUSHES: Final = tuple(push for force in (100.0, 200.0, 300.0) for push in pushes
 PROSTHETIC_EFFORT: Final = 1.0
 """Times the cost of the moments in an ordinary training that one with a prosthesis has: to walk at
 all comes before ease."""
+SAME_SPEED: Final = 0.01
+"""Fraction by which a walk may be slower or faster than that without and counts as of one speed.
+Positive work of a walk at another speed would differ for its speed alone."""
 AFTER: Final = 5.0
 """Gait cycles that a push must be survived for."""
 
@@ -65,6 +72,7 @@ class Wearer:
     own: tuple[Device, ...] = ()
     origin: str = ""
     file: Path | None = None
+    height: float | None = None
 
 
 def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
@@ -82,6 +90,7 @@ def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
             stored.network,
             stored.identified,
             origin=str(place.resolve()) if place.is_dir() else name_or_path,
+            height=stored.subject.height_m,
         )
     path = Path(name_or_path)
     subject = load_subject(path)
@@ -91,7 +100,10 @@ def wearer(name_or_path: str, fitted: Sequence[Device] = ()) -> Wearer:
     model = scale_subject(subject, symmetric=configuration.scaling.symmetric).model
     task = WalkingTask.of(model, subject.record(), configuration)
     policy = general_walker(configuration.environment, task.record, subject.leg_length_m)
-    return Wearer(subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path)
+    return Wearer(
+        subject.identifier, task, policy, nominal_parameters(), own, "person.toml", path,
+        subject.height_m,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -105,6 +117,8 @@ class DeviceOutcome:
     cycles : gait cycles walked of those that were asked for.
     fell : whether the walk ended in a fall.
     survived : of `PUSHES`; None where nothing can fall.
+    held : whether the walker was held to the speed without devices, as on a treadmill.
+    muscles : of the walk; None where they cannot be worked out.
     """
 
     assumption: str
@@ -113,6 +127,32 @@ class DeviceOutcome:
     cycles: float
     fell: bool
     survived: int | None
+    held: bool = False
+    muscles: MuscleGait | None = None
+
+
+def slower(outcome: DeviceOutcome, without: DeviceOutcome) -> float | None:
+    """Fraction by which a walk is slower than that `without` devices, negative if it is faster;
+    None where either has no whole gait cycle.
+    """
+    if outcome.curves is None or without.curves is None:
+        return None
+    return 1.0 - outcome.curves.speed / without.curves.speed
+
+
+def at_kept_speed(outcome: DeviceOutcome, without: DeviceOutcome) -> bool:
+    """Whether the figures of a walk can be held beside those `without` devices: who walks slower
+    does less work for that alone.
+    """
+    found = slower(outcome, without)
+    return found is not None and not outcome.fell and abs(found) <= SAME_SPEED
+
+
+def pace_of(walk: DeviceWalk, task: WalkingTask) -> float:
+    """Mean pace of a `walk` of a `task` over that of its reference."""
+    rollout = walk.rollout
+    cycles = float(rollout.phase[-1] - rollout.start_phase[0])
+    return cycles * task.reference.stride_time / float(rollout.time[-1])
 
 
 Say = Callable[[str], None]
@@ -130,6 +170,37 @@ def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: _Pu
     return score_rollout(environment, policy, mu=mu, start_phase=0.0, seconds=seconds, push=push)
 
 
+def device_muscles(
+    person: Wearer, devices: Sequence[Device], walk: DeviceWalk, own: Array | None
+) -> MuscleGait | None:
+    """Muscles of a `walk` with `devices`, whose torques they need not make; None where they cannot
+    be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for `walk_curves`.
+    """
+    if person.height is None:
+        return None
+    configuration = person.task.configuration
+    rollout = walk.rollout
+    made = rollout.moments if own is None else own
+    lost: dict[Side, set[str]] = {}
+    for device in devices:
+        for side in device.sides:
+            gone = {each.joint for each in device.hinges if not each.muscles}
+            if gone:
+                lost.setdefault(side, set()).update(gone)
+    motion = walk_motion(
+        replace(rollout, moments=made),
+        find_cycles(rollout, configuration).first(configuration.validation.cycles),
+        apply_parameters(person.task.model, person.mu),
+        height=person.height,
+        lost=lost,
+        torques=walk.total_moments - made,
+    )
+    try:
+        return muscles_of([motion])
+    except GaitvalError:
+        return None
+
+
 def outcomes(
     person: Wearer,
     devices: Sequence[Device],
@@ -142,6 +213,12 @@ def outcomes(
     """The `person` without and with `devices`, and the policy that has learned them, over `cycles`
     of each walk. `samples` are of the learned adaptation; none is made for 0. With `learned`, a
     policy that has learned the devices, they need not be learned. `say` is told what begins.
+
+    Who walks with the devices is held to the speed and cadence without them, as on the treadmill of
+    most published experiments: else a device that makes a person slow would seem to save work.
+    Where that makes the walker fall, and with a prosthesis, which has no such muscles, the walk is
+    at the speed that comes (`DeviceOutcome.held`, `at_kept_speed`). Pushes are at the speed that
+    comes: who is pushed on the ground may take a longer step.
     """
     if not devices:
         raise ConfigurationError(
@@ -152,10 +229,17 @@ def outcomes(
     environment = DeviceEnvironment(task)
     say("walking without a device")
     plain = walk_without(task, person.policy, person.mu, cycles)
+    stumps = any(each.stumps for each in devices)
+    pace = None if stumps or plain.rollout.fell[0] else pace_of(plain, person.task)
     person_mass = person.task.model.mass
 
     def found(
-        assumption: str, walk: DeviceWalk, survived: int | None, moments: Array | None = None
+        assumption: str,
+        walk: DeviceWalk,
+        survived: int | None,
+        moments: Array | None = None,
+        *,
+        held: bool = False,
     ) -> DeviceOutcome:
         try:
             curves = walk_curves(walk, task.configuration, person_mass, moments)
@@ -163,11 +247,20 @@ def outcomes(
             curves = None
         rollout = walk.rollout
         walked = float(rollout.phase[-1] - rollout.start_phase[0])
-        return DeviceOutcome(assumption, walk, curves, walked, bool(rollout.fell[0]), survived)
+        muscles = None if curves is None else device_muscles(person, devices, walk, moments)
+        return DeviceOutcome(
+            assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles
+        )
 
     def walked(assumption: str, policy: Policy) -> DeviceOutcome:
+        survived = pushes_survived(environment, policy, person.mu)
+        if pace is not None:
+            treadmill = DeviceEnvironment(task, pace=pace)
+            walk = walk_with(treadmill, policy, mu=person.mu, cycles=cycles)
+            if not walk.rollout.fell[0]:
+                return found(assumption, walk, survived, held=True)
         walk = walk_with(environment, policy, mu=person.mu, cycles=cycles)
-        return found(assumption, walk, pushes_survived(environment, policy, person.mu))
+        return found(assumption, walk, survived)
 
     bare = WalkingEnvironment(person.task)
     results = [found("without", plain, pushes_survived(bare, person.policy, person.mu))]
@@ -184,7 +277,8 @@ def outcomes(
             task,
             person.policy,
             samples=samples,
-            effort=PROSTHETIC_EFFORT if any(each.stumps for each in devices) else EFFORT,
+            effort=PROSTHETIC_EFFORT if stumps else EFFORT,
+            pace=pace,
             on_progress=lambda done, total, length: say(
                 f"learning: {min(100, 100 * done // total)} %, episodes of {length:.1f} gait cycles"
             ),

@@ -4,7 +4,8 @@ import numpy as np
 
 from gaitval.apps.devices.walking import DeviceWalk
 from gaitval.arrays import Array
-from gaitval.model.devices.device import Device, Motor
+from gaitval.model.devices.device import Device
+from gaitval.model.devices.springs_and_motors import Motor
 
 
 def lagged(command: Array, motor: Motor, step: float) -> Array:

@@ -16,7 +16,8 @@ from gaitval.coordinates import ACTUATED, SIDES, Side
 from gaitval.model.body import JOINT_COORDINATES, SEGMENTS, BodyModel
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.controllers import Controller, Measured
-from gaitval.model.devices.device import Device, Hinge, Motor, check_together
+from gaitval.model.devices.device import Device, Hinge, check_together
+from gaitval.model.devices.springs_and_motors import Motor
 from gaitval.model.parameters import PARAMETERS
 from gaitval.model.tree import (
     ACTUATED_COUNT,
@@ -458,8 +459,14 @@ class DeviceEnvironment(WalkingEnvironment):
     times the excess a second, and what is recorded is where it would have been. On level ground
     that changes no force.
 
+    With a `pace` the walker is held to a speed instead, as on a treadmill: the reference does not
+    wait, and goes through the cycle at this pace and no other. What the policy shows of a place
+    behind the reference's then pulls the walker on, until it walks as fast; who cannot falls back
+    until it counts as a fall.
+
     Attributes
     ----------
+    pace : over that of the reference; None for one that the walker chooses.
     shift : (2,) m, forward and left, by which the walker has been moved since its reset.
     """
 
@@ -467,8 +474,11 @@ class DeviceEnvironment(WalkingEnvironment):
     SLACK = 0.05
     RETURN = 4.0
 
-    def __init__(self, task: DeviceTask, *, engine: Engine = "compiled") -> None:
+    def __init__(
+        self, task: DeviceTask, *, engine: Engine = "compiled", pace: float | None = None
+    ) -> None:
         super().__init__(task)
+        self.pace = pace
         self.walker = DeviceWalker(task, engine=engine)
         self.shift = np.zeros(2)
         self._place = np.zeros(COORDINATE_COUNT)
@@ -485,7 +495,8 @@ class DeviceEnvironment(WalkingEnvironment):
         self, action: NDArray[np.float32], recording: Trajectory | None = None
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """As `WalkingEnvironment.step`."""
-        self._follow()
+        if self.pace is None:
+            self._follow()
         found = super().step(action, recording)
         if recording is not None and self.shift.any():
             rows = slice(recording.rows - self.walker.steps_per_action, recording.rows)
@@ -496,6 +507,10 @@ class DeviceEnvironment(WalkingEnvironment):
             feet[..., 4] -= x * feet[..., 2]
             feet[..., 5] += x * feet[..., 1] - y * feet[..., 0]
         return found
+
+    def _pace(self) -> float:
+        """That which the walker is held to, or chose in its last action."""
+        return super()._pace() if self.pace is None else self.pace
 
     def _seen(self) -> NDArray[np.float32]:
         """The observation, which says which leg is which if a device is on one side only.
@@ -564,6 +579,14 @@ class DeviceWalk:
         return total
 
 
+def at_states(log: Array) -> Array:
+    """(T - 1, H, 5) at the states of a `Rollout`, of a log (T, H, 5) of physics steps: the torques
+    of the step that follows a state, and the rate as the mean of both steps.
+    """
+    torques, angle, rate = log[1:, :, :3], log[:-1, :, 3:4], log[:, :, 4:]
+    return np.concatenate([torques, angle, 0.5 * (rate[:-1] + rate[1:])], axis=2)
+
+
 def walk_with(
     environment: DeviceEnvironment,
     policy: Policy,
@@ -578,6 +601,6 @@ def walk_with(
         environment, policy, mu=mu, start_phase=start_phase, cycles=cycles, push=push
     )
     walker = environment.walker
-    log = walker.logged()
+    log = at_states(walker.logged())
     names = tuple(fit.name for fit in walker.fitted)
     return DeviceWalk(rollout, names, *(log[:, :, k] for k in range(len(LOGGED))))

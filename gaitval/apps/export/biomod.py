@@ -33,7 +33,7 @@ def write_biomod(folder: Path, walked: ExportedWalk) -> list[Path]:
     rows, walk = walked.rows, walked.walk
     order, signs = _coordinates()
     q, rates = _with_root_angles(walk.positions[rows], walk.velocities[rows])
-    moments = np.hstack([np.zeros((len(q), _ROOT)), walk.moments[walked.acting]])
+    moments = np.hstack([np.zeros((len(q), _ROOT)), walk.moments[rows]])
     with replacing(folder / "walk.npz") as temporary, temporary.open("wb") as file:
         np.savez(
             file,

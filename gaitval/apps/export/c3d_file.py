@@ -17,7 +17,6 @@ from gaitval.mocap.c3d_writing import write_c3d
 from gaitval.mocap.force_plates import UNLOADED_N
 from gaitval.mocap.pressed_plates import plate_under
 from gaitval.mocap.recording import Recording
-from gaitval.simulation.ground_wrenches import ground_wrenches
 
 FILE: Final = "walk.c3d"
 CAMERA_STEPS: Final = 5
@@ -40,8 +39,7 @@ def recording_of(walked: ExportedWalk) -> Recording:
     shown = walk.positions[whole]
     places = marker_positions(walked.body, markers, shown[::CAMERA_STEPS])
     rate = 1.0 / float(walk.time[1] - walk.time[0])
-    acting = walked.acting
-    wrenches = ground_wrenches(walk, walked.stored.corrected_task)[acting][: len(shown)]
+    wrenches = walk.wrenches()[rows][: len(shown)]
     # The smooth contact law acts a centimetre above the ground already, which no plate feels.
     wrenches[wrenches[..., 2] < UNLOADED_N] = 0.0
     corners = _corners(shown[:, 3:5])

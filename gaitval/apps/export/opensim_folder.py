@@ -1,5 +1,6 @@
 """The person and the walk as OpenSim reads them: model, motion, moments, ground reaction, loads."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -8,8 +9,10 @@ import numpy as np
 from gaitval.apps.export.virtual_markers import virtual_markers
 from gaitval.apps.export.walked import ExportedWalk
 from gaitval.arrays import Array
-from gaitval.coordinates import ROOT
+from gaitval.coordinates import ROOT, SIDES
+from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.mocap.recording import FootForces
+from gaitval.musculature.gait import muscles_of
 from gaitval.opensim.motion import (
     write_external_loads,
     write_forces,
@@ -17,39 +20,51 @@ from gaitval.opensim.motion import (
     write_motion,
     write_quantities,
 )
+from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
 from gaitval.quantities.quantity import OverTime
-from gaitval.simulation.ground_wrenches import ground_wrenches
 
 LOADED_N: Final = 1.0
 """Below this vertical force a centre of pressure is noise, and OpenSim is given none."""
 FILES: Final = (
     "model.osim", "walk.mot", "moments.sto", "ground_reaction.mot", "loads.xml", "quantities.sto",
+    "model_with_muscles.osim", "walk_activation.sto", "walk_force.sto", "walk_contact.sto",
 )  # fmt: skip
 
 
 def write_opensim(folder: Path, walked: ExportedWalk) -> list[Path]:
     """Write `FILES` into `folder`; returns their paths. Raises ArtefactError or ModelError."""
     paths = [folder / name for name in FILES]
-    model, motion, moments, reaction, loads, quantities = paths
+    model, motion, moments, reaction, loads, quantities, with_muscles, *_ = paths
     rows, walk = walked.rows, walked.walk
     time, positions = walk.time[rows] - walk.time[rows.start], walk.positions[rows]
     contact = walked.stored.configuration.contact
     write_osim(model, walked.body, virtual_markers(walked), contact, walked.friction)
+    subject = walked.stored.subject
+    lost = lost_joints(subject)
+    write_osim(
+        with_muscles, walked.body, virtual_markers(walked), contact, walked.friction,
+        height=subject.height_m, lost=lost,
+    )  # fmt: skip
     write_motion(motion, time, positions)
     # Nothing but gravity and the ground acts on the pelvis.
-    of_joints = walk.moments[walked.acting]
+    of_joints = walk.moments[rows]
     write_forces(moments, time, positions, np.hstack([np.zeros((len(time), 6)), of_joints]))
     powers = of_joints * walk.velocities[rows, len(ROOT) :]
     write_quantities(quantities, time, OverTime(positions[:, len(ROOT) :], of_joints, powers))
     write_ground_reaction(reaction, foot_forces(walked))
     write_external_loads(loads, reaction.name)
+    whole = walk_motion(walk, walked.cycles, walked.body, height=subject.height_m, lost=lost)
+    start, end = float(walk.time[rows.start]), float(walk.time[rows.stop - 1])
+    # Both legs over the rows of the motion, so that one file has both.
+    over = replace(whole, cycles={}, spans=dict.fromkeys(SIDES, ((start, end),)))
+    list(write_storages(folder, muscles_of([over]), start=start))
     return paths
 
 
 def foot_forces(walked: ExportedWalk) -> FootForces:
     """Force, centre of pressure and free moment on each foot, over the exported rows."""
-    wrenches = ground_wrenches(walked.walk, walked.stored.corrected_task)[walked.acting]
+    wrenches = walked.walk.wrenches()[walked.rows]
     force, moment = wrenches[..., :3].copy(), wrenches[..., 3:]
     loaded = force[..., 2] > LOADED_N
     force[~loaded] = 0.0

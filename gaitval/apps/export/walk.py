@@ -346,7 +346,10 @@ def walk(
     while not fell and walker.phase < start_phase + cycles:
         observation, fell = walker.step(walker.act(observation), recording)
     names = "time", "phase", "positions", "moments", "ground_reaction"
-    return dict(zip(names, map(np.array, zip(*recording, strict=True)), strict=True)), fell
+    walked = dict(zip(names, map(np.array, zip(*recording, strict=True)), strict=True))
+    # What acts at a state is what the step that follows it applies.
+    acting = ("moments", "ground_reaction")
+    return {n: a[1:] if n in acting else a[:-1] for n, a in walked.items()}, fell
 
 
 def view(walker: MujocoWalker, start_phase: float = 0.0) -> None:

@@ -92,10 +92,3 @@ class ExportedWalk:
         and the last, in which the walk was ended.
         """
         return self.cycles.rows()
-
-    @property
-    def acting(self) -> slice:
-        """Samples of the moments and forces that act in the states of `rows`: a row of a walk has
-        what led to its state, from the one before.
-        """
-        return slice(self.rows.start + 1, self.rows.stop + 1)

@@ -43,17 +43,49 @@ def judge(
     external_loads: Annotated[
         Path | None, _file("--external-loads", "Which force acts on which foot, .xml.")
     ] = None,
+    activations: Annotated[
+        Path | None, _file("--activations", "Of static optimisation: …_activation.sto.")
+    ] = None,
+    muscle_forces: Annotated[
+        Path | None, _file("--muscle-forces", "Of static optimisation: …_force.sto, for reserves.")
+    ] = None,
+    reactions: Annotated[
+        Path | None, _file("--reactions", "Of JointReaction: …_ReactionLoads.sto.")
+    ] = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            "--beside",
+            metavar="FOLDER",
+            help="Of `gaitval muscles`, same walk.",
+            show_default=False,
+        ),
+    ] = None,
     mass: Annotated[
         float | None, typer.Option("--mass", help="Of the person, kg.", show_default=False)
     ] = None,
     height: Annotated[
         float | None, typer.Option("--height", help="Of the person, m.", show_default=False)
     ] = None,
+    belt: Annotated[
+        float | None,
+        typer.Option(
+            "--belt",
+            min=0.0,
+            max=5.0,
+            show_default=False,
+            help="Speed of the treadmill's belt, m/s; as the flat feet move if left out.",
+        ),
+    ] = None,
     reduced: Annotated[
         bool,
         typer.Option(
             "--reduced", help="The motion is that of RRA: limits of residuals in N and Nm apply."
         ),
+    ] = False,
+    strict: Annotated[
+        bool,
+        typer.Option("--strict", help="Exit code 1 if a limit failed."),
     ] = False,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
         "judged"
@@ -63,12 +95,13 @@ def judge(
 
     Reads models of OpenSim 3 and 4 without OpenSim. Marker errors (placed by gaitval, or from the
     log), residuals at the root, moments beside those of healthy people at the same speed, angles,
-    masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. The
-    exit code is 1 if a limit that decides has failed, or if nothing of what was given could be
-    judged: limits that are kept say nothing then.
+    masses and inertias, right against left. Writes OUT/judge.html, judge.pdf and judge.json. Of
+    files in the folder of a gaitval import it takes mass, height and belt from there. The exit code
+    is 1 if what decides could not be judged: limits that are kept say nothing then. Failed limits
+    leave it 0, as in `gaitval import`; with --strict it is 1.
     """
-    from gaitval.apps.judge.judge import JudgeRequest
     from gaitval.apps.judge.judge import judge as judged
+    from gaitval.apps.judge.request import JudgeRequest
     from gaitval.apps.judge.write import NAME, write_judgement, write_result
     from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
     from gaitval.errors import ConfigurationError
@@ -88,7 +121,9 @@ def judge(
     request = JudgeRequest(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
         ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,
-        reduced=reduced,
+        belt=belt,
+        reduced=reduced, activations=activations, muscle_forces=muscle_forces,
+        reactions=reactions, beside=beside,
     )  # fmt: skip
     found = judged(request)
     with locked(out):  # or the page of one and the numbers of another could lie side by side
@@ -98,7 +133,7 @@ def judge(
             result = write_result(found, out)
             page = f"Written: {out / NAME}.json. No page: {error}"
     _say(result, model.name, page)
-    if not result.passed:
+    if result.verdict == "not judged" or (strict and not result.passed):
         raise typer.Exit(1)
 
 

@@ -44,6 +44,7 @@ class JudgedGait:
     ----------
     forces : on each foot, project's axes; None without a force file.
     cycles : of each side, also those that are not valid.
+    belt : speed of the belt, m/s; 0 over ground, NaN where not known.
     speed : m/s; NaN where not known.
     stance_fraction : mean of each side; NaN where not known.
     height : m, mean height of the centre of mass above the ground.
@@ -52,6 +53,7 @@ class JudgedGait:
 
     forces: FootForces | None
     cycles: Mapping[Side, tuple[GaitCycle, ...]]
+    belt: float
     speed: float
     stance_fraction: Mapping[Side, float]
     height: float
@@ -65,9 +67,12 @@ class JudgedGait:
         return float(np.linalg.norm(self.forces.force, axis=2).max())
 
 
-def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> JudgedGait:
+def find_gait(
+    skeleton: Skeleton, motion: Motion, loads: Loads | None, *, belt: float | None = None
+) -> JudgedGait:
     """Events, cycles and forces of a `motion` of `skeleton`; events are those of the `loads` if
-    there are any. Raises RecordError if the forces are not of this motion.
+    there are any. The speed of the `belt`, m/s, is as the flat feet move if it is
+    None. Raises RecordError if the forces are not of this motion.
     """
     recording = _stand_ins(skeleton, motion, None if loads is None else loads.rate)
     findings: list[str] = []
@@ -80,18 +85,19 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Judged
         findings += _wrong_feet(recording, loads, forces)
     cycles: dict[Side, tuple[GaitCycle, ...]] = dict.fromkeys(SIDES, ())
     speeds: list[float] = []
-    belt = 0.0
+    moving = 0.0 if belt is None else belt
     stance = dict.fromkeys(SIDES, float("nan"))
     try:
         if forces is None:
             events = marker_events(recording, landmarks=LANDMARKS)
         else:
             events = find_events(recording, forces, processing, landmarks=LANDMARKS)
-        belt = belt_speed(recording, events, landmarks=LANDMARKS)
+        if belt is None:
+            moving = belt_speed(recording, events, landmarks=LANDMARKS)
         for side in SIDES:
             cycles[side] = cut_cycles(events, side, forces=forces)
             found_of = spatiotemporal(
-                recording, events, cycles[side], side, landmarks=LANDMARKS, belt=belt
+                recording, events, cycles[side], side, landmarks=LANDMARKS, belt=moving
             )
             speeds += list(found_of.speed)
             if len(found_of.stance_fraction):
@@ -112,7 +118,7 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Judged
         # No foot is flat twice in the trial. Over a cycle the body goes as far as its feet.
         level = mass_centre @ project_axes(skeleton.model.up)[:2].T
         speeds = [
-            belt + _covered(motion.time, level, one)
+            moving + _covered(motion.time, level, one)
             for side in SIDES
             for one in cycles[side]
             if one.kinematics_valid
@@ -120,6 +126,7 @@ def find_gait(skeleton: Skeleton, motion: Motion, loads: Loads | None) -> Judged
     return JudgedGait(
         forces=forces,
         cycles=cycles,
+        belt=moving,
         speed=float(np.nanmean(speeds)) if speeds else float("nan"),
         stance_fraction=stance,
         height=height,

@@ -1,9 +1,8 @@
 """`gaitval judge`: a model of OpenSim and its results against the limits of this project."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
@@ -11,13 +10,16 @@ from scipy.ndimage import binary_dilation
 
 from gaitval.apps.judge import markers as of_markers
 from gaitval.apps.judge.angle_units import check_unit
+from gaitval.apps.judge.beside_import import OfImport, with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid, weight_ratio
 from gaitval.apps.judge.loads import read_loads
 from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
+from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
 from gaitval.apps.judge.opensim.model import OsimModel
 from gaitval.apps.judge.opensim.model_file import read_model
 from gaitval.apps.judge.opensim.placing import Motion, at_times, motion_of
+from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.residuals import residual_wrench
 from gaitval.apps.judge.skeleton import Skeleton, skeleton
 from gaitval.arrays import Array, Flags
@@ -52,49 +54,14 @@ LOG_AGREES: Final = 1e-3
 """m. Marker errors that differ more from the log are of other markers, weights or another model."""
 
 
-@dataclass(frozen=True)
-class JudgeRequest:
-    """What is judged.
-
-    Attributes
-    ----------
-    ik, id : motion of inverse kinematics, forces of inverse dynamics.
-    markers : trial that inverse kinematics was run on, TRC or C3D, in the axes of the model.
-    marker_errors : log of inverse kinematics.
-    ik_setup : says which markers inverse kinematics used.
-    grf, external_loads : ground reaction.
-    mass, height : of the person, kg and m; None if not known.
-    reduced : whether the motion comes from residual reduction (RRA), so that the limits in N and
-        Nm apply.
-    """
-
-    model: Path
-    ik: Path | None = None
-    id: Path | None = None
-    markers: Path | None = None
-    marker_errors: Path | None = None
-    ik_setup: Path | None = None
-    grf: Path | None = None
-    external_loads: Path | None = None
-    mass: float | None = None
-    height: float | None = None
-    reduced: bool = False
-
-    def files(self) -> Iterator[tuple[str, Path]]:
-        """The files that were given, by role."""
-        for role in ("model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf",
-                     "external_loads"):  # fmt: skip
-            path = getattr(self, role)
-            if path is not None:
-                yield role, path
-
-
 @dataclass
 class Judgement:
     """What was found; see `JudgeResult` for what becomes of it."""
 
     request: JudgeRequest
     skeleton: Skeleton
+    of_import: OfImport | None = None
+    """Whose folder the model lies in; what nobody gave is in `request` then."""
     measures: list[Measure] = field(default_factory=list)
     motion: Motion | None = None
     gait: JudgedGait | None = None
@@ -107,6 +74,7 @@ class Judgement:
     band: dict[str, Band] = field(default_factory=dict)
     findings: list[str] = field(default_factory=list)
     not_judged: list[str] = field(default_factory=list)
+    muscles: JudgedMuscles | None = None
     undecided: list[str] = field(default_factory=list)
     """What was given and could not be judged at all, so that limits that are kept say nothing."""
 
@@ -165,12 +133,16 @@ def judge(request: JudgeRequest) -> Judgement:
 
 def _judged(request: JudgeRequest) -> Judgement:
     model = read_model(request.model)
-    found = Judgement(request, skeleton(model))
+    request, of_import = with_import(request, model.name)
+    found = Judgement(request, skeleton(model), of_import)
     _model(found)
     if request.ik is None:
         unused = [
             f"--{name.replace('_', '-')} {given}"
-            for name in ("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads")
+            for name in (
+                *("id", "markers", "marker_errors", "ik_setup", "grf", "external_loads"),
+                *("activations", "muscle_forces", "reactions", "beside"),
+            )
             if (given := getattr(request, name)) is not None
         ]
         message = f" Without it these files are not read: {', '.join(unused)}." if unused else ""
@@ -187,6 +159,7 @@ def _judged(request: JudgeRequest) -> Judgement:
     _markers(found)
     _walk(found)
     _dynamics(found)
+    _muscles(found)
     _undecided(found)
     return found
 
@@ -329,7 +302,7 @@ def _walk(found: Judgement) -> None:
             found.not_judged.append("Forces: they cannot be put on feet without legs.")
         return
     loads = read_loads(request.grf, request.external_loads, known)
-    found.gait = find_gait(known, motion, loads)
+    found.gait = find_gait(known, motion, loads, belt=request.belt)
     found.findings += found.gait.findings
     ratio = weight_ratio(found.gait, found.model.mass)
     if np.isfinite(ratio):
@@ -382,6 +355,32 @@ def _compare_sides(
                     f"Sign: the {kind} of {name.replace('_', ' ')} goes in opposite directions "
                     "on the right and on the left."
                 )
+
+
+# ---- Muscles. ----
+
+
+def _muscles(found: Judgement) -> None:
+    request = found.request
+    if not (request.activations or request.muscle_forces or request.reactions):
+        if request.beside is not None:
+            found.not_judged.append(
+                f"{request.beside}: nothing to hold beside it. Give --activations or --reactions."
+            )
+        return
+    gait = found.gait
+    found.muscles = judge_muscles(
+        request.activations,
+        request.muscle_forces,
+        request.reactions,
+        request.beside,
+        mass=found.model.mass,
+        moments=None if request.id is None else read_storage(request.id),
+        cycles={side: () if gait is None else valid(gait, side, kinetics=False) for side in SIDES},
+    )
+    found.findings += found.muscles.findings()
+    if request.muscle_forces is not None and request.id is None:
+        found.not_judged.append("Reserves: give inverse dynamics' results with --id.")
 
 
 # ---- Forces of inverse dynamics. ----

@@ -17,7 +17,17 @@ class JudgedInput(Result):
     """A file that was read."""
 
     role: Literal[
-        "model", "ik", "id", "markers", "marker_errors", "ik_setup", "grf", "external_loads"
+        "model",
+        "ik",
+        "id",
+        "markers",
+        "marker_errors",
+        "ik_setup",
+        "grf",
+        "external_loads",
+        "activations",
+        "muscle_forces",
+        "reactions",
     ]
     name: str
     sha256: Sha256
@@ -55,6 +65,9 @@ class JudgedTrial(Result):
     cycles: dict[Literal["right", "left"], Count]
     """Complete gait cycles."""
     walking_speed_m_s: _Figure
+    belt_speed_m_s: _Figure = None
+    """Of the treadmill, as given, as an import has it, or as the flat feet move; 0 over ground."""
+    belt_told: Flag = False
     speed_group: str | None
     """Of the published bands."""
     weight_ratio: _Figure
@@ -73,6 +86,9 @@ class JudgedMarkerErrors(Result):
     log_difference_m: _Figure = None
     """Largest difference of a frame's RMS or largest error from the log's."""
     log_frames: Count = 0
+    solved_rms_m: _Figure = None
+    """Of inverse kinematics before its motion was filtered and written, as the import has it."""
+    solved_largest_m: _Figure = None
 
 
 class JudgedResiduals(Result):
@@ -125,6 +141,19 @@ class JudgedLimit(Result):
     """What is said of it; older files have none."""
 
 
+class JudgedMusclesResult(Result):
+    """Static optimisation and joint reactions."""
+
+    reserves: dict[str, Number]
+    """Largest reserve over the largest moment."""
+    at_limit: list[str]
+    peaks_bw: dict[str, Number]
+    agreement: dict[str, Number]
+    """Share of the cycle in which a group of muscles is on or off as healthy people's."""
+    beside: dict[str, Number]
+    """RMS differences to what `gaitval muscles` found; activations, body weights."""
+
+
 class JudgeResult(Result):
     """What `gaitval judge` found."""
 
@@ -148,5 +177,7 @@ class JudgeResult(Result):
     findings: list[str]
     not_judged: list[str]
     """What could not be judged, and why."""
+    muscles: JudgedMusclesResult | None = None
+    """Where files of muscles were given."""
     undecided: list[str] = Field(default_factory=list)
     """What was given and could not be judged at all: then `passed` is false."""

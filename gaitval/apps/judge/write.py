@@ -10,6 +10,7 @@ from gaitval.apps.judge.gait import valid, weight_ratio
 from gaitval.apps.judge.judge import Judgement, floor_leg
 from gaitval.apps.judge.markers import by_marker
 from gaitval.apps.judge.moments import speed_group
+from gaitval.apps.judge.muscles import JudgedMuscles
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.artefacts import file_hash, versions, write_json
 from gaitval.coordinates import SIDES
@@ -94,8 +95,19 @@ def result_of(found: Judgement) -> JudgeResult:
         "findings": found.findings,
         "not_judged": found.not_judged,
         "undecided": found.undecided,
+        "muscles": None if found.muscles is None else _muscles(found.muscles),
     }  # fmt: skip
     return JudgeResult.model_validate(tidy(values))
+
+
+def _muscles(found: JudgedMuscles) -> dict[str, Any]:
+    return {
+        "reserves": found.reserves,
+        "at_limit": found.at_limit,
+        "peaks_bw": found.peaks,
+        "agreement": found.agreement,
+        "beside": found.beside,
+    }
 
 
 def _model(found: Judgement) -> dict[str, Any]:
@@ -128,6 +140,8 @@ def _trial(found: Judgement) -> dict[str, Any] | None:
             side: 0 if gait is None else len(valid(gait, side, kinetics=False)) for side in SIDES
         },
         "walking_speed_m_s": speed,
+        "belt_speed_m_s": None if gait is None else gait.belt,
+        "belt_told": found.request.belt is not None,
         "speed_group": speed_group(speed, floor_leg(leg))
         if leg is not None and np.isfinite(speed)
         else None,
@@ -140,6 +154,7 @@ def _marker_errors(found: Judgement) -> dict[str, Any] | None:
     if errors is None:
         return None
     apart, frames = found.log_difference or (None, 0)
+    solved = found.of_import
     return {
         "source": "placed" if errors.names else "log",
         "rms_m": errors.whole_rms,
@@ -151,6 +166,8 @@ def _marker_errors(found: Judgement) -> dict[str, Any] | None:
         },
         "log_difference_m": apart,
         "log_frames": frames,
+        "solved_rms_m": None if solved is None else solved.solved_rms,
+        "solved_largest_m": None if solved is None else solved.solved_largest,
     }
 
 

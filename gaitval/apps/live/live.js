@@ -11,7 +11,15 @@
     find("#gone").hidden = false;
   };
 
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false });
+  /* Whether the picture is drawn without a graphics card, where smooth edges cost more than all else. */
+  function drawnSlowly() {
+    const probe = document.createElement("canvas").getContext("webgl2");
+    const told = probe?.getExtension("WEBGL_debug_renderer_info");
+    const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+    probe?.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|software|basic render/i.test(name);
+  }
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: !drawnSlowly() });
   if (!gl) return gone("This browser shows no three-dimensional graphics (WebGL 2), so there is no walk to see.");
   const answer = await fetch("scene").catch(() => null);
   if (!answer?.ok) return gone("The program that walks does not answer. Start gaitval live again.");
@@ -19,12 +27,11 @@
 
   // ---- the picture ----------------------------------------------------------------------------
 
-  const PAINTS = { r: "right", l: "left", "": "body" };
+  const PAINTS = { r: "right", l: "left" };
   const VIEWS = { oblique: [1.0, -1.25, 0.42], front: [1, 0, 0.06], side: [0, -1, 0.06], top: [-0.001, 0, 1] };
   const FIELD_OF_VIEW = 28;
   const SQUARE = 0.5; // m, of the floor
   const REACH = 3; // m, of the floor to every side
-  const LIGHT = new THREE.Vector3(0.4, -0.45, 0.8).normalize();
   const UP = new THREE.Vector3(0, 0, 1);
 
   const renderer = new THREE.WebGLRenderer({ canvas, context: gl });
@@ -45,38 +52,40 @@
     grid: new THREE.LineBasicMaterial(),
     ground: new THREE.MeshBasicMaterial(onTop),
     push: new THREE.MeshBasicMaterial(onTop),
+    ...Object.fromEntries(["right", "left", "body", "shorts", "face", "hair", "device"].map((name) => [name, walkerBody.lit()])),
   };
 
-  /* The limbs: what a segment looks like, from its shapes in the scene. The light is painted on, from
-     above in the segment's own frame: lamps would cost time at every pixel. */
-  const painted = new THREE.MeshBasicMaterial({ vertexColors: true });
-  function solid({ kind, position, size }) {
-    const made = {
-      box: () => new THREE.BoxGeometry(...size),
-      sphere: () => new THREE.SphereGeometry(size[0], 16, 10),
-      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 16, 1, true).rotateX(0.5 * Math.PI),
-    }[kind]();
-    return made.translate(...position);
-  }
-  function shade(geometry, paint) {
-    const normals = geometry.getAttribute("normal");
-    const colours = new Float32Array(3 * normals.count);
-    const normal = new THREE.Vector3();
-    for (let i = 0; i < normals.count; i++) {
-      const bright = 0.8 + 0.2 * normal.fromBufferAttribute(normals, i).dot(LIGHT);
-      colours.set([bright * paint.r, bright * paint.g, bright * paint.b], 3 * i);
-    }
-    geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
-  }
-  const sideOf = (segment) => (/_[rl]$/.test(segment) ? segment.slice(-1) : "");
+  /* The person, as the replay of a report has it, and the devices. */
+  const middleOf = (geometry) => {
+    geometry.computeBoundingSphere();
+    return geometry.boundingSphere.center.clone();
+  };
   const limbs = scene.segments.map((segment) => {
     const group = new THREE.Group();
-    const shapes = scene.shapes.filter((shape) => shape.segment === segment);
-    if (shapes.length) group.add(new THREE.Mesh(THREE.mergeGeometries(shapes.map(solid)), painted));
     world.add(group);
-    const centres = shapes.map(({ position }) => new THREE.Vector3(...position));
-    return { segment, group, centres };
+    return { segment, group, centres: [] };
   });
+  const limbOf = (segment) => limbs[scene.segments.indexOf(segment)];
+  const devices = [];
+  const lost = scene.shapes.filter(({ kind }) => kind === "skin").map(({ segment }) => segment);
+  for (const { segment, paint, geometry } of walkerBody(scene.body)) {
+    const own = themed[PAINTS[paint] ?? paint];
+    const mesh = new THREE.Mesh(geometry, own);
+    if (lost.includes(segment)) devices.push({ mesh, worn: themed.device, bare: own });
+    limbOf(segment).group.add(mesh);
+    limbOf(segment).centres.push(middleOf(geometry));
+  }
+  for (const shape of scene.shapes.filter(({ kind }) => kind !== "skin")) {
+    const mesh = new THREE.Mesh(walkerBody.solid(shape), themed.device);
+    devices.push({ mesh, worn: themed.device, bare: null });
+    limbOf(shape.segment).group.add(mesh);
+  }
+  function wear(worn) {
+    for (const { mesh, worn: on, bare } of devices) {
+      mesh.visible = Boolean(worn || bare);
+      mesh.material = worn ? on : (bare ?? on);
+    }
+  }
 
   const HEAD = 0.07; // m, tip of an arrow
   function arrowOf(material, order, thick = 1) {
@@ -124,9 +133,6 @@
   function paint() {
     renderer.setClearColor(colour("sky"));
     for (const [name, material] of Object.entries(themed)) material.color = colour(name);
-    for (const { segment, group } of limbs) {
-      if (group.children.length) shade(group.children[0].geometry, colour(PAINTS[sideOf(segment)]));
-    }
     draw();
   }
 
@@ -195,6 +201,7 @@
       group.quaternion.slerpQuaternions(first, second, share);
     });
     pelvis.copy(limbs[0].group.position);
+    wear(now.worn);
     grounds.forEach((arrow, side) => {
       const along = new THREE.Vector3(...now.force.subarray(3 * side, 3 * side + 3)).multiplyScalar(scene.arrow);
       const [x, y] = now.pressure.subarray(2 * side, 2 * side + 2);

@@ -4,6 +4,7 @@ They are made in a run folder by the stages of `gaitval predict`, so a second st
 there.
 """
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -17,10 +18,11 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.model.body import BodyModel
+from gaitval.policy.processes import keeping_workers
 from gaitval.policy.storage import Policy
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.inputs import stored_policy
-from gaitval.study.predicted_tasks import range_stage, range_task
+from gaitval.study.predicted_tasks import SPEEDS, range_stage, range_task
 from gaitval.study.scaling_stages import scale_stage
 from gaitval.study.sources import code_of
 from gaitval.study.stage import Observer, Run, Stage, open_run, run_stage
@@ -79,8 +81,10 @@ def prepared(
     """
     with open_run(subject, Configuration(), folder, observer) as run:
         stages = scale_stage(run), _range_stage(run)
-        for stage in stages:
-            run_stage(stage, folder, observer=observer)
+        # the workers start only if references are to be found
+        with keeping_workers(min(SPEEDS, os.cpu_count() or 1)):
+            for stage in stages:
+                run_stage(stage, folder, observer=observer)
         yield _person(run, stages[1].outputs, policy)
 
 

@@ -9,12 +9,14 @@ from scipy.spatial.transform import Rotation
 from gaitval.apps.live.doing import LARGEST_PUSH
 from gaitval.apps.live.person import LivePerson
 from gaitval.apps.live.session import LiveSession, PageUpdate
-from gaitval.apps.live.shapes import drawn_shapes
 from gaitval.apps.live.walk import LiveWalk
 from gaitval.model.body import SEGMENTS
+from gaitval.model.devices.device import devices_of
+from gaitval.model.devices.drawn import shapes
 from gaitval.model.parameters import PARAMETERS, apply_parameters, nominal_parameters
 from gaitval.model.tree import segment_frames
 from gaitval.prediction.speed import trials_known
+from gaitval.reporting.replay import body_of
 
 ARROW: Final = 0.6
 """m in the picture that a force of the ground of one body weight is long, as in the replay."""
@@ -34,10 +36,11 @@ NUMBERS: Final = (
 
 
 def scene_of(person: LivePerson, walk: LiveWalk, *, replay: bool) -> dict[str, Any]:
-    """What the page needs to know once, as JSON values: shapes of the body in the frame of their
-    segment, and what can be changed between which bounds.
+    """What the page needs to know once, as JSON values: the body as the replay of a report draws it
+    (`reporting.replay`), the shapes of devices in the frame of their segment, and what can be
+    changed between which bounds.
     """
-    shapes = drawn_shapes(person.body, person.folder)
+    worn = devices_of({"devices": list(walk.devices)}, "devices") if walk.devices else ()
     nominal = nominal_parameters()
     return {
         "subject": person.subject.identifier,
@@ -64,15 +67,8 @@ def scene_of(person: LivePerson, walk: LiveWalk, *, replay: bool) -> dict[str, A
         ],
         "segments": list(SEGMENTS),
         "numbers": list(NUMBERS),
-        "shapes": [
-            {
-                "segment": shape.segment,
-                "kind": shape.kind,
-                "position": shape.position.tolist(),
-                "size": list(shape.size),
-            }
-            for shape in shapes
-        ],
+        "body": body_of(person.body),
+        "shapes": shapes(person.body, worn),
     }
 
 

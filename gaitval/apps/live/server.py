@@ -54,6 +54,7 @@ FILES: Final[Mapping[str, tuple[str, str, str]]] = {
     "": ("gaitval.apps.live", "live.html", "text/html; charset=utf-8"),
     "live.css": ("gaitval.apps.live", "live.css", "text/css; charset=utf-8"),
     "live.js": ("gaitval.apps.live", "live.js", "text/javascript; charset=utf-8"),
+    "body.js": ("gaitval.reporting", "replay_body.js", "text/javascript; charset=utf-8"),
     "three.js": ("gaitval.reporting", "vendor/three.min.js", "text/javascript; charset=utf-8"),
 }
 """What is served, by its name behind the secret: package, file and type."""

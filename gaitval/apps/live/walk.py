@@ -5,7 +5,6 @@ same walk on the same machine (`log`).
 """
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
@@ -169,7 +168,7 @@ class LiveWalk:
     Parameters
     ----------
     person : who walks.
-    speed : m/s to begin with; the middle of what is known if None.
+    speed : m/s to begin with; that of the person's own trial if None.
     devices : whole tables of what can be worn; it is on at the beginning.
 
     Attributes
@@ -200,8 +199,8 @@ class LiveWalk:
         self._with_devices = self._environment
         self.lower, self.upper = parameter_bounds(tasks[0].configuration.randomisation)
         self.mu, self._wanted_mu = nominal.copy(), nominal.copy()
-        middle = math.sqrt(self.blend.slowest * self.blend.fastest)
-        self.speed = self._wanted = middle if speed is None else self._within(speed)
+        own = person.subject.walking_speed_m_s if speed is None else speed
+        self.speed = self._wanted = self._within(own)
         self.step = 0
         self._walked = 0
         self._down_until = 0

@@ -1,17 +1,20 @@
 """A page for each patient: side, norms by age and speed, asymmetry, and what cannot be said."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from gaitval.apps.patients.ankle_errors import ankle_error
 from gaitval.apps.patients.asymmetry import angle_rows, symmetry_index, worse_side
+from gaitval.apps.patients.passive_foot import expected_ankles
 from gaitval.apps.patients.records import Patient
 from gaitval.arrays import Array
-from gaitval.coordinates import SIDES
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import ADULT
+from gaitval.datasets.subject_file import builtin_subjects
 from gaitval.gait.healthy_controls import PROFILE_ANGLES, load_controls
 from gaitval.metrics.gait_profile import SMALLEST_DIFFERENCE, gait_profile
 from gaitval.metrics.norms import ASSUMED_AGE, norms
@@ -66,6 +69,11 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
     }
     beyond = any(each.beyond for name, each in usual.items() if name.startswith("angles/"))
     side, by = worse_side(patient)
+    ankles: dict[Side, Array] = {}
+    prosthesis = patient.person.amputation
+    if prosthesis is not None:
+        expected = expected_ankles(patient, builtin_subjects())
+        ankles = {each: curve(np.linspace(0.0, 1.0, 101)) for each, curve in expected.items()}
     return {
         "subject": patient.subject,
         "person": patient.person,
@@ -87,11 +95,50 @@ def page_values(patient: Patient, walk: dict[str, Any] | None) -> dict[str, Any]
         "parameters": _parameters(patient),
         "beyond": beyond,
         "walk": walk,
+        "ankles": _ankle_rows(patient, ankles, walk),
         "cannot": [*NEVER_KNOWN, *_of_this_person(patient)],
         "smoothing": max(float(np.degrees(e.rms)) for e in patient.smoothing.values()),
         "largest": max(float(np.degrees(e.curve.residual)) for e in patient.smoothing.values()),
-        "drawings": {"angles": partial(_draw, dict(patient.strides.angles), bands)},
-    }
+        "drawings": {
+            "angles": partial(_draw, dict(patient.strides.angles), bands),
+            **({"ankles": partial(_draw_ankles, prosthesis, ankles, walk)}
+               if ankles else {}),
+        },
+    }  # fmt: skip
+
+
+def _ankle_rows(
+    patient: Patient, ankles: Mapping[Side, Array], walk: dict[str, Any] | None
+) -> list[dict[str, Any]]:
+    """Of each side of an amputee: the largest plantarflexor moment to expect with its band, how far
+    such moments were off in others, and how far the walk's is from it; none of others.
+    """
+    rows = []
+    for side, expected in ankles.items():
+        assert patient.person.amputation is not None
+        error = ankle_error(side, patient.person.amputation)
+        at = int(np.argmin(expected))
+        walked = (walk or {}).get("moments")
+        apart = None
+        if walked:
+            apart = float(np.sqrt(np.mean((np.array(walked[_ankle(side)]) - expected) ** 2)))
+        rows.append(
+            {
+                "side": side,
+                "kind": "prosthetic" if side == patient.person.amputation else "sound",
+                "peak": -float(expected[at]),
+                "half": float(error.half[at]),
+                "at": at,
+                "people": error.people,
+                "error": error.mean,
+                "walk": apart,
+            }
+        )
+    return rows
+
+
+def _ankle(side: Side) -> str:
+    return f"ankle_angle_{side[0]}"
 
 
 def _is_child(patient: Patient) -> bool:
@@ -234,3 +281,28 @@ def _draw(angles: dict[str, Array], bands: dict[str, tuple[Array, Array]]) -> st
             if place > 6:
                 axes.set_xlabel("% of the gait cycle")
         return svg(figure, "angles")
+
+
+def _draw_ankles(
+    prosthesis: Side | None, ankles: Mapping[Side, Array], walk: dict[str, Any] | None
+) -> str:
+    """The ankle moment to expect of each side with its band of 90 %, and that of the walk."""
+    percent = np.arange(101)
+    walked = (walk or {}).get("moments")
+    with new_figure(2.4) as figure:
+        panels = figure.subplots(1, len(SIDES), sharey=True)
+        for axes, side in zip(panels, SIDES, strict=True):
+            half, own = ankle_error(side, prosthesis).half, ankles[side]
+            axes.fill_between(percent, own - half, own + half, color=BAND_COLOUR, lw=0)
+            axes.plot(percent, own, color=COLOURS[side], linewidth=WALK_WIDTH, label="expected")
+            if walked:
+                axes.plot(
+                    percent, walked[_ankle(side)], color=COLOURS[side], linestyle=(0, (1, 1.2)),
+                    linewidth=WALK_WIDTH, label="walk",
+                )  # fmt: skip
+            axes.axhline(0.0, color="0.8", lw=0.5, zorder=0)
+            kind = "prosthetic" if side == prosthesis else "sound"
+            axes.set_title(f"{side.capitalize()} ankle, {kind}: moment, Nm/kg")
+            axes.set_xlim(0, 100)
+            axes.set_xlabel("% of the gait cycle")
+        return svg(figure, "ankles")

@@ -20,7 +20,7 @@ from gaitval.apps.patients.one_stride import STRIKE_PRIOR, Smoothed, left_strike
 from gaitval.apps.patients.people import PersonRow, person_of
 from gaitval.apps.patients.prosthesis import with_prosthesis
 from gaitval.apps.patients.rolling_foot import STANCE_BIAS, RolledFeet, feet
-from gaitval.apps.patients.sound_side import expected_of
+from gaitval.apps.patients.sound_side import expected_of, later_of_prosthesis
 from gaitval.apps.patients.strides import PersonStrides
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.datasets.identity import identity
@@ -260,6 +260,12 @@ def _stances(
             seen[sound] + usual.later,
             float(np.hypot(STANCE_BIAS[1], usual.later_sd)),
             f"{how}, and how much later sound sides of amputees leave the ground",
+        )
+        later, sd = later_of_prosthesis(identifier)
+        found[f"stance_{amputation}"] = EstimatedValue(
+            seen[amputation] + later,
+            float(np.hypot(STANCE_BIAS[1], sd)),
+            f"{how}, and how much later prosthetic feet leave the ground",
         )
     return found
 

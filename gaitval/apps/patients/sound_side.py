@@ -7,12 +7,16 @@ that has no calf (larger moments of the sound ankle: Nolan and Lees 2000, Prosth
 24:117, from memory). `sound_sides.csv` has both figures of each; `experiments/sound_sides.py`
 computes them. A person's own are left out of what is expected of him.
 
+The prosthetic foot leaves the ground later than the angles say, too, if less
+(`prosthetic_sides.csv`). They say it by the ball of the foot, which is furthest behind the pelvis
+only some time after the load has ended, for a sound ankle goes on to push; a passive foot does not,
+so this time is shorter.
+
 They are of one laboratory's treadmill at 0.8 m/s and of above-knee amputees, and are used for
 nobody else.
 """
 
 import csv
-from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 from typing import Final, NamedTuple
@@ -20,6 +24,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 TABLE: Final = "sound_sides.csv"
+PROSTHETIC_TABLE: Final = "prosthetic_sides.csv"
 
 
 class SoundSide(NamedTuple):
@@ -44,11 +49,23 @@ def expected_of(identifier: str) -> SoundSide:
     return SoundSide(later, float(others[:, 0].std(ddof=1)), larger)
 
 
+def later_of_prosthesis(identifier: str) -> tuple[float, float]:
+    """By how much later than the angles say a passive prosthetic foot leaves the ground, of the
+    cycle: mean and SD between people, of all but the one who is called `identifier`.
+    """
+    rows = rows_of(PROSTHETIC_TABLE)
+    others = np.array([float(row["later"]) for row in rows if row["person"] != identifier])
+    return float(others.mean()), float(others.std(ddof=1))
+
+
 @cache
 def _table() -> dict[str, tuple[float, float]]:
     """By person: `SoundSide.later` and `SoundSide.larger`."""
-    text = resources.files("gaitval.apps.patients").joinpath(TABLE).read_text("utf-8")
-    rows: Iterable[dict[str, str]] = csv.DictReader(
-        line for line in text.splitlines() if not line.startswith("#")
-    )
-    return {row["person"]: (float(row["later"]), float(row["larger"])) for row in rows}
+    return {row["person"]: (float(row["later"]), float(row["larger"])) for row in rows_of(TABLE)}
+
+
+@cache
+def rows_of(table: str) -> tuple[dict[str, str], ...]:
+    """The rows of a `table` that comes with this package, without its head of comments."""
+    text = resources.files("gaitval.apps.patients").joinpath(table).read_text("utf-8")
+    return tuple(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))

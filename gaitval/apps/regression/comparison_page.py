@@ -40,6 +40,13 @@ SUBJECTS: Final = 10
 """Most columns of a table, so that it fits on a printed page, and panels of a drawing."""
 _HEIGHTS: Final = {1: 1.6, 2: 2.0, 3: 1.7, 4: 1.45}
 """Inches of a row of panels by their number, where they are wider than those of `COLUMNS`."""
+OVERLAID: Final = 4
+"""Most walks that are drawn over each other: of more, no line can be followed."""
+WALK_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+WALK_STYLES: Final[tuple[Any, ...]] = ("-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)))
+"""Of each walk that is drawn over others; told apart without colours, too."""
+DASHES: Final = ("", "8 3", "2 2.4", "10 3 2 3")
+"""`WALK_STYLES` for the legend, which is no drawing: a name from outside may be long."""
 SHOWN: Final = 60
 """Most rows of what changed; all are in the CSV file."""
 DIGITS: Final = {"Nm/kg": 3, "J/kg": 3, "1": 3, "%": 1, "cycles": 0, "walks": 0}
@@ -58,6 +65,7 @@ def write_comparison(
     """
     before = {} if versions is None else {id(pair.now): pair.before for pair in versions.pairs}
     labels = _labels(walks)
+    overlaid = not before and 1 < len(walks) <= OVERLAID
     groups = list(_groups(walks, labels))
     write_text(folder / f"{name}.csv", _measures_csv(walks, labels, versions))
     write_text(folder / f"{name}_curves.csv", _curves_csv(walks, labels, before))
@@ -74,10 +82,11 @@ def write_comparison(
             "group_names": [row.group for row in group_rows(walks[0].metrics)],
             "group_units": [row.unit for row in group_rows(walks[0].metrics)],
             "groups": groups,
-            "means": _means(groups, [walk.subject for walk in walks]),
-            "people": len({walk.subject for walk in walks}),
+            "means": _mean_rows(groups, [walk.subject for walk in walks]),
+            "legend": _legend(walks, labels) if overlaid else [],
+            "one_record": _one_record(walks),
             "measures": _measure_tables(walks, labels),
-            "small_multiples": _drawings(walks, before),
+            "small_multiples": _overlays(walks) if overlaid else _drawings(walks, labels, before),
             "three_abreast": len(walks) == 1,
             "before": bool(before),
             "versions": None if versions is None else _versions(versions),
@@ -87,23 +96,65 @@ def write_comparison(
 
 
 def _labels(walks: Sequence[StoredWalk]) -> list[str]:
-    """The subject of each walk; with its folder where there is another of the same."""
-    names = [walk.subject for walk in walks]
+    """The subject of each walk; where there is another of the same, with what they differ in: what
+    the model was told, the speed, the version that walked, and if that is not enough the folder.
+    """
+    labels = []
+    for place, walk in enumerate(walks):
+        others = [
+            each for other, each in enumerate(walks)
+            if other != place and each.subject == walk.subject
+        ]  # fmt: skip
+        differs = [
+            fact for number, fact in enumerate(_facts(walk))
+            if any(_facts(other)[number] != fact for other in others)
+        ]  # fmt: skip
+        told_apart = all(_facts(other) != _facts(walk) for other in others)
+        if others and not told_apart:
+            differs.append(str(walk.folder))
+        labels.append(f"{walk.subject} ({', '.join(differs)})" if differs else walk.subject)
+    return labels
+
+
+def _facts(walk: StoredWalk) -> tuple[str, ...]:
+    """What may tell a walk from another of the same person, in words."""
+    speed = walk.metrics.record.spatiotemporal.walking_speed
+    return (
+        f"told {_told(walk)}",
+        "" if speed is None else f"{number(speed, 2)} m/s",
+        f"gaitval {walk.metrics.provenance.versions.get('gaitval', 'not known')}",
+    )
+
+
+def _told(walk: StoredWalk) -> str:
+    """What the model was told of the record."""
+    told = walk.metrics.told
+    known = [name for name, by in told.items() if by]
+    return "all" if len(known) == len(told) else ", ".join(known) or "nothing"
+
+
+def _legend(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[dict[str, str]]:
+    """Name, colour and dashes of each walk that is drawn over others."""
     return [
-        name if names.count(name) == 1 else f"{name} ({walk.folder})"
-        for name, walk in zip(names, walks, strict=True)
+        {"label": label, "colour": colour, "dashes": dashes}
+        for label, colour, dashes, _ in zip(labels, WALK_COLOURS, DASHES, walks, strict=False)
     ]
+
+
+def _one_record(walks: Sequence[StoredWalk]) -> bool:
+    """Whether all walks are compared with the same record."""
+    first = walks[0].metrics.record.curves
+    return all(walk.metrics.record.curves == first for walk in walks)
 
 
 def _overview(walk: StoredWalk, label: str) -> dict[str, Any]:
     metrics = walk.metrics
     pushes = metrics.push_recovery
     stood = None if pushes is None else [each for row in pushes.survived for each in row]
-    known = [name for name, by in metrics.told.items() if by]
     return {
         "label": label,
         "source": metrics.subject.source,
-        "told": "all" if len(known) == len(metrics.told) else ", ".join(known) or "nothing",
+        "told": _told(walk),
         "speed": metrics.record.spatiotemporal.walking_speed,
         "recorded": metrics.is_recorded_at_all,
         "accepted": metrics.summary.accepted,
@@ -136,27 +187,38 @@ def _groups(walks: Sequence[StoredWalk], labels: Sequence[str]) -> Iterator[dict
         yield {"label": label, "cells": cells}
 
 
-def _means(groups: Sequence[Mapping[str, Any]], people: Sequence[str]) -> list[dict[str, Any]]:
-    """Mean and SD over the people (`people`, a name a row), of each column; none where a walk was
-    too short. Who walked more than once counts once, with the mean of those walks: they are not
-    independent.
+def _mean_rows(groups: Sequence[Mapping[str, Any]], people: Sequence[str]) -> list[dict[str, Any]]:
+    """Rows of mean and SD over the people (`people`, a name a row), of each column: of curves that
+    the models were told by themselves, and of those that were held out; none for fewer than two.
     """
-    found = []
-    for cells in zip(*(row["cells"] for row in groups), strict=True):
-        walked: dict[str, list[float | None]] = {}
-        for person, cell in zip(people, cells, strict=True):
+    rows = []
+    for told, words in ((True, "fitted"), (False, "held out")):
+        kept = [[cell if cell["told"] is told else None for cell in row["cells"]] for row in groups]
+        walks = sum(any(cell is not None for cell in row) for row in kept)
+        cells = [_mean(cells, people) for cells in zip(*kept, strict=True)]
+        most = max((cell["people"] for cell in cells), default=0)
+        if most > 1:
+            rows.append({"words": words, "people": most, "walks": walks, "cells": cells})
+    return rows
+
+
+def _mean(cells: Sequence[Mapping[str, Any] | None], people: Sequence[str]) -> dict[str, Any]:
+    """Mean and SD over the people of a column, and of how many; none where a walk was too short.
+    Who walked more than once counts once, with the mean of those walks: they are not independent.
+    """
+    walked: dict[str, list[float | None]] = {}
+    for person, cell in zip(people, cells, strict=True):
+        if cell is not None:
             walked.setdefault(person, []).append(cell["rmse"])
-        known = None not in [each for values in walked.values() for each in values]
-        errors = [float(np.mean([e for e in v if e is not None])) for v in walked.values() if known]
-        whole = len(errors) > 1
-        found.append(
-            {
-                "mean": float(np.mean(errors)) if whole else None,
-                "sd": float(np.std(errors, ddof=1)) if whole else None,
-                "digits": cells[0]["digits"],
-            }
-        )
-    return found
+    known = None not in [each for values in walked.values() for each in values]
+    errors = [float(np.mean([e for e in v if e is not None])) for v in walked.values() if known]
+    whole = len(errors) > 1
+    return {
+        "people": len(walked),
+        "mean": float(np.mean(errors)) if whole else None,
+        "sd": float(np.std(errors, ddof=1)) if whole else None,
+        "digits": next((cell["digits"] for cell in cells if cell is not None), 2),
+    }
 
 
 def _measure_tables(walks: Sequence[StoredWalk], labels: Sequence[str]) -> list[dict[str, Any]]:
@@ -292,29 +354,74 @@ def _strips(versions: Versions) -> str:
 
 
 def _drawings(
-    walks: Sequence[StoredWalk], before: Mapping[int, StoredWalk]
+    walks: Sequence[StoredWalk], labels: Sequence[str], before: Mapping[int, StoredWalk]
 ) -> list[dict[str, Any]]:
     """Each curve of all walks, a panel a walk."""
     found = []
     for kind, name in CURVES:
-        unit = walks[0].metrics.units.of(kind)
         parts = [
-            _panels(walks[first : first + SUBJECTS], kind, name, before, first)
+            _panels(
+                walks[first : first + SUBJECTS],
+                labels[first : first + SUBJECTS],
+                *(kind, name, before, first),
+            )
             for first in range(0, len(walks), SUBJECTS)
         ]
-        found.append(
-            {
-                "title": NAMES[name]
-                + {"angles": "", "moments": " moment", "forces": " force"}[kind],
-                "unit": unit.replace("deg", "°"),
-                "parts": parts,
-            }
-        )
+        found.append({"title": _title(walks, kind, name), "parts": parts})
     return found
+
+
+def _title(walks: Sequence[StoredWalk], kind: Kind, name: str) -> str:
+    """A quantity and its unit."""
+    unit = walks[0].metrics.units.of(kind).replace("deg", "°")
+    return f"{NAMES[name]}{'' if kind == 'angles' else ' ' + _KINDS[kind]}, {unit}"
+
+
+def _overlays(walks: Sequence[StoredWalk]) -> list[dict[str, Any]]:
+    """All walks over each other, a drawing for each kind of curve: a column a quantity, a row a
+    side.
+    """
+    titles: dict[Kind, str] = {
+        "angles": "Joint angles",
+        "moments": "Joint moments",
+        "forces": "Ground reaction",
+    }
+    return [{"title": words, "parts": [_overlay(walks, kind)]} for kind, words in titles.items()]
+
+
+def _overlay(walks: Sequence[StoredWalk], kind: Kind) -> str:
+    names = [name for each, name in CURVES if each == kind]
+    alone = _one_record(walks)
+    with new_figure(3.6) as figure:
+        panels = figure.subplots(len(SIDES), len(names), sharex=True, sharey="col")
+        for row, side in zip(panels, SIDES, strict=True):
+            row[0].set_ylabel(side.capitalize())
+            for axis, name in zip(row, names, strict=True):
+                key = f"{name}_{side[0]}"
+                axis.axhline(0.0, color="#b0b0b0", linewidth=0.4, zorder=0)
+                for walk, colour, style in zip(walks, WALK_COLOURS, WALK_STYLES, strict=False):
+                    if walk is walks[0] or not alone:
+                        recorded = walk.metrics.record.curves.of(kind)[key]
+                        axis.plot(
+                            PERCENT, _array(recorded), linewidth=2.4, alpha=0.4, zorder=2,
+                            color=RECORD_COLOUR if alone else colour,
+                        )  # fmt: skip
+                    mean = walk.metrics.walk.curves.of(kind)[key].mean
+                    axis.plot(
+                        PERCENT, _array(mean), color=colour, linestyle=style, linewidth=1.1,
+                        zorder=3,
+                    )  # fmt: skip
+        for axis, name in zip(panels[0], names, strict=True):
+            axis.set_title(_title(walks, kind, name))
+        for axis in panels[-1]:
+            axis.set_xlabel("Gait cycle (%)")
+        panels[0][0].set_xlim(0, 100)
+        return svg(figure, f"overlay-{kind}")
 
 
 def _panels(
     walks: Sequence[StoredWalk],
+    labels: Sequence[str],
     kind: Kind,
     name: str,
     before: Mapping[int, StoredWalk],
@@ -325,8 +432,7 @@ def _panels(
     with new_figure(_HEIGHTS.get(columns, 1.25) * rows + 0.2, width=_width(len(walks))) as figure:
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for index, (axis, walk) in enumerate(zip(axes, walks, strict=False)):
-            # a number and not the name, which comes from outside and may be long
-            axis.set_title(_short(walk.subject) or str(first + index + 1), loc="left", pad=2)
+            axis.set_title(_short(labels[index], first + index), loc="left", pad=2)
             _panel(axis, walk, kind, name, before.get(id(walk)))
         for axis in axes[len(walks) :]:
             axis.set_visible(False)
@@ -340,10 +446,16 @@ def _width(walks: int) -> float:
     return WIDTH / 3 if walks == 1 else WIDTH
 
 
-def _short(name: str) -> str:
-    """A name that is short and plain enough to be drawn; else nothing."""
-    plain = name.isascii() and all(each.isalnum() or each in "-_. " for each in name)
-    return name.replace("_", "-") if plain and len(name) <= 14 else ""
+def _short(name: str, number: int) -> str:
+    """A name that is short and plain enough to be drawn; else the number of the walk in the table,
+    with its person if that is short: the name comes from outside and may be long.
+    """
+    person, _, differs = name.partition(" (")
+    for each, plain in ((name, not differs), (f"{number + 1}: {person}", bool(differs))):
+        plain = plain and each.isascii() and all(c.isalnum() or c in "-_.: " for c in each)
+        if plain and len(each) <= 14:
+            return each.replace("_", "-")
+    return str(number + 1)
 
 
 def _panel(axis: Axes, walk: StoredWalk, kind: Kind, name: str, before: StoredWalk | None) -> None:

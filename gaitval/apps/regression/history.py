@@ -112,6 +112,8 @@ class Check:
     figures: tuple[CheckedFigure, ...]
 
 
+UNKNOWN: Final = "unknown"
+"""`Check.revision` outside a git repository."""
 Commit = tuple[str, str | None]
 """`Check.revision` and `Check.revised`."""
 
@@ -154,7 +156,7 @@ def current_commit() -> Commit:
     found = _git("show", "--no-show-signature", "-s", "--format=%H %ct", "HEAD")
     answer = _COMMIT.fullmatch(found.splitlines()[-1]) if found else None
     if answer is None:
-        return commit or "unknown", None
+        return commit or UNKNOWN, None
     changed = (
         "+"
         if _git("status", "--porcelain", "--untracked-files=no", "--ignore-submodules=all")
@@ -241,7 +243,7 @@ def read_benchmarks(path: Path) -> Check:
         )
     return Check(
         kind="benchmark",
-        revision=f"{commit.id or 'unknown'}{'+' if commit.dirty else ''}",
+        revision=f"{commit.id or UNKNOWN}{'+' if commit.dirty else ''}",
         revised=_utc(commit.time, path) if commit.time else None,
         time=_utc(found.datetime, path),
         machine=f"{about.system} {about.machine}, {brand} x {cores}",

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from gaitval.apps.regression import change_points
 from gaitval.apps.regression.change_points import CHANCE, LEAST, SIDE
 from gaitval.apps.regression.csv_text import csv_text
-from gaitval.apps.regression.history import Check, Key, series_of
+from gaitval.apps.regression.history import UNKNOWN, Check, Key, series_of
 from gaitval.apps.regression.history import CheckedFigure as Value
 from gaitval.artefacts import write_text
 from gaitval.metrics.verdicts import target_text
@@ -135,6 +135,8 @@ def write_history(folder: Path, name: str, checks: Sequence[Check]) -> list[Foun
         {
             "name": name,
             "checks": [_row(check) for check in checks],
+            "latest": _row(checks[-1]) if checks else None,
+            "unknown": sum(not _is_known(check) for check in checks),
             "steps": [_step_row(step) for step in steps],
             "panels": _drawn(checks, groups, steps),
             "unchanged": _unchanged(groups),
@@ -157,12 +159,18 @@ def short(revision: str) -> str:
 def _row(check: Check) -> dict[str, Any]:
     return {
         "revision": short(check.revision),
+        "known": _is_known(check),
         "time": check.time[:16].replace("T", " "),
         "machine": check.machine,
         "subject": check.subject or "benchmarks",
         "figures": len(check.figures),
         "lost": sum(map(_lost, check.figures)) if check.kind == "check" else None,
     }
+
+
+def _is_known(check: Check) -> bool:
+    """Whether a check knows its commit."""
+    return check.revision.rstrip("+") != UNKNOWN
 
 
 def _lost(figure: Value) -> bool:

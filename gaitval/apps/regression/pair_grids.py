@@ -31,6 +31,7 @@ GRIDS: Final = {
     "kinematics": grids.KINEMATICS,
     "kinetics": grids.WITH_QUANTITIES,
     "forces": grids.FORCES,
+    "muscles": grids.MUSCLES,
 }
 
 _Strides = Mapping[str, Array]
@@ -57,6 +58,8 @@ def pair_grids(pairs: Sequence[WalkPair]) -> list[dict[str, Any]]:
                         linked=False,
                     )
                     for name, each in rows.items()
+                    # older baselines have no muscles
+                    if any(panel.curves for row in each for panel in row)
                 },
             }
         )

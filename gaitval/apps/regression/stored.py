@@ -19,7 +19,7 @@ from gaitval.metrics.results import Metrics
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.tolerances import UNITS, Measure, measured
 from gaitval.metrics.typed import array
-from gaitval.metrics.unrecorded import UNRECORDED
+from gaitval.metrics.unrecorded import UNRECORDED, step_width_measure
 from gaitval.metrics.validation import (
     endurance_measures,
     push_measures,
@@ -131,12 +131,14 @@ def _implied(metrics: Metrics) -> list[Measure]:
         # the file has no unfiltered or uncut data, from which these would follow
         *(measured("unfiltered_force_rmse", f"vertical_{side}", None) for side in "rl"),
         *(measured(*each, None) for each in UNRECORDED),
-        measured("step_width", "walk", None),
     ]
+    (width,) = (row for row in walk.spatiotemporal if row.name == "step_width")
     return [
         *rmse_measures(walk.errors),
         *skill_measures(walk.errors, metrics.predictions),
         *only_in_the_walk,
+        # against other people's it is in leg lengths, which the file does not have
+        step_width_measure(width.mean, np.nan, width.recorded),
         *quantity_measures(stored_quantities(walk), stored_quantities(metrics.record)),
         *centre_of_mass_measures(
             None if walk.centre_of_mass is None else np.array(walk.centre_of_mass),

@@ -53,6 +53,7 @@ _LOADED: Final = 0.2
 # Cycles of the walk that are averaged.
 _CYCLES: Final = 20
 _OWN_KINETICS: Final = RecordAccuracy(
+    frontal=np.deg2rad(0.9),
     moment=0.15,
     adduction_moment=0.2,
     forward_force=0.02,

@@ -36,7 +36,6 @@ from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import load_marker_set
 from gaitval.scaling.measurements import Measurements
 from gaitval.scaling.scaling import measurements_of, scale_subject
-from gaitval.simulation.ground_wrenches import ground_wrenches
 from gaitval.simulation.rollout import Rollout
 from gaitval.simulation.walker import WalkingTask
 
@@ -168,7 +167,7 @@ def recorded_person(
         walking=_in_laboratory(walking),
         time=np.arange(len(shown)) / rate,
         positions=shown,
-        moments=walk.moments[_acting(rows)][::CAMERA_STEPS],
+        moments=walk.moments[rows][::CAMERA_STEPS],
         belt=belt,
     )
 
@@ -227,13 +226,6 @@ def _part(walk: Rollout, task: WalkingTask) -> slice:
     return slice(start, start + round(SECONDS / (step * CAMERA_STEPS)) * CAMERA_STEPS)
 
 
-def _acting(rows: slice) -> slice:
-    """Samples of what acts in the states of `rows`: a row of a walk has the forces and moments that
-    led to its state, from the one before.
-    """
-    return slice(rows.start + 1, rows.stop + 1)
-
-
 def _on_belts(
     walk: Rollout, task: WalkingTask, rows: slice
 ) -> tuple[tuple[Plate, ...], Array, float]:
@@ -248,7 +240,7 @@ def _on_belts(
     away = np.zeros((len(time), 3))
     away[:, 0], away[:, 1] = start + speed * time, positions[:, 4].mean()
     positions[:, 3:6] -= away
-    wrenches = ground_wrenches(walk, task)[_acting(rows)]
+    wrenches = walk.wrenches()[rows]
     # the smooth contact law acts a centimetre above the ground already, which no plate feels
     wrenches[wrenches[..., 2] < UNLOADED_N] = 0.0
     plates = []

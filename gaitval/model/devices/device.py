@@ -24,7 +24,7 @@ or dorsiflexion on both sides.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
 import numpy as np
 import tomli_w
@@ -37,7 +37,8 @@ from gaitval.errors import ConfigurationError
 from gaitval.model.body import SEGMENTS
 from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.controllers import AnyController
-from gaitval.model.devices.tables import Angle, Table
+from gaitval.model.devices.springs_and_motors import Clutch, Motor, Spring, StanceDamper
+from gaitval.model.devices.tables import AboveZero, AtLeastZero, PartOfOne, Table
 
 JOINTS: Final = tuple(
     dict.fromkeys(name.removesuffix("_r").removesuffix("_l") for name in ACTUATED)
@@ -55,9 +56,6 @@ HEAVIEST: Final = 200.0
 """kg; no person carries more."""
 
 _Mass = Annotated[float, Field(gt=0, le=HEAVIEST)]
-_NotNegative = Annotated[float, Field(ge=0, le=1e6)]
-_Positive = Annotated[float, Field(gt=0, le=1e6)]
-_Fraction = Annotated[float, Field(ge=0, le=1)]
 _Place = tuple[float, float, float]
 
 
@@ -81,7 +79,7 @@ class Part(Table):
     name: str = Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9_-]+$")
     segment: str
     mass: _Mass
-    along: _Fraction = 0.0
+    along: PartOfOne = 0.0
     centre: _Place = (0.0, 0.0, 0.0)
     inertia: tuple[float, float, float, float, float, float] = (0.0,) * 6
 
@@ -128,72 +126,6 @@ class Stump(Table):
         return self
 
 
-class Spring(Table):
-    """A spring of a hinge: torque = stiffness x (rest - angle of the device).
-
-    Attributes
-    ----------
-    stiffness : Nm/rad.
-    rest : rad.
-    pulls : `both` ways; or `down` or `up`, a cable or a stop that only lowers or only raises the
-        joint's coordinate.
-    """
-
-    stiffness: _Positive
-    rest: Angle = 0.0
-    pulls: Literal["both", "down", "up"] = "both"
-
-
-class Clutch(Table):
-    """When spring and damper of a hinge act.
-
-    Attributes
-    ----------
-    during : `loaded` or `unloaded`, while the foot switch of this side is; or `phase`.
-    phases : first and last phase of this side's gait cycle, as the device estimates it; from heel
-        strike, 0 to 1. The first may be larger than the last.
-    ratchet : the clutch takes up slack of a spring that pulls one way, so that the spring rests at
-        the lowest (pulls down) or highest angle since it was engaged.
-    """
-
-    during: Literal["loaded", "unloaded", "phase"] = Field(alias="while")
-    phases: tuple[_Fraction, _Fraction] = (0.0, 1.0)
-    ratchet: bool = False
-
-
-class Motor(Table):
-    """A motor of a hinge.
-
-    Attributes
-    ----------
-    torque, speed, power : largest, Nm, rad/s and W. It drives with no more; it brakes up to
-        `torque`.
-    bandwidth : Hz, of its torque: a first-order lag.
-    delay : s, from measurement to command.
-    noise : Nm, standard deviation of its torque.
-    """
-
-    torque: _Positive
-    speed: _Positive
-    power: _Positive
-    bandwidth: _Positive = 20.0
-    delay: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    noise: _NotNegative = 0.0
-
-
-class StanceDamper(Table):
-    """A damper of a prosthetic knee that yields slowly under load.
-
-    Attributes
-    ----------
-    damping : Nms/rad, added while the foot switch is closed ...
-    until : ... and this side's phase is below this.
-    """
-
-    damping: _Positive
-    until: Annotated[float, Field(gt=0, le=1)] = 1.0
-
-
 class Strap(Table):
     """What ties a hinge to the limb: the device's angle is not the joint's.
 
@@ -204,8 +136,8 @@ class Strap(Table):
     """
 
     stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: _Positive
-    inertia: _NotNegative = 0.0
+    damping: AboveZero
+    inertia: AtLeastZero = 0.0
 
 
 class Socket(Table):
@@ -218,7 +150,7 @@ class Socket(Table):
     """
 
     stiffness: Annotated[float, Field(ge=10, le=1e5)]
-    damping: _Positive
+    damping: AboveZero
     play: Annotated[float, Field(ge=0, le=0.2)] = 0.0
 
 
@@ -235,7 +167,7 @@ class Hinge(Table):
     joint: str
     muscles: bool = True
     spring: Spring | None = None
-    damping: _NotNegative = 0.0
+    damping: AtLeastZero = 0.0
     clutch: Clutch | None = None
     stance_damper: StanceDamper | None = None
     motor: Motor | None = None
@@ -317,7 +249,7 @@ class Device(Table):
     stumps: tuple[Stump, ...] = ()
     parts: tuple[Part, ...] = ()
     hinges: tuple[Hinge, ...] = ()
-    foot_switch: _Positive = 40.0
+    foot_switch: AboveZero = 40.0
     search: Aim | None = None
 
     @model_validator(mode="after")

@@ -6,6 +6,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Angle = Annotated[float, Field(ge=-3.2, le=3.2)]
 """rad; no joint turns further than half a turn."""
+AtLeastZero = Annotated[float, Field(ge=0, le=1e6)]
+AboveZero = Annotated[float, Field(gt=0, le=1e6)]
+PartOfOne = Annotated[float, Field(ge=0, le=1)]
 
 
 def _has_truth(value: Any) -> bool:

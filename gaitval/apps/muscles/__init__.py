@@ -1,0 +1,1 @@
+"""Muscle forces and joint contact forces of a gait that is stored in a folder."""

@@ -1,0 +1,124 @@
+"""Files of the muscles of a gait: tables, OpenSim's storage files, figures, a page."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from gaitval.artefacts import versions, write_json
+from gaitval.build_info import now, source_commit
+from gaitval.configuration import ContactSettings
+from gaitval.coordinates import SIDES
+from gaitval.importing.write import write_table
+from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.musculature.gait import CONTACTS, GROUPS, LoadedMotion, MuscleGait
+from gaitval.musculature.paths import COORDINATES
+from gaitval.opensim.muscle_motion import write_storages
+from gaitval.opensim.osim import write_osim
+from gaitval.reporting.muscle_figures import DrawnMuscles
+
+RESULT: Final = "muscles.json"
+PAGE: Final = "muscles"
+VERSION: Final = 1
+MODEL: Final = "model_with_muscles.osim"
+
+
+def write_muscles(
+    folder: Path, found: MuscleGait, about: dict[str, Any], motion: LoadedMotion
+) -> list[Path]:
+    """Write everything of `found` into `folder`; returns the files. `about` says what was asked
+    for; `motion` has the body, which becomes an OpenSim model with muscles. Raises ArtefactError
+    if it cannot be written to.
+    """
+    from gaitval.reporting.page import write_page
+
+    folder.mkdir(parents=True, exist_ok=True)
+    written = list(write_storages(folder, found))
+    friction = float(nominal_parameters()[PARAMETERS.index("friction")])
+    write_osim(
+        folder / MODEL, motion.model, (), ContactSettings(), friction,
+        height=motion.height, lost=motion.lost,
+    )  # fmt: skip
+    written.append(folder / MODEL)
+    if found.legs:
+        written.append(write_table(folder / "curves.csv", curve_table(found)))
+        drawn = DrawnMuscles.of(found)
+        context = {
+            "found": found,
+            "about": about,
+            "sides": [side for side in SIDES if side in found.legs],
+            "contacts": CONTACTS,
+            "drawings": {"activations": drawn.activations, "contacts": drawn.contacts},
+            "data": drawn.tables(),
+            "reserves": reserves(found),
+            "versions": versions(),
+            "commit": source_commit(),
+            "written": now(),
+        }
+        write_page(folder, PAGE, "gaitval.apps.muscles:muscles.html.j2", context)
+        written += [folder / f"{PAGE}.html", folder / f"{PAGE}.pdf"]
+    write_json(folder / RESULT, result(found, about))
+    return [*written, folder / RESULT]
+
+
+def curve_table(found: MuscleGait) -> pd.DataFrame:
+    """Mean curves and bands, a column each, 0 to 100 % of the side's cycle."""
+    columns: dict[str, Any] = {"percent": np.arange(101.0)}
+    for name, unit, mean, band in found.curves():
+        key = f"{name.replace(' ', '_')}_{'bw' if unit == 'BW' else '1'}"
+        columns[key] = mean
+        if band is not None:
+            columns[f"{key}_low"], columns[f"{key}_high"] = band
+    return pd.DataFrame(columns)
+
+
+def reserves(found: MuscleGait) -> dict[str, dict[str, float]]:
+    """Largest reserve over the largest moment of each coordinate, by side."""
+    shares: dict[str, dict[str, float]] = {}
+    for _, side, piece in found.pieces:
+        own = shares.setdefault(side, {})
+        values = piece.legs[side].reserve_share().tolist()
+        for name, share in zip(COORDINATES, values, strict=True):
+            own[name] = max(own.get(name, 0.0), share)
+    return shares
+
+
+def result(found: MuscleGait, about: dict[str, Any]) -> dict[str, Any]:
+    """What `RESULT` holds: peaks, reserves, bands of peaks and what they are of, remarks."""
+    sides: dict[str, Any] = {}
+    for side, leg in found.legs.items():
+        peaks = {}
+        for name, curve in leg.contact.items():
+            at = int(np.argmax(curve))
+            peaks[name] = {"peak_bw": round(float(curve[at]), 4), "at_percent": at}
+            if name in leg.contact_band:
+                low, high = leg.contact_band[name][:, at]
+                peaks[name] |= {"low_bw": round(float(low), 4), "high_bw": round(float(high), 4)}
+        sides[side] = {
+            "cycles": leg.cycles,
+            "contact": peaks,
+            "activation_peaks": {
+                group: round(float(leg.group(group).max()), 4)
+                for group in GROUPS
+                if np.isfinite(leg.group(group)).all()
+            },
+            "variance_of_bands": {
+                joint: {source: round(share, 4) for source, share in shares.items()}
+                for joint, shares in leg.contributions.items()
+            },
+        }
+    return {
+        "schema_version": VERSION,
+        "versions": versions(),
+        "of": found.name,
+        "mass_kg": round(found.mass_kg, 6),
+        "criterion": found.criterion.name,
+        **about,
+        "sides": sides,
+        "largest_reserve_share": {
+            side: {name: round(share, 5) for name, share in shares.items()}
+            for side, shares in reserves(found).items()
+        },
+        "remarks": list(found.remarks),
+    }

@@ -1,0 +1,113 @@
+"""Muscle forces and joint contact forces, from Python."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from gaitval.apps.muscles.sources import motions_in
+from gaitval.configuration import Configuration
+from gaitval.coordinates import SIDES, Side
+from gaitval.errors import ConfigurationError
+from gaitval.importing.stored import Session
+from gaitval.interface.arguments import expect, number
+from gaitval.metrics.cycles import find_cycles
+from gaitval.metrics.walk_muscles import lost_joints, walk_motion
+from gaitval.model.parameters import apply_parameters
+from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait, muscles_of
+from gaitval.simulation.simulated_walk import SimulatedWalk
+from gaitval.study.stored_policy import StoredPolicy
+
+
+def muscles(
+    of: Session | SimulatedWalk | str | Path,
+    policy: StoredPolicy | None = None,
+    *,
+    criterion: str = DEFAULT,
+    strength: float | Mapping[str, float] = 1.0,
+    side: Side | None = None,
+    bands: bool = False,
+    activation_dynamics: bool = False,
+    configuration: Configuration | None = None,
+) -> MuscleGait:
+    """Muscle activations and forces, and what joints carry, as `gaitval muscles` finds them.
+
+    Parameters
+    ----------
+    of : of `import_session`, a walk of `rollout`, or the folder of an import or a run.
+    policy : whose walk it is, if it is one.
+    criterion : what is kept small: "contact", "squares", "cubes", "volume", "spared knee".
+    strength : factor on the strength of all muscles, or of some by name, such as {"soleus": 0.5}.
+    side : one leg only.
+    bands : of 90 %, by 200 draws.
+    activation_dynamics : activations rise and fall no faster than muscles can.
+    configuration : that the walk was made with; the defaults when not given.
+
+    Returns
+    -------
+    MuscleGait
+        `legs` has, by side, means over the cycles (101 points): `activation` (40, 101) of 0 to 1,
+        `force` (40, 101) and `contact` in body weights.
+
+    Raises
+    ------
+    ConfigurationError
+        An argument of another kind, or a walk without its policy.
+    RecordError
+        The moments of no leg are known, or an angle is beyond the muscles' paths.
+    ModelError
+        No such criterion or muscle.
+    ArtefactError
+        The folder has neither an import nor a walk.
+
+    References
+    ----------
+    Rajagopal et al. (2016), IEEE Trans Biomed Eng 63:2068: the muscles. Crowninshield and Brand
+    (1981), J Biomech 14:793: sharing by a cost.
+
+    Examples
+    --------
+    >>> import gaitval as gv
+    >>> policy = gv.load_policy(5)
+    >>> found = gv.muscles(gv.rollout(policy, cycles=4), policy)
+    >>> leg = found.legs["right"]
+    >>> bool(2.0 < leg.contact["hip"].max() < 6.0)  # body weights
+    True
+    """
+    if isinstance(of, str | Path):
+        motions = motions_in(Path(of))
+    else:
+        expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
+        motions = (
+            motions_in(of.folder) if isinstance(of, Session) else [_of(of, policy, configuration)]
+        )
+    if side is not None and side not in SIDES:
+        raise ConfigurationError(f'side is {side!r}. Give "right" or "left", or leave it out.')
+    if not isinstance(strength, Mapping):
+        number("strength", strength, 0.05, 5.0, "a factor from 0.05 to 5; 1 is a healthy adult's")
+    return muscles_of(
+        motions,
+        criterion=criterion,
+        sides=SIDES if side is None else (side,),
+        strength=strength,
+        dynamics_of_activation=activation_dynamics,
+        draws=200 if bands else 0,
+    )
+
+
+def _of(
+    walk: SimulatedWalk, policy: StoredPolicy | None, configuration: Configuration | None
+) -> LoadedMotion:
+    if policy is None:
+        raise ConfigurationError(
+            "A walk does not say of which body it is. Give its policy, too: "
+            "muscles(rollout(policy), policy)."
+        )
+    expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
+    body = apply_parameters(policy.model, walk.mu)
+    return walk_motion(
+        walk,
+        find_cycles(walk, Configuration() if configuration is None else configuration),
+        body,
+        height=policy.subject.height_m,
+        name=walk.walker,
+        lost=lost_joints(policy.subject),
+    )

@@ -1,0 +1,126 @@
+"""A simulated walk as a motion whose moments are known, for its muscles.
+
+A rollout keeps force and centre of pressure of each foot, but not the free moment. It follows from
+the moments of the joints, which the rollout has: the one vertical moment under each foot with which
+inverse dynamics comes nearest to them.
+"""
+
+from collections.abc import Collection, Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.coordinates import ACTUATED, LEG, SIDES, Side
+from gaitval.datasets.subject import Subject
+from gaitval.gait.filters import low_pass_simulated
+from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
+from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.model.body import BodyModel
+from gaitval.musculature.gait import RATE, LoadedMotion
+from gaitval.musculature.paths import COORDINATES
+from gaitval.simulation.rollout import Rollout
+
+CUTOFF: Final = 10.0
+"""Hz, of the zero-lag filter on motion and forces: the same on both, or impacts would show."""
+
+LEAST_N: Final = 20.0
+"""Vertical force below which a foot is off the ground: the filter spreads a force."""
+
+
+def lost_joints(subject: Subject) -> dict[Side, Collection[str]]:
+    """Coordinates of the joints of a leg that a prosthesis of the `subject` has: those of hinges
+    without muscles of its devices, and the whole leg where only its side is known.
+    """
+    found: dict[Side, set[str]] = {}
+    for device in subject.devices:
+        for side in device.sides:
+            gone = {each.joint for each in device.hinges if not each.muscles}
+            found.setdefault(side, set()).update(gone)
+    for side in SIDES:
+        if subject.prosthesis == side and not found.get(side):
+            found[side] = set(COORDINATES)
+    return {side: gone for side, gone in found.items() if gone}
+
+
+def walk_motion(
+    rollout: Rollout,
+    cycles: GaitCycles,
+    model: BodyModel,
+    *,
+    height: float,
+    name: str = "walk",
+    lost: Mapping[Side, Collection[str]] | None = None,
+    torques: Array | None = None,
+) -> LoadedMotion:
+    """The `cycles` of a `rollout` of the body `model`, with its parameters mu, of a person of
+    `height` m.
+
+    `lost` are coordinates of joints that a prosthesis has. `torques` (T, 25) Nm are of devices at
+    the joints; the muscles have to make what is left.
+    """
+    dynamics, positions = walk_dynamics(rollout, model, torques)
+    assist = None
+    if torques is not None:
+        given = low_pass_simulated(torques, step=step_of(rollout), frequency=CUTOFF)
+        assist = given[_thinned(step_of(rollout))]
+    return LoadedMotion(
+        name=name,
+        model=model,
+        height=height,
+        positions=positions,
+        dynamics=dynamics,
+        cycles={
+            side: [
+                (float(rollout.time[a]), float(rollout.time[b]))
+                for a, b in zip(cycles.starts[side], cycles.ends[side], strict=True)
+                if b < len(rollout.time)
+            ]
+            for side in SIDES
+        },
+        lost=lost or {},
+        assist=assist,
+    )
+
+
+def _thinned(step: float) -> slice:
+    return slice(None, None, max(1, round(1.0 / (step * RATE))))
+
+
+def walk_dynamics(
+    rollout: Rollout, model: BodyModel, torques: Array | None = None
+) -> tuple[InverseDynamics, Array]:
+    """Inverse dynamics of a `rollout` at about `RATE`, and its low-passed positions (T, 31)."""
+    step = step_of(rollout)
+    every = _thinned(step)
+    positions = low_pass_simulated(rollout.positions, step=step, frequency=CUTOFF)[every]
+    force = low_pass_simulated(rollout.ground_reaction, step=step, frequency=CUTOFF)
+    point = rollout.centre_of_pressure.copy()
+    for foot in range(2):
+        known = np.isfinite(point[:, foot, 0])
+        if known.any():
+            for axis in range(3):
+                values = np.interp(rollout.time, rollout.time[known], point[known, foot, axis])
+                point[:, foot, axis] = low_pass_simulated(values, step=step, frequency=CUTOFF)
+        point[force[:, foot, 2] <= LEAST_N, foot] = np.nan
+    time, force, point = rollout.time[every], force[every], point[every]
+    vertical = np.zeros_like(force)
+    without = inverse_dynamics(model, time, positions, force, point, vertical)
+    one = vertical + np.array([0.0, 0.0, 1.0])
+    with_one = inverse_dynamics(model, time, positions, force, point, one)
+    made = low_pass_simulated(rollout.moments, step=step, frequency=CUTOFF)[every]
+    if torques is not None:
+        given = low_pass_simulated(torques, step=step, frequency=CUTOFF)[every]
+        made = made + given
+    for column, side in enumerate(SIDES):
+        leg = [ACTUATED.index(f"{each}_{side[0]}") for each in LEG if each != "mtp_angle"]
+        slope = (with_one.moments - without.moments)[:, leg]
+        off = (made - without.moments)[:, leg]
+        size = (slope**2).sum(axis=1)
+        vertical[:, column, 2] = np.where(
+            np.isfinite(point[:, column, 0]) & (size > 1e-9),
+            (slope * off).sum(axis=1) / np.maximum(size, 1e-9),
+            0.0,
+        )
+    found = inverse_dynamics(model, time, positions, force, point, vertical)
+    return found, positions

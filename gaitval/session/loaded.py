@@ -1,0 +1,80 @@
+"""A walking trial as a motion whose moments are known, for its muscles."""
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array, Flags, runs
+from gaitval.constants import GRAVITY
+from gaitval.coordinates import SIDES, Side
+from gaitval.model.body import BodyModel
+from gaitval.musculature.gait import LoadedMotion
+from gaitval.musculature.paths import COORDINATES
+from gaitval.session.trial import WalkingTrial, valid_cycles
+
+LEAST_SPAN_S: Final = 0.25
+"""s. What is known for a shorter time is not shared."""
+
+LEAST_LOAD: Final = 0.2
+"""Of the body's weight: a span in which a foot never carries so much shows no stance."""
+
+
+def loaded_motion(
+    walk: WalkingTrial,
+    model: BodyModel,
+    *,
+    height: float,
+    prosthesis: str | None = None,
+) -> LoadedMotion | None:
+    """The trial `walk` of the scaled body `model`, of a person of `height` m; None without moments.
+    The leg of a `prosthesis` ("right", "left") has no muscles here: how much of it is left is not
+    known.
+    """
+    if walk.moments is None or walk.loads is None:
+        return None
+    own = model if walk.consistent is None else walk.consistent.model
+    cycles = {
+        side: [(cycle.start, cycle.end) for cycle in valid_cycles(walk, side, kinetics=True)]
+        for side in SIDES
+        if side != prosthesis
+    }
+    return LoadedMotion(
+        name=walk.name,
+        model=own,
+        height=height,
+        positions=walk.motion,
+        dynamics=walk.moments,
+        cycles=cycles,
+        spans=known_spans(
+            walk.moments.time, walk.loads.valid, walk.loads.force[..., 2], own.mass, cycles
+        ),
+        lost=lost_leg(prosthesis),
+    )
+
+
+def lost_leg(prosthesis: str | None) -> dict[Side, Collection[str]]:
+    """All coordinates of the leg of a `prosthesis`."""
+    return {side: COORDINATES for side in SIDES if side == prosthesis}
+
+
+def known_spans(
+    time: Array,
+    valid: Flags,
+    vertical: Array,
+    mass: float,
+    sides: Mapping[Side, object],
+) -> dict[Side, list[tuple[float, float]]]:
+    """s, when the moments of each of `sides` are known and its foot carries the body in between:
+    `time` (T,) s, `valid` (T, 2), `vertical` (T, 2) N, right first; `mass` kg.
+    """
+
+    def of(column: int) -> Iterator[tuple[float, float]]:
+        for begin, end in zip(*runs(valid[:, column]), strict=True):
+            part = slice(begin, end)
+            if time[end - 1] - time[begin] < LEAST_SPAN_S:
+                continue
+            if np.nanmax(vertical[part, column]) > LEAST_LOAD * GRAVITY * mass:
+                yield float(time[begin]), float(time[end - 1])
+
+    return {side: list(of(column)) for column, side in enumerate(SIDES) if side in sides}
