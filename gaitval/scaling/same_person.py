@@ -85,7 +85,7 @@ def marker_distances(
             medians.append(float(np.median(distances)) if len(distances) else np.nan)
         if np.isfinite(medians).all() and medians[0] > SHORTEST:
             limit = largest_change(marker_set.markers[first].segment)
-            found.append(MarkerDistance((first, second), *medians, limit))
+            found.append(MarkerDistance((first, second), medians[0], medians[1], limit))
     return tuple(found)
 
 

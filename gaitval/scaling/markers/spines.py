@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.scaling.joint_centres import unit_vector
+from gaitval.scaling.landmarks import unit_vector
 from gaitval.scaling.markers.body import drawn_places, sites
 
 CRESTS: Final = ("R.Crest", "L.Crest")
