@@ -44,7 +44,7 @@ CASES = {
         ("inDegrees=yes", "radians"),
     ),
     "judge_degrees_said_in_words": (
-        "judge model.osim --ik ik.mot --id id.sto --grf grf.mot", 1, ("69 kept, 2 failed",),
+        "judge model.osim --ik ik.mot --id id.sto --grf grf.mot", 0, ("69 kept, 2 failed",),
     ),
     "judge_radians_called_degrees": (
         "judge model.osim --ik ik.mot --id id.sto --grf grf.mot", 2, ("inDegrees=no", "radians"),
