@@ -26,7 +26,7 @@ from gaitval.mocap.findings import Finding
 from gaitval.mocap.foot_markers import pelvis_markers
 from gaitval.mocap.lost_frames import lost_frames
 from gaitval.mocap.recording import Event, FootForces, Recording
-from gaitval.scaling.same_person import LARGEST_CHANGE, MarkerDistance
+from gaitval.scaling.same_person import MarkerDistance
 
 
 def marker_warnings(
@@ -43,7 +43,7 @@ def marker_warnings(
     yield from trajectory_warnings(as_read)
     for one in moved:
         yield QualityFlag(
-            "displaced marker", " to ".join(one.markers), abs(one.change), LARGEST_CHANGE, "m",
+            "displaced marker", " to ".join(one.markers), abs(one.change), one.limit, "m",
             f"{1000 * one.standing:.0f} mm in standing, {1000 * one.walking:.0f} mm in walking: "
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
         )  # fmt: skip

@@ -26,6 +26,13 @@ from gaitval.mocap.recording import FootForces, Plate, Recording
 LEAST_BRAKING: Final = 0.02
 """Fore-aft impulse of the last 40 % of a stance less that of its first 40 %, as a fraction of the
 vertical impulse: at least 0.039 (0.49 m/s) and 0.085 (over ground). Turned round it is negative."""
+SHARE_OF_FALL: Final = 0.25
+"""Of what a force from the foot to the pelvis would brake by: who takes short steps, as a small
+child does, brakes little and needs no more. Turned round it is negative."""
+SHARE_OF_LEAN: Final = 0.08
+"""Of the pelvis' lean over the foot: an outward push that is smaller is of neither sign."""
+MOSTLY_SEEN: Final = 0.8
+"""Share of a stance in which pelvis and centre of pressure must be known for its `fall`."""
 EXCHANGED: Final = 0.03
 """The same difference of the sideways impulse: at most 0.013 in size."""
 LEAST_INWARD: Final = 0.0
@@ -116,6 +123,7 @@ class StanceFigures:
     ----------
     braking, sideways : of the last 40 % less of the first 40 %, forward and left.
     inward : in the middle 70 %, towards the other foot.
+    fall : what `braking` would be of a force from the foot to the pelvis; NaN where it is not seen.
     lean : how far the pelvis is inward of the centre of pressure, over its height, likewise.
     twist : m, 95th percentile of the free moment over the vertical force.
     late_twist : m, mean free moment of the second half over the vertical force, positive inwards.
@@ -124,6 +132,7 @@ class StanceFigures:
     braking: float
     sideways: float
     inward: float
+    fall: float
     lean: float
     twist: float
     late_twist: float
@@ -143,8 +152,16 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
     # Ratios of impulses: the sample time cancels.
     difference = (late.sum(axis=0) - early.sum(axis=0)) / impulse
     middle = slice(int(0.15 * samples), int(0.85 * samples))
-    away = (pelvis[window] - forces.centre_of_pressure[window, column])[middle]
+    whole = pelvis[window] - forces.centre_of_pressure[window, column]
+    away = whole[middle]
     away = away[np.isfinite(away).all(axis=1)]
+    # Where a force that points from the foot to the pelvis would have its impulses.
+    towards = force[:, 2] * whole[:, 0] / whole[:, 2]
+    ends = [
+        towards[part][np.isfinite(towards[part])].sum()
+        for part in (slice(int(0.6 * samples), None), slice(None, int(0.4 * samples)))
+    ]
+    seen = np.isfinite(towards).mean() > MOSTLY_SEEN
     twist = forces.free_moment[window, column, 2]
     heavy = force[:, 2] > LOADED * force[:, 2].max()
     half = samples // 2
@@ -152,6 +169,7 @@ def stance_figures(stance: Stance, forces: FootForces, pelvis: Array) -> StanceF
         braking=float(difference[0]),
         sideways=float(difference[1]),
         inward=float(inward * force[middle, 1].sum() / impulse),
+        fall=float((ends[0] - ends[1]) / impulse) if seen else np.nan,
         lean=float(inward * np.mean(away[:, 1] / away[:, 2])) if len(away) else np.nan,
         # A percentile, because one sample of noise would decide the largest value.
         twist=float(np.percentile(np.abs(twist[heavy]) / force[heavy, 2], 95.0)),
@@ -199,18 +217,25 @@ def _horizontal(name: str, where: str, figures: Sequence[StanceFigures]) -> Iter
             certain=True, plate=name,
         )  # fmt: skip
         return
-    if braking < LEAST_BRAKING:
+    fall = float(np.mean([one.fall for one in figures]))
+    small = fall > 0.0 and braking >= SHARE_OF_FALL * fall  # False where the fall is not known
+    if braking < LEAST_BRAKING and not small:
+        turned = (
+            f"the fore-aft force has the wrong sign or axis. {_fix(name, 'along')}"
+            if braking < 0.0
+            else "the fore-aft force is nearly missing, which is no wrong sign. Is the channel "
+            "dead or its sensitivity too small, or does the person shuffle?"
+        )
         yield QualityFlag(
             "braking before propulsion", where, braking, LEAST_BRAKING, "1",
             "a walking foot is pushed back first and forward later, but here the fore-aft impulse "
             f"changes by {100 * braking:.1f} % of the vertical one from early to late stance (at "
-            f"least {100 * LEAST_BRAKING:.0f} %): the fore-aft force has the wrong sign or axis, "
-            f"or is missing. {_fix(name, 'along')}",
+            f"least {100 * LEAST_BRAKING:.0f} %): {turned}",
             certain=braking < -LEAST_BRAKING, plate=name,
         )  # fmt: skip
     inward = float(np.mean([one.inward for one in figures]))
     lean = float(np.mean([one.lean for one in figures]))  # NaN where no marker shows the pelvis
-    if inward < LEAST_INWARD:
+    if inward < LEAST_INWARD - SHARE_OF_LEAN * (lean if lean > 0.0 else 0.0):
         yield QualityFlag(
             "push towards the middle line", where, inward, LEAST_INWARD, "1",
             f"the foot is pushed outwards by {-100 * inward:.1f} % of the vertical impulse, but "

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gaitval.errors import ToleranceError
 from gaitval.terminal import display
 from gaitval.terminal.app import ConfigOption, SetOption, added_command
 
@@ -34,7 +35,8 @@ def imports(
     A session file is TOML with a table [[people]] for each: name, sex, static, trials (a list),
     and any option of `gaitval import` (mass, height, forces, knee_width = [right, left], ...).
     Paths are relative to the file. One that is refused does not stop the others: a table at the
-    end, and OUT/batch.csv, say what became of each. The exit code is 2 if any was refused.
+    end, and OUT/batch.csv, say what became of each. The exit code is 2 if any was refused,
+    else 1 if forces of any were given and no moments came of them.
     """
     from gaitval.configuration import load_configuration
     from gaitval.importing.batch_imports import TABLE, import_batch, read_batch
@@ -51,3 +53,8 @@ def imports(
     display.print_csv(out / TABLE, "Imports")
     if not all(outcome.made for outcome in outcomes):
         raise typer.Exit(2)
+    if unjudged := [outcome.name for outcome in outcomes if outcome.not_judged]:
+        raise ToleranceError(
+            f"Not judged: {', '.join(unjudged)}: see the column not_judged of {out / TABLE}. The "
+            "subjects were made of angles, and can be used."
+        )

@@ -116,7 +116,14 @@ def _say_guesses(draft: "Draft") -> None:
     """How many guesses are used, which are not, and whether names and person helped."""
     from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME
     from gaitval.scaling.markers.files import MIRRORED, UNRECOGNISED, sentence_of
+    from gaitval.scaling.unrecognised import unlabelled
 
+    if without := unlabelled([guess.name for guess in draft.guesses]):
+        display.plain(
+            f"Warning:{without} Numbers go to other markers in the next file, and may change "
+            "within one, so a set drafted from them is of this file alone.",
+            "yellow",
+        )
     if draft.mirrored:
         display.plain(MIRRORED)
     elif not draft.names_count and draft.names_agree == draft.names_agree:
@@ -140,12 +147,19 @@ def _say_guesses(draft: "Draft") -> None:
 def _say_whether_complete(draft: "Draft", target: Path) -> None:
     """Whether the guesses that are used are enough to import with the set at `target`."""
     from gaitval.scaling.landmarks import landmarks_of
+    from gaitval.scaling.markers.spines import spines_of
 
     sites = [(each.site, each.at) for each in draft.guesses if each.used]
-    try:
-        landmarks_of(
-            {site.landmark: at for site, at in sites if site and site.landmark}, None, None
+    points = {site.landmark: at for site, at in sites if site and site.landmark}
+    if draft.by_crests:
+        spines = spines_of({site.label: at for site, at in sites if site})
+        points |= {} if spines is None else spines.places
+        display.plain(
+            "No marker is on the anterior spines of the pelvis (ASIS): they are estimated from the "
+            "crests and what is behind, and the tilt of the pelvis is uncertain by several degrees."
         )
+    try:
+        landmarks_of(points, None, None)
     except ScalingError as error:
         display.plain(
             f"Not to be imported yet: {str(error).partition('. ')[0]}. Take the # away from the "

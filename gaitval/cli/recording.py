@@ -90,10 +90,11 @@ def import_command(
     standing and the walking trial, and works out joint angles (inverse kinematics), joint moments
     (inverse dynamics with the measured ground reaction) and the mean gait cycle. Prints what it
     decides. OUT/recording holds a page (recording.html, recording.pdf), tables (CSV, JSON) and
-    the model, motion, moments and forces as OpenSim files.
+    the model, motion, moments and forces as OpenSim files. Exit code 1 if forces were
+    given and no moments came of them, so that they are not judged; the subject is made of angles.
     """
     from gaitval.configuration import load_configuration
-    from gaitval.errors import TrialOnlyError
+    from gaitval.errors import ToleranceError, TrialOnlyError
     from gaitval.importing.importing import import_files
     from gaitval.session.request import ImportOptions, checked
     from gaitval.terminal.model_options import flag_of
@@ -112,6 +113,14 @@ def import_command(
         display.plain(f"Made: {only}")
         return
     say_what_was_made(imported, out)
+    from gaitval.importing.summary import not_judged
+
+    if reason := not_judged(imported.found):
+        raise ToleranceError(
+            f"Not judged: {reason}. The limits that passed are those of the markers. "
+            "The subject is made of angles, and can be used. Give a trial with a whole stance on a "
+            "plate, or --kinematics-only if forces do not matter."
+        )
 
 
 def say_what_was_made(imported: "Imported", out: Path) -> None:

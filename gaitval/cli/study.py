@@ -217,7 +217,8 @@ def validate(
     """Compare the walks with the record and the limits: metrics.json.
 
     Prints the verdict and what failed. Exit code 1 if a limit that decides the verdict fails or is
-    not shown to be kept. To check a policy against its earlier accuracy, use `gaitval check`.
+    not shown to be kept, or if what decides was not recorded, so not judged. To check a policy
+    against its earlier accuracy, use `gaitval check`.
     """
     from gaitval.metrics.results import read_metrics
 
@@ -233,6 +234,19 @@ def validate(
             "their limit, or a guess without a model is as near to the record (rows above). All "
             f"errors are in {folder / 'metrics.json'}; `gaitval report` shows the curves."
         )
+    _judged(folder)
+
+
+def _judged(folder: Path) -> None:
+    """Raise ToleranceError if the verdict in `folder` lacks what decides: it is no pass."""
+    from gaitval.metrics.results import read_metrics
+    from gaitval.metrics.verdicts import not_judged
+
+    if reason := not_judged(read_metrics(folder)):
+        raise ToleranceError(
+            f"{reason} The limits that were kept say nothing of this. All that was made is in "
+            f"{folder}. To have it judged, import a recording that has it."
+        )
 
 
 @command("gaitval report 5", "gaitval report 5 --language de --paper letter")
@@ -247,9 +261,12 @@ def report(
 ) -> None:
     """Write the report: report.html and report.pdf, report-details.html, and the numbers behind
     its figures as CSV.
+
+    Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
     folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
+    _judged(folder)
 
 
 DeviceOption = Annotated[
@@ -291,6 +308,7 @@ def subject_command(
     trained further. Training and identification alternate until epsilon is below
     identification.kappa times the reference's own, until a round gains nothing, or until
     identification.rounds are done (Algorithm 1). Stages that are up to date are skipped.
+    Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
     lacking = [name for name in ("torch", "mujoco", "weasyprint") if find_spec(name) is None]
     if lacking not in ([], ["torch"]):
@@ -321,6 +339,7 @@ def subject_command(
     display.print_groups(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
+    _judged(run.folder)
 
 
 @command("gaitval baseline 5")

@@ -20,7 +20,7 @@ from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.importing.batch_person import BatchPerson, person_of
 from gaitval.importing.importing import Imported, import_files
 from gaitval.importing.program_folders import opencap_sessions, pose2sim_sessions
-from gaitval.importing.summary import limit_rows
+from gaitval.importing.summary import limit_rows, not_judged
 from gaitval.importing.write import FOLDER
 from gaitval.metrics.recording_limits import State, failure
 from gaitval.session.request import Notify, silent
@@ -43,6 +43,8 @@ class ImportOutcome:
     page : to read.
     limits : how many passed, failed and were not judged.
     failed : those that failed, with value and limit.
+    not_judged : why no moments came of forces that were given, so that limits that passed say
+        nothing of them.
     warnings : of the import, and why trials were left out.
     """
 
@@ -54,6 +56,7 @@ class ImportOutcome:
     page: str
     limits: str = ""
     failed: str = ""
+    not_judged: str = ""
     warnings: str = ""
 
 
@@ -195,6 +198,7 @@ def _made(person: BatchPerson, imported: Imported, out: Path) -> ImportOutcome:
         failed="; ".join(
             failure(row.name, row.value, row.limit, row.unit) for row in rows if row.failed
         ),
+        not_judged=not_judged(found),
         warnings="; ".join(
             re.sub(r"\s+", " ", text.strip().rstrip("."))
             for step, text in found.decisions

@@ -290,6 +290,27 @@ def limit_rows(found: Import) -> list[page.GateRow]:
     ]
 
 
+def not_judged(found: Import) -> str:
+    """Why the verdict on the import `found` is none: forces were to be used, and no moments came of
+    them. Empty where some did, or where the options say that forces are not to be.
+    """
+    if found.request.kinematics_only or found.forces:
+        return ""
+    return "moments and ground reaction, for in no gait cycle are the forces of a foot known"
+
+
+def unseen_residuals(found: Import) -> str:
+    """Why whether motion and forces agree is not judged; empty where it is, or is not to be."""
+    if found.request.kinematics_only or found.request.aid is not None or not found.forces:
+        return ""
+    if any(each.measure == "residual_force_share" for each in verdicts(found)):
+        return ""
+    return (
+        "whether motion and forces agree, for in no frame do the plates show both feet. Moments "
+        "are those of single stances"
+    )
+
+
 def scaling_methods(found: Import) -> list[page.ScalingMethod]:
     """Marker errors of both ways to scale the body of `found`, in standing and the first walk."""
     body, walk = found.body, found.trials[0]

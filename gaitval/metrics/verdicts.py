@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import Final
 
 from gaitval.coordinates import split_side
-from gaitval.metrics.origin import Origins, not_recorded
+from gaitval.metrics.origin import Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
 from gaitval.metrics.tolerances import State, Verdict, load_registry
 
@@ -263,6 +263,22 @@ def unjudged_text(origins: Origins) -> str:
         for origin, found in by_reason.items()
     ]
     return f" Not recorded, so not judged: {'; '.join(messages)}." if messages else ""
+
+
+def not_judged(metrics: Metrics) -> str:
+    """Why the verdict of `metrics` is none: of what decides, whole kinds were judged on neither
+    side, such as moments of a walk recorded without forces. Empty where something of each was.
+    """
+    missing: dict[str, str] = {}
+    for quantity, sides in metrics.origins.items():
+        if "recorded" not in sides.values():
+            missing[quantity] = furthest(list(sides.values()))
+    if missing:
+        reasons = ", ".join(f"{name} ({origin})" for name, origin in missing.items())
+        return f"Not judged, because not recorded: {reasons}."
+    if not any(row.role == "acceptance" for row in metrics.tolerances):
+        return "Not judged: no limit that decides was put to any value."
+    return ""
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -1,12 +1,16 @@
 """Markers and forces of other formats than C3D, by the ending of the file."""
 
+import warnings
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from gaitval import plugins
-from gaitval.errors import RecordError
-from gaitval.mocap.recording import Plate, Recording
+from gaitval.errors import RecordError, RecordWarning
+from gaitval.mocap.recording import DeviceTorque, Plate, Recording
 from gaitval.mocap.separate_forces import during, with_plates
 
 
@@ -129,4 +133,26 @@ def with_forces(
     if part is not None:
         recording = recording.between(part, "--trial-time")
         plates, start = during(plates, rate, start, recording)
-    return with_plates(recording, path, plates, rate=rate, start=start)
+    found = with_plates(recording, path, plates, rate=rate, start=start)
+    return _with_devices(found, path) if reader is _mot else found
+
+
+def _with_devices(recording: Recording, path: Path) -> Recording:
+    """The recording with the torques of devices in the file of its forces, at its own times."""
+    from gaitval.mocap.mot import read_device_torques
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordWarning)  # said when the plates were read
+        time, torques = read_device_torques(path)
+    return replace(
+        recording,
+        devices=tuple(
+            DeviceTorque(
+                name,
+                np.column_stack(
+                    [np.interp(recording.time, time, each, np.nan, np.nan) for each in torque.T]
+                ),
+            )
+            for name, torque in torques.items()
+        ),
+    )

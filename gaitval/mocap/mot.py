@@ -18,7 +18,7 @@ from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import UNLOADED_N, plate_or_fault
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.mocap.pressed_plates import pressed_plate
-from gaitval.mocap.recording import Plate
+from gaitval.mocap.recording import DeviceTorque, Plate
 from gaitval.mocap.text_table import (
     XYZ,
     counted,
@@ -198,7 +198,8 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     The rest of the names is the plate's name; `FP1_vx`, `FP1_px`, `FP1_mx` are read too, and
     `f1_1`, `p1_1`, `m1_1` of OpenSim's own reader of C3D, also in mm and Nmm. Columns for one foot
     over all its steps also count as a plate, so a torque may have three components. What is no
-    plate is named and not used: a torque without a force is a device's, other columns are nobody's.
+    plate is named and left out: a torque without a force is a device's (`read_device_torques`),
+    other columns are nobody's.
 
     Parameters
     ----------
@@ -216,16 +217,11 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     """
     path = Path(path)
     table = read_storage(path)
-    found: dict[str, dict[str, str]] = {}
-    for column in table.columns:
-        part = _part(column)
-        if part is not None:
-            plate, quantity = part
-            found.setdefault(plate, {})[quantity] = column
-    if not found:
-        found = _short_names(table.columns)
+    found = _groups(table.columns)
     _tell_unused(path, table.columns, found)
-    devices = _devices(path, table, found)
+    devices = _devices(table, found)
+    if devices:
+        _tell_devices(path, devices)
     for name in devices:
         del found[name]
     if not any("vx" in parts for parts in found.values()):
@@ -258,6 +254,36 @@ def read_ground_reaction(path: Path) -> tuple[float, float, tuple[Plate, ...]]:
     return sample_rate(path, table.time), float(table.time[0]), tuple(plates)
 
 
+def read_device_torques(path: Path) -> tuple[Array, dict[str, Array]]:
+    """Times (N,) s of a file of forces, and the torques (N, 3) Nm of the devices in it by their
+    names: of the groups of columns that `read_ground_reaction` says are no plates'. Raises
+    RecordError as `read_storage`.
+    """
+    table = read_storage(Path(path))
+    groups = _groups(table.columns)
+    nothing = np.zeros(len(table.time))
+    return table.time, {
+        name: np.column_stack(
+            [
+                table.column(groups[name][f"m{x}"]) if f"m{x}" in groups[name] else nothing
+                for x in XYZ
+            ]
+        )
+        for name in _devices(table, groups)
+    }
+
+
+def _groups(columns: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Columns of each plate or device by its name, and by quantity (`vx`, `py`, `mz` …)."""
+    found: dict[str, dict[str, str]] = {}
+    for column in columns:
+        part = _part(column)
+        if part is not None:
+            plate, quantity = part
+            found.setdefault(plate, {})[quantity] = column
+    return found or _short_names(columns)
+
+
 def _short_names(columns: Sequence[str]) -> dict[str, dict[str, str]]:
     """Plates of columns without the words force and torque, if all nine of a plate are there."""
     plates: dict[str, dict[str, str]] = {}
@@ -282,10 +308,10 @@ NAMED: Final = 6
 """Columns that are named in a message."""
 
 
-def _devices(
-    path: Path, table: StorageTable, found: Mapping[str, Mapping[str, str]]
-) -> tuple[str, ...]:
-    """Groups of columns with a torque and no force, which are those of a device and no plates."""
+def _devices(table: StorageTable, found: Mapping[str, Mapping[str, str]]) -> dict[str, float]:
+    """Groups of columns with a torque and no force, which are those of a device and no plates, and
+    the largest component of each torque, Nm.
+    """
     devices, plates = {}, 0
     for name, parts in found.items():
         columns = {kind: [parts[k] for k in parts if k[0] == kind] for kind in "vm"}
@@ -297,18 +323,27 @@ def _devices(
         if force <= NO_FORCE_N and torque >= SOME_TORQUE:
             devices[name] = torque
         plates += force > NO_FORCE_N
-    if not plates:  # in another unit than N all plates are weak
-        return ()
-    if devices:
-        value = ", ".join(
-            f"{name or 'without a name'} (up to {t:.3g} Nm)" for name, t in devices.items()
-        )
-        passed_over(
-            f"{path}: {value}: a torque without a force is no force plate's, but a device's on the "
-            "body. It is not used, so joint moments are those of person and device together: take "
-            "the device's away from them"
-        )
-    return tuple(devices)
+    return devices if plates else {}  # in another unit than N all plates are weak
+
+
+def _tell_devices(path: Path, devices: Mapping[str, float]) -> None:
+    """Say which groups of columns are those of devices, and what becomes of them."""
+    value = ", ".join(
+        f"{name or 'without a name'} (up to {t:.3g} Nm)" for name, t in devices.items()
+    )
+    unclear = [name for name in devices if DeviceTorque(name, np.zeros((0, 3))).joint is None]
+    apart = (
+        f"The name of {', '.join(unclear)} does not say a joint and a side, so they cannot be told "
+        "apart: name the columns as in exo_hip_r_torque_x (hip, knee or ankle; the torque on the "
+        "segment below it)"
+        if unclear
+        else "An import writes those of person and device apart"
+    )
+    passed_over(
+        f"{path}: {value}: a torque without a force is no force plate's, but a device's on the "
+        "body. It is kept as the device's record, and joint moments are those of person and device "
+        f"together. {apart}"
+    )
 
 
 def _tell_unused(

@@ -5,6 +5,7 @@ Readers (`gaitval.mocap.c3d` and others) return it in the axes of the laboratory
 throughout: m, N, Nm, s.
 """
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -69,6 +70,30 @@ class Plate:
 
 
 @dataclass(frozen=True)
+class DeviceTorque:
+    """The torque of a device on the body, such as an exoskeleton, as a file of forces gives it.
+
+    Attributes
+    ----------
+    name : of its columns.
+    torque : (T, 3) Nm, at the times of the marker frames, in the recording's axes, on the distal
+        segment of the joint that it spans; the proximal segment bears the opposite. NaN where the
+        file has none.
+    """
+
+    name: str
+    torque: Array
+
+    @property
+    def joint(self) -> tuple[str, str] | None:
+        """The joint ("hip", "knee", "ankle") and side ("r", "l") that its name says, or None."""
+        words = re.findall(r"hip|knee|ankle|right|left|[a-z]+", self.name.lower())
+        joints = [word for word in words if word in ("hip", "knee", "ankle")]
+        sides = [word[0] for word in words if word in ("r", "l", "right", "left")]
+        return (joints[0], sides[0]) if len(joints) == len(sides) == 1 else None
+
+
+@dataclass(frozen=True)
 class Event:
     """A gait event: time in s (on the recording's clock), side and kind."""
 
@@ -92,6 +117,7 @@ class Recording(Displayed):
     plates : force plates; empty where the file has none.
     force_rate : Hz, an integer multiple of `marker_rate`; 0 without plates.
     events : events that the file stores, in order of time.
+    devices : torques of devices on the body, beside the plates.
     """
 
     source: str
@@ -103,6 +129,7 @@ class Recording(Displayed):
     plates: tuple[Plate, ...] = ()
     force_rate: float = 0.0
     events: tuple[Event, ...] = ()
+    devices: tuple[DeviceTorque, ...] = ()
 
     @property
     def time(self) -> Array:
@@ -152,6 +179,7 @@ class Recording(Displayed):
             start=float(self.time[first]),
             plates=tuple(plate.during(of_forces) for plate in self.plates),
             events=tuple(each for each in self.events if window[0] <= each.time <= window[1]),
+            devices=tuple(replace(d, torque=d.torque[first:end]) for d in self.devices),
         )
 
     def turned(self, rotation: Array) -> "Recording":
@@ -173,6 +201,7 @@ class Recording(Displayed):
                 )
                 for plate in self.plates
             ),
+            devices=tuple(replace(d, torque=d.torque @ turn) for d in self.devices),
         )
 
     def with_markers(self, names: Iterable[str], markers: Array) -> "Recording":

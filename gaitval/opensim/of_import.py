@@ -6,12 +6,15 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import runs
+from gaitval.arrays import Array, runs
 from gaitval.configuration import ContactSettings
-from gaitval.coordinates import COORDINATES, ROOT
+from gaitval.coordinates import ACTUATED, COORDINATES, ROOT
+from gaitval.inverse.device_moments import device_moments
+from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.mocap.recording import FootForces
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
+from gaitval.opensim.coordinates import vectors_to_opensim
 from gaitval.opensim.motion import (
     moments_shown,
     write_external_loads,
@@ -57,6 +60,10 @@ def write_import(target: Path, found: Import, contact: ContactSettings) -> list[
     write_model(target / "model.osim", found.body.model)
     for number, walk in enumerate(found.trials, start=1):
         written += write_trial(target, number, walk)
+        if walk.recording.devices:
+            path = target / f"trial{number}_devices.sto"
+            model = found.body.model if walk.consistent is None else walk.consistent.model
+            written += [path] if write_devices(path, model, walk) else []
         if walk.consistent is not None:
             write_model(target / f"trial{number}_model.osim", walk.consistent.model)
     return written
@@ -77,6 +84,31 @@ def write_trial(target: Path, number: int, walk: WalkingTrial) -> list[Path]:
     motion = OverTime(walk.motion[:, len(ROOT) :], known, powers)
     write_quantities(files["quantities.sto"], walk.moments.time, motion)
     return list(files.values())
+
+
+def write_devices(path: Path, model: BodyModel, walk: WalkingTrial) -> bool:
+    """Write the torques of the devices of a trial `walk` to `path` (`.sto`, Nm), and what they do
+    at the joints of `model` that their names say: `hip_flexion_r_device_moment`, and what is left
+    of the joint's moment for the person, `hip_flexion_r_person_moment`. NaN where the moment is not
+    known. Nothing is written of a trial whose frames are not those of the devices; returns whether
+    it was.
+    """
+    devices, motion = walk.recording.devices, walk.motion
+    if any(len(device.torque) != len(motion) for device in devices):
+        return False
+    columns: dict[str, Array] = {}
+    for name, moment in device_moments(model, motion, devices).items():
+        columns[f"{name}_device_moment"] = moment
+        if walk.loads is not None and walk.moments is not None:
+            known = moments_shown(walk.moments.moments, walk.loads.valid)
+            columns[f"{name}_person_moment"] = known[:, ACTUATED.index(name)] - moment
+    for device in devices:
+        torque = vectors_to_opensim(device.torque)
+        columns |= {f"{device.name}_torque_{x}": torque[:, i] for i, x in enumerate("xyz")}
+    table = np.column_stack(list(columns.values()))
+    time = walk.recording.time
+    write_storage(path, StorageTable(tuple(columns), time, table, name="Devices"))
+    return True
 
 
 def used(walk: WalkingTrial) -> FootForces:

@@ -23,6 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitval.arrays import Array
 from gaitval.errors import ScalingError
+from gaitval.scaling.rigid import superimposed
 
 LEAST_SPREAD: Final = 0.010
 """m, root mean square distance of a segment's markers from the line through them. Nearer to a line
@@ -148,7 +149,7 @@ def segment_motion(standing: Array, markers: Array, name: str = "segment") -> Se
         if pattern.sum() < 3:
             continue
         frames = (seen == pattern).all(axis=1)
-        rotation[frames], translation[frames] = _kabsch(
+        rotation[frames], translation[frames] = superimposed(
             standing[pattern], markers[frames][:, pattern]
         )
         placed = np.einsum("tij,mj->tmi", rotation[frames], standing[pattern])
@@ -281,16 +282,6 @@ class _Joint:
         # |A x - b|² from the normal equations, without the frames.
         squares = self.squares - 2 * images @ right + images @ normal @ images
         return float(np.sqrt(max(float(squares), 0.0) / self.frames))
-
-
-def _kabsch(standing: Array, markers: Array) -> tuple[Array, Array]:
-    """Rotations (T, 3, 3) and translations (T, 3) from (M, 3) to (T, M, 3)."""
-    middle, middles = standing.mean(axis=0), markers.mean(axis=1)
-    products = np.einsum("tmi,mj->tij", markers - middles[:, None], standing - middle)
-    left, _, right = np.linalg.svd(products)
-    left[:, :, 2] *= np.linalg.det(left @ right)[:, None]  # no reflection
-    rotation = left @ right
-    return rotation, middles - rotation @ middle
 
 
 def _ranges(relative: Array) -> tuple[float, float, float]:

@@ -35,6 +35,11 @@ LARGEST_CHANGE: Final = 0.025
 of Rajagopal et al. 2016 (thigh), 6 mm in those of WBDS01. Does not apply to the trunk: shoulders
 lift by 6 cm."""
 
+FIRM_CHANGE: Final = 0.015
+"""m. The same on shanks and feet, where little is between skin and bone: at most 9.0 mm (heel to
+top of the midfoot) in six walks of three people, 4 mm on shanks."""
+_FIRM: Final = ("shank", "foot")
+
 SHORTEST: Final = 0.03
 """m; closer markers say nothing about a person."""
 
@@ -44,11 +49,14 @@ FEWEST: Final = 4
 
 @dataclass(frozen=True)
 class MarkerDistance:
-    """Distance of two markers of one segment in both trials, m; medians over frames."""
+    """Distance of two markers of one segment in both trials, m; medians over frames. In one person
+    it changes by `limit` at most.
+    """
 
     markers: tuple[str, str]
     standing: float
     walking: float
+    limit: float = LARGEST_CHANGE
 
     @property
     def change(self) -> float:
@@ -76,7 +84,8 @@ def marker_distances(
             distances = distances[np.isfinite(distances)]
             medians.append(float(np.median(distances)) if len(distances) else np.nan)
         if np.isfinite(medians).all() and medians[0] > SHORTEST:
-            found.append(MarkerDistance((first, second), *medians))
+            limit = largest_change(marker_set.markers[first].segment)
+            found.append(MarkerDistance((first, second), medians[0], medians[1], limit))
     return tuple(found)
 
 
@@ -84,16 +93,21 @@ def displaced(
     distances: Iterable[MarkerDistance], marker_set: MarkerSet
 ) -> tuple[MarkerDistance, ...]:
     """Of `distances` between markers of `marker_set`, those that change by more than
-    `LARGEST_CHANGE`: in one of the trials one of the two markers was moved, fell off or has another
+    their limit: in one of the trials one of the two markers was moved, fell off or has another
     marker's name.
     """
     return tuple(
         distance
         for distance in distances
-        if abs(distance.change) > LARGEST_CHANGE
+        if abs(distance.change) > distance.limit
         # The trunk bends: distances on it change in one person too.
         and marker_set.markers[distance.markers[0]].segment != "torso"
     )
+
+
+def largest_change(segment: str) -> float:
+    """m, by which a distance on this `segment` changes in one person at most."""
+    return FIRM_CHANGE if segment.partition("_")[0] in _FIRM else LARGEST_CHANGE
 
 
 def check_same_person(

@@ -37,11 +37,27 @@ def undecided(
 
 
 UNLABELLED: Final = re.compile(
-    r"(?i)(\*|u|c_|m|marker|markers|point|traj|trajectory|unlabell?ed|uname|unnamed|unknown|new)?"
-    r"[ _.*-]*\d+"
+    r"(?i)(\*|u|c_|m|marker|markers|point|traj|trajectory|unlabell?ed|unidentified|uname|unnamed"
+    r"|unknown|new)?[ _.*#-]*\d+|(unlabell?ed|unidentified|unnamed|unknown)(#\d+)?"
 )
 """Names that programs give to trajectories that nobody labelled."""
 MOSTLY: Final = 0.8
+
+
+def unlabelled(names: Sequence[str], least: float = MOSTLY) -> str:
+    """What is said of `names` of which a share of `least` or more are of nobody's labelling; else
+    empty.
+    """
+    bare = [name for name in names if UNLABELLED.fullmatch(name.rpartition(":")[2])]
+    if not bare or len(bare) <= least * len(names):
+        return ""
+    which = "They" if len(bare) == len(names) else f"{len(bare)} of {len(names)}"
+    some = bare[0] if len(bare) == 1 else f"{bare[0]} to {bare[-1]}"
+    return (
+        f" {which} are unlabelled: {some} is what programs call a trajectory that nobody named. "
+        "Label the trial in the recording program and export it again; no marker set can tell "
+        "which is which."
+    )
 
 
 def unknown(
@@ -63,13 +79,7 @@ def unknown(
     )
     twice = ", ".join(name[:-2] for name in names if name.endswith("#2"))
     matches = f" Several markers have one name: {twice}." if twice else ""
-    bare = [name for name in names if UNLABELLED.fullmatch(name)]
-    if len(bare) > MOSTLY * len(names):
-        matches += (
-            f" They are unlabelled: {bare[0]} to {bare[-1]} are numbers and no names "
-            "of places on the body. Label the trial in the recording program and export it again; "
-            "no marker set can tell which is which."
-        )
+    matches += unlabelled(names)
     # character by character is what is wanted: names are no paths
     shared, joined, _ = os.path.commonprefix(names).rpartition("_")  # noqa: RUF071
     if joined and len(names) > 1:

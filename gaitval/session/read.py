@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shlex import quote
 from typing import Final
@@ -25,6 +25,7 @@ from gaitval.mocap.recording import Recording
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.marker_sets import RECOGNISED_SHARE, load_marker_set, recognise
 from gaitval.scaling.same_person import check_same_person, displaced
+from gaitval.session.pelvis_markers import completed
 from gaitval.session.request import Notify, Request, part_text, silent
 from gaitval.session.standing import check_stands
 
@@ -42,6 +43,7 @@ class SessionRecordings:
     axes : of the laboratory.
     standing, walking : in the project's axes, walking along +x.
     warnings : the trial, and a warning about its markers.
+    placement_sd : m, each way, of landmarks that no marker is on, by name.
     """
 
     marker_set: MarkerSet
@@ -49,6 +51,7 @@ class SessionRecordings:
     standing: Recording
     walking: tuple[Recording, ...]
     warnings: tuple[tuple[str, QualityFlag], ...] = ()
+    placement_sd: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_session(
@@ -76,6 +79,8 @@ def read_session(
         lacking = [name for name in marker_set.essential if name not in recording.names]
         if lacking:
             notify("markers", f"{request.called(number)}: without {', '.join(lacking)}")
+    whole = completed(marker_set, standing, walking)
+    marker_set, standing, walking = whole.marker_set, whole.standing, list(whole.walking)
     axes = _axes(request, standing, marker_set.landmarks)
     notify("axes", axes.description)
 
@@ -98,7 +103,9 @@ def read_session(
     standing, of_walk = _standing(
         request, processing, marker_set, axes, standing, first, floor, notify
     )
-    flags = [(request.called(0), warning) for warning in of_walk]
+    flags = [(request.called(0), warning) for warning in (*whole.flags, *of_walk)]
+    for warning in whole.flags:
+        notify("warnings", str(warning))
     turned = []
     for number, named_walk in enumerate(walking):
         with of_trial(number):
@@ -114,6 +121,7 @@ def read_session(
         standing=standing,
         walking=tuple(turned),
         warnings=tuple(flags),
+        placement_sd=whole.placement_sd,
     )
 
 
@@ -425,11 +433,19 @@ def named(recording: Recording, marker_set: MarkerSet) -> Recording:
         raise RecordError(
             f"{recording.source}: {len(missing)} of the {len(marker_set.essential)} markers that "
             f"the marker set {marker_set.name} needs are missing: {', '.join(missing)}. The file "
-            f"has {', '.join(recording.names)}. Label the trial with the same names as the "
-            "standing trial, or give the right set with --marker-set."
+            f"has {', '.join(recording.names)}.{_unlabelled(recording, names)} Label "
+            "the trial with the same names as the standing trial, or give the right set with "
+            "--marker-set."
         )
     columns = [recording.names.index(name) for name in names]
     return recording.with_markers(names.values(), recording.markers[:, columns])
+
+
+def _unlabelled(recording: Recording, names: Mapping[str, str]) -> str:
+    """That what is no marker of the set (`names` are) has no labels, if it has none."""
+    from gaitval.scaling.unrecognised import unlabelled
+
+    return unlabelled([name for name in recording.names if name not in names], 0.5)
 
 
 def prepared(

@@ -367,7 +367,7 @@ def print_import(found: "Import") -> None:
 
 def print_import_verdict(found: "Import") -> None:
     """Print the last lines of the import `found`: what the plates carried, and failed limits."""
-    from gaitval.importing.summary import limit_rows
+    from gaitval.importing.summary import limit_rows, not_judged, unseen_residuals
     from gaitval.metrics.recording_limits import WHY_NOT_JUDGED, State, failure
 
     rows = limit_rows(found)
@@ -382,15 +382,8 @@ def print_import_verdict(found: "Import") -> None:
         f"Limits: {counts['passed']} passed, {counts['FAILED']} FAILED, {counts['not judged']} not "
         f"judged{why}."
     )
-    from gaitval.importing.summary import verdicts
-
-    forces = not found.request.kinematics_only and found.request.aid is None
-    if forces and not any(each.measure == "residual_force_share" for each in verdicts(found)):
-        plain(
-            "NOT JUDGED: whether motion and forces agree, for in no frame do the plates show both "
-            "feet. Moments are those of single stances.",
-            "yellow",
-        )
+    for reason in filter(None, (not_judged(found), unseen_residuals(found))):
+        plain(f"NOT JUDGED: {reason}.", "yellow")
     for row in rows:
         if row.failed:
             text = failure(row.name, row.value, row.limit, row.unit, row.remedy)

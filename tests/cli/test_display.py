@@ -74,6 +74,53 @@ def test_the_verdict_of_a_walk_and_its_exit_code(
     assert ("All " in sentence[0]) is kept
 
 
+@pytest.mark.parametrize("lacking", ["moments", "forces", "angles", "one side", None])
+@pytest.mark.parametrize("name", ["validate", "report"])
+def test_a_verdict_without_what_decides_is_none(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacking: str | None, name: str
+) -> None:
+    """All limits kept, but of a walk whose moments nobody recorded: not judged, no pass."""
+    stored = read_json(run / "metrics.json")
+    for row in stored["tolerances"]:
+        row["passed"] = True
+    stored["summary"] |= {"refused": 0}
+    origins = {
+        quantity: {"right": "recorded", "left": "recorded"}
+        for quantity in ("angles", "timing", "moments", "forces", "stance")
+    }
+    if lacking == "one side":
+        origins["moments"]["left"] = "expected"
+    elif lacking is not None:
+        origins[lacking] = {"right": "predicted", "left": "expected"}
+    stored["record"]["origins"] = origins
+    write_json(tmp_path / "metrics.json", stored)
+    monkeypatch.setattr(study, "_stage", lambda *_: tmp_path)
+    done = CliRunner().invoke(app, [name, "S05", "--out", str(tmp_path)])
+    whole = lacking in (None, "one side")
+    assert done.exit_code == (0 if whole else 1)
+    if not whole:
+        assert f"not recorded: {lacking} (predicted)" in " ".join(done.output.split())
+
+
+@pytest.mark.parametrize(
+    ("forces", "only", "code"), [(False, False, 1), (True, False, 0), (False, True, 0)]
+)
+def test_an_import_whose_forces_gave_no_moments_is_not_judged(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, forces: bool, only: bool, code: int
+) -> None:
+    found = SimpleNamespace(
+        forces={"right": object()} if forces else {},
+        request=SimpleNamespace(kinematics_only=only, aid=None),
+    )
+    made = SimpleNamespace(found=found)
+    monkeypatch.setattr("gaitval.importing.importing.import_files", lambda *_, **__: made)
+    monkeypatch.setattr("gaitval.cli.recording.say_what_was_made", lambda *_: None)
+    words = "--static a.trc --trial b.trc --mass 70 --height 1.7 --sex F --out"
+    done = CliRunner().invoke(app, ["import", *words.split(), str(tmp_path / "o")])
+    assert done.exit_code == code, done.output
+    assert ("Not judged: moments" in " ".join(done.output.split())) is (code == 1)
+
+
 def test_the_verdict_of_an_import(monkeypatch: pytest.MonkeyPatch, message: io.StringIO) -> None:
     rows = [
         GateRow("kept one", 1.0, 2.0, "cm", True, ""),

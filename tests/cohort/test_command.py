@@ -39,7 +39,7 @@ def test_from_a_table_to_a_report_and_again(gaitval, tmp_path):
     assert done.exit_code == 2, done.output
     assert "2 of 3 studies finished" in done.output
     assert "refuse: refused: the record of this one is no record" in done.output
-    assert "<h1>Cohort of 1 person: out</h1>" in (out / "cohort.html").read_text()
+    assert "<h1>Cohort of 2 people: out</h1>" in (out / "cohort.html").read_text()
     assert len(read_table(out / "table.toml")) == 3
     first = Store(str(out / "studies")).finished("first_sleep0")
     table.write_text("name,subject,seed\nfirst_sleep0,5,0\nsecond_sleep0,5,1\n")
@@ -94,3 +94,15 @@ def test_a_refused_study_is_not_a_finished_one(found, refused, line):
         refused=refused,
     )  # fmt: skip
     assert command.outcome_line(state) == line
+
+
+def test_a_cohort_with_a_study_that_nothing_recorded_judges_is_no_pass(tmp_path):
+    """All its limits are kept; but the moments were predicted."""
+    from gaitval.apps.cohort.command import _not_judged
+
+    class Stored:
+        def summary(self, name):
+            verdict = {"one": "", "two": "Not judged, because not recorded: moments (predicted)."}
+            return {"verdicts": {"not_judged": verdict[name]}} if name in verdict else None
+
+    assert list(_not_judged(Stored(), ["one", "two", "gone"])) == ["two"]

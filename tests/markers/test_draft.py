@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from drawn_markers import LEGS, NAMES, drawn_person
 
+from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import RecordError
 from gaitval.mocap.recording import Recording
 from gaitval.mocap.trc import read_trc
 from gaitval.scaling.marker_sets import load_marker_set
+from gaitval.scaling.markers.body import Site, sites
 from gaitval.scaling.markers.draft import Draft, Guess, draft_markers
 from gaitval.scaling.markers.files import as_toml
 
@@ -122,3 +124,26 @@ def test_names_of_files_and_markers_cannot_write_lines_of_their_own() -> None:
     for title in ("walk😀.c3d", "a\x7f.c3d", 'b"\n[markers]'):
         found = tomllib.loads(as_toml(draft, title, title))
         assert found == {"title": title, "source": title, "markers": {}}
+
+
+def test_a_pelvis_without_spines_is_drafted_by_its_crests(tmp_path: Path) -> None:
+    """Of a real person; the file has the crests as landmarks, which an import reads."""
+    known = load_subject("S05").markers
+    kept = [name for name in known if "ASIS" not in name]
+    points = np.tile([known[name] for name in kept], (50, 1, 1))
+    found = draft_markers(Recording("stand.trc", "project", tuple(kept), points, 100.0))
+    assert found.by_crests
+    assert found.recognised
+    file = tmp_path / "set.toml"
+    file.write_text(as_toml(found, "title", "source"))
+    landmarks = load_marker_set(str(file)).landmarks
+    assert landmarks["R.Crest"] == "R.Iliac.Crest"
+    assert landmarks["L.Crest"] == "L.Iliac.Crest"
+    # With spines the crests only track, as ever.
+    whole = replace(found, guesses=(*found.guesses, replace(found.guesses[0], site=_spine())))
+    assert not whole.by_crests
+    assert "R.Crest" not in as_toml(whole, "title", "source").replace("# R.Crest", "")
+
+
+def _spine() -> Site:
+    return next(site for site in sites() if site.label == "R.ASIS")

@@ -264,6 +264,42 @@ def test_braking_comes_before_propulsion(change, certain):
         assert f"changes by {100 * change:.1f} %" in each.message
 
 
+@pytest.mark.parametrize(
+    ("braking", "fall", "words"),
+    [(0.015, 0.03, None), (0.015, 0.1, "no wrong sign"), (0.0, 0.06, "no wrong sign"),
+     (-0.015, 0.03, "wrong sign or axis"), (-0.015, -0.03, "wrong sign or axis")],
+)  # fmt: skip
+def test_a_childs_small_braking_is_no_wrong_sign(braking, fall, words):
+    """Who falls little over the foot needs little; hardly any of what is needed is told as such."""
+    plate, forces = stepped(early=-braking / 0.8, late=braking / 0.8)
+    pelvis = np.tile(PELVIS, (len(forces.force), 1))
+    # A lean of the whole ends of the stance, over the pelvis' height.
+    pelvis[60:100, 0], pelvis[120:160, 0] = (
+        PELVIS[0] + sign * PELVIS[2] * fall / 0.8 for sign in (-1.0, 1.0)
+    )
+    recording = Recording(
+        "w", "project", ("A",), np.zeros((len(forces.force) // 2, 1, 3)), 100.0, plates=(plate,),
+        force_rate=200.0,
+    )  # fmt: skip
+    (stance,) = whole_stances(recording, forces)
+    assert stance_figures(stance, forces, pelvis).fall == pytest.approx(fall, abs=1e-3)
+    found = [
+        each
+        for each in force_warnings(recording, forces, pelvis)
+        if each.check == "braking before propulsion"
+    ]
+    assert len(found) == (words is not None)
+    for each in found:
+        assert words in each.message
+        assert ("--plate-axis" in each.message) is (words == "wrong sign or axis")
+
+
+def test_a_push_of_neither_sign_is_no_wrong_one():
+    """0.003 outwards with the body 0.1 inwards; turned round it were 0.05."""
+    assert not doubts_of(*stepped(inward=-0.003 / 0.7, where=0.1))
+    assert doubts_of(*stepped(inward=-0.003 / 0.7, where=0.01))
+
+
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize(
     ("sideways", "braking", "exchanged"),

@@ -25,3 +25,12 @@ def test_what_the_baseline_lacks_is_not_counted_as_kept(capsys):
     message = " ".join(capsys.readouterr().out.split())
     assert "1 of 1 measures within their margins" in message
     assert "1 not judged" in message
+
+
+def test_a_kind_that_decides_and_has_no_figure_is_no_pass():
+    """All that is compared is kept, but of the moments nothing is."""
+    moment = Row("moment_rmse", "knee_angle_r", "Nm/kg", None, 0.1, 0.02, "improved", "recorded")
+    with pytest.raises(ToleranceError, match=r"not judged.*moment_rmse"):
+        judge_moved([row(1.0, 1.0), moment], Path("S05"))
+    context = Row("learning_gain", "walk", "1", None, 0.1, 0.02, "improved", "recorded")
+    judge_moved([row(1.0, 1.0), context], Path("S05"))

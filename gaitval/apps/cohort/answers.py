@@ -49,6 +49,7 @@ class _Verdicts(_Read):
     goals: _Count
     goals_reached: _Count
     failed: list[Short]
+    not_judged: Short = ""
 
 
 class _Measure(_Read):

@@ -1,6 +1,6 @@
 """The command that runs many studies."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from gaitval.errors import ConfigurationError, GaitvalError, count_of
+from gaitval.errors import ConfigurationError, GaitvalError, ToleranceError, count_of
 from gaitval.terminal import display
 from gaitval.terminal.app import INTERNAL, ConfigOption, SetOption, added_command
 
 if TYPE_CHECKING:
     from gaitval.apps.cohort.engine import CohortState
+    from gaitval.apps.cohort.store import Store
     from gaitval.apps.cohort.table import Study
 
 TABLE = "table.toml"
@@ -135,7 +136,8 @@ def cohort(
     inputs have not changed is not run again.
 
     Writes OUT/cohort.html, tables as CSV and Parquet, and a folder with a report and a log for each
-    study. Exit code 2 if the input of a study was refused, 70 if one failed otherwise.
+    study. Exit code 2 if the input of a study was refused, 70 if one failed otherwise, else 1
+    if the verdict on one lacks what decides: angles, moments or forces that were not recorded.
     """
     from gaitval.apps.cohort.engine import require
 
@@ -174,6 +176,14 @@ def cohort(
     if failed:
         faults = any(each["status"] != "refused" for each in failed)
         raise typer.Exit(INTERNAL if faults else GaitvalError.exit_code)
+    if unjudged := _not_judged(Store(address), [each["name"] for each in outcomes]):
+        raise ToleranceError("\n".join(f"{name}: {reason}" for name, reason in unjudged.items()))
+
+
+def _not_judged(store: "Store", names: Sequence[str]) -> dict[str, str]:
+    """Why the verdict on a study is none, of those of `names` in `store` whose is none."""
+    found = {name: (store.summary(name) or {}).get("verdicts", {}) for name in names}
+    return {name: each["not_judged"] for name, each in found.items() if each.get("not_judged")}
 
 
 def _studies(

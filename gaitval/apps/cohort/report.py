@@ -70,7 +70,7 @@ def context_of(folder: Path, store: Store, tables: Mapping[str, pd.DataFrame]) -
         "finished": len(done),
         "records": records_of(done).nunique(),
         "people": people_of(done).nunique(),
-        "clean": int((done["refused"] == 0).sum()),
+        "clean": int(((done["refused"] == 0) & (done["not_judged"].fillna("") == "")).sum()),
         "ages": _range(done["age"], 0, "years"),
         "speeds": _range(done["speed"], 2, "m/s"),
         "seconds": _range(done["seconds"], 0, "s"),

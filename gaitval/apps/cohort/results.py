@@ -22,7 +22,8 @@ TABLES: Final = ("studies", "measures", "groups", "parameters", "limits", "devic
 STUDY_COLUMNS: Final = (
     "study", "status", "reason", "identifier", "laboratory", "person", "trial", "source", "sex",
     "age", "mass", "height", "leg_length", "speed", "accepted", "refused", "goals", "goals_reached",
-    "failed", "epsilon", "seconds", "peak_memory", "worker", "folder", "record", "settings",
+    "failed", "not_judged", "epsilon", "seconds", "peak_memory", "worker", "folder", "record",
+    "settings",
 )  # fmt: skip
 """Of `studies`: years, kg, m, m/s; limits met and failed; s and bytes; hashes of the record and of
 how it was done but for the seed, empty if they are not known."""
@@ -66,6 +67,7 @@ def _study_row(
         **summary.get("subject", {}),
         **{name: verdicts.get(name) for name in VERDICTS},
         "failed": "; ".join(verdicts.get("failed", ())),
+        "not_judged": verdicts.get("not_judged", ""),
         "epsilon": summary.get("epsilon"),
         "seconds": outcome["seconds"],
         "peak_memory": outcome["peak_memory"],

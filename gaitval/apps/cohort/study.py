@@ -29,6 +29,7 @@ from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics
 from gaitval.metrics.shown_quantities import quantities_of_walk
 from gaitval.metrics.statistics_results import WalkStatistics
+from gaitval.metrics.verdicts import not_judged
 from gaitval.model.parameters import PARAMETERS
 from gaitval.quantities import BY_NAME
 from gaitval.study.compile_ahead import compile_ahead, walk
@@ -156,6 +157,7 @@ def summary_of(metrics: Metrics, subject: Subject) -> Json:
                 for row in metrics.tolerances
                 if row.role == "acceptance" and not row.passed
             ],
+            "not_judged": not_judged(metrics),
         },
         "measures": [
             *(row.model_dump(include=kept) for row in metrics.measures if is_judged(row.origin)),

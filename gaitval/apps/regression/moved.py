@@ -8,6 +8,7 @@ from rich.text import Text
 
 from gaitval.apps.regression.regression import Row, lost, new
 from gaitval.errors import ToleranceError
+from gaitval.metrics.tolerances import load_registry
 from gaitval.terminal import display
 
 
@@ -61,6 +62,13 @@ def judge_moved(
             f"Figures: not judged. None of the {len(rows)} measures has a value in {baseline}, so "
             f"nothing can be lost or kept. To have one, {anew}."
         )
+    seen = {row.measure for row in judged}
+    if unseen := sorted({row.measure for row in rows if row.measure in _deciding()} - seen):
+        raise ToleranceError(
+            f"Figures: not judged. {baseline} has no value of {', '.join(unseen)}, which decides: "
+            f"whether it was lost is not known; {len(judged)} others are not worse. To have one, "
+            f"{anew}."
+        )
     kept = sum(row.change == "kept" for row in judged)
     improved = "" if kept == len(judged) else f", {len(judged) - kept} improved (table above)"
     rest = len(rows) - len(judged)
@@ -69,6 +77,11 @@ def judge_moved(
         f"Figures: {kept} of {len(judged)} measures within their margins of {baseline}{improved}"
         f"{unjudged}"
     )
+
+
+def _deciding() -> set[str]:
+    """Measures of the limits that decide a verdict."""
+    return {each.measure for each in load_registry().tolerance if each.role == "acceptance"}
 
 
 def _number(value: float | None) -> str:

@@ -165,6 +165,16 @@ def populations() -> Mapping[str, Population]:
     return {pose: _population(pose) for pose in POSES}
 
 
+def drawn_places(pose: str) -> tuple[Array, Array]:
+    """Places (N, K, 3) m of the `sites` on drawn people who stand in one way: where markers were
+    put, and where the places are.
+    """
+    marked, true = (
+        _people(np.random.default_rng(1986), pose, placed=placed)[0] for placed in (True, False)
+    )
+    return marked, true
+
+
 def _landmark(place: Mapping[str, Any], side: str) -> str | None:
     name = place.get("landmark")
     return None if name is None else f"{side}.{name}" if side else name

@@ -15,6 +15,7 @@ from gaitval.scaling.markers.forefeet import FOREFOOT
 from gaitval.scaling.markers.frame import apart, stands, stood
 from gaitval.scaling.markers.match import Match, matched
 from gaitval.scaling.markers.names import ParsedName, agreement, computed, likelihoods, read_names
+from gaitval.scaling.markers.spines import CRESTS, SPINES, rear_of
 
 CERTAIN: Final = 0.95
 """Least certainty of a guess that is used unseen. Chosen on marker sets that no test and no table
@@ -38,7 +39,7 @@ not stand, and nothing is used unseen."""
 
 OF_EVERY_SET: Final = 0.95
 """Share of marker sets with a marker on a place from which on a body is not recognised without one:
-ASIS, knee, ankle and heel of both sides, which gaitval needs."""
+ASIS (or crests, and what is behind), knee, ankle and heel of both sides, which gaitval needs."""
 
 FEWEST: Final = 8
 """Markers without which a body is not recognised: those of legs that gaitval can use."""
@@ -118,6 +119,12 @@ class Draft:
         return all(guess.recognised for guess in self.guesses)
 
     @property
+    def by_crests(self) -> bool:
+        """Whether the anterior spines have no marker, and the crests stand for them."""
+        labels = {guess.site.label for guess in self.guesses if guess.site is not None}
+        return not labels & set(SPINES) and set(CRESTS) <= labels
+
+    @property
     def names_count(self) -> bool:
         """Whether the names were used."""
         return bool(self.names_agree >= NAMES_COUNT)
@@ -192,6 +199,8 @@ def draft_of(places: Places) -> Draft:
     match, agree = _match(parsed, places)
     guesses = []
     taken = {match.sites[place].label for place in match.chosen if place >= 0}
+    # Of a pelvis whose spines have no marker, crests and what is behind tell as much.
+    taken |= set(SPINES) if set(CRESTS) <= taken and rear_of(taken) else set()
     whole = all(site.label in taken for site in match.sites if site.there >= OF_EVERY_SET)
     # The mean of a walk is not a standing person, nor is one known whose knee is not: then names
     # must agree.

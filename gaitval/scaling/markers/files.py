@@ -7,6 +7,7 @@ import tomli_w
 
 from gaitval.scaling.markers.body import MIDDLE
 from gaitval.scaling.markers.draft import CERTAIN, CERTAIN_BY_NAME, Draft, Guess
+from gaitval.scaling.markers.spines import CRESTS
 
 WEIGHTS: Final = {"ASIS": 5, "PSIS": 5, "Sacrum": 5, "Ankle": 2, "Heel": 2, "MT2": 2}
 """Of the landmarks in inverse kinematics, as in the sets that come with gaitval; others have 1."""
@@ -82,8 +83,9 @@ def _line(guess: Guess, draft: Draft) -> str:
         why = "only the walk has it" if guess.walking_only else "on no known place"
         return f'{_quoted(guess.name)} = {{ segment = "?" }}  # {why}'
     keys = [f"segment = {_quoted(site.segment)}"] if site.use else ['segment = "?"']
-    if site.landmark:
-        keys.append(f"landmark = {_quoted(site.landmark)}")
+    landmark = site.label if draft.by_crests and site.label in CRESTS else site.landmark
+    if landmark:
+        keys.append(f"landmark = {_quoted(landmark)}")
     weight = WEIGHTS.get(site.name, 1) if site.landmark else SOFT.get(site.part, 1)
     if weight != 1:
         keys.append(f"weight = {weight}")

@@ -1,0 +1,42 @@
+"""A marker misplaced in all trials alike is seen beside the other leg's."""
+
+import numpy as np
+import pytest
+
+from gaitval.datasets.subject_file import BUILTIN, load_subject
+from gaitval.session.scale import SIDES_DIFFER, odd_sides
+
+
+def points(identifier: str) -> dict[str, np.ndarray]:
+    return {name: np.asarray(at) for name, at in load_subject(identifier).markers.items()}
+
+
+@pytest.mark.parametrize("identifier", BUILTIN)
+def test_nobody_of_ten_has_such_legs(identifier):
+    assert not list(odd_sides(points(identifier)))
+
+
+@pytest.mark.parametrize(("marker", "side"), [("Ankle", "L"), ("Ankle.Medial", "R")])
+def test_a_malleolus_15_mm_outwards_is_named_with_both_widths(marker, side):
+    found = points("S05")
+    out = found[f"{side}.{marker}"] - (found[f"{side}.Ankle"] + found[f"{side}.Ankle.Medial"]) / 2
+    found[f"{side}.{marker}"] = found[f"{side}.{marker}"] + 0.015 * out / np.linalg.norm(out)
+    flags = {flag.where: flag for flag in odd_sides(found)}
+    flag = flags["Ankle to Ankle.Medial"]
+    assert flag.value > flag.limit == SIDES_DIFFER["Ankle", "Ankle.Medial"]
+    for each in "RL":
+        width = 1000 * np.linalg.norm(found[f"{each}.Ankle"] - found[f"{each}.Ankle.Medial"])
+        assert f"{width:.0f} mm on the {'right' if each == 'R' else 'left'}" in flag.message
+
+
+def test_a_malleolus_20_mm_ahead_is_seen_from_the_heel():
+    found = points("S05")
+    ahead = found["L.Ankle"] - found["L.Heel"]
+    found["L.Ankle"] = found["L.Ankle"] + 0.022 * ahead / np.linalg.norm(ahead)
+    assert "Heel to Ankle" in {flag.where for flag in odd_sides(found)}
+
+
+def test_without_medial_markers_nothing_is_said_of_widths():
+    found = {name: at for name, at in points("S05").items() if "Medial" not in name}
+    found["L.Knee"] = found["L.Knee"] + [0.0, 0.03, 0.0]
+    assert not list(odd_sides(found))
