@@ -633,8 +633,8 @@ def _minutes(run: dict[str, Any] | None, goal: float, limit: float) -> str:
 ABOUT_ACCEPTED = """
 Accepted: within the limit, and for a curve also nearer to the record than the best guess that knows
 as much as the walk was told: its group of curves on its side, beside the line through the nine
-others, and what is expected of anybody at this speed. A guess is never nearer than itself. The guess:
-the best one in the place of the walk; falls and pushes it does not have. Limits are our own
+others, and what is expected of anybody at this speed. A guess is never nearer than itself. The
+guess: the best one in the place of the walk; falls and pushes it does not have. Limits are our own
 conventions, and rules that follow from a source are marked as such.
 """
 ABOUT_NARROW = """

@@ -4,11 +4,12 @@ A curve that decides keeps its limit (`tolerances.toml`), is within what the rec
 to, where that is known, and its group of curves on its side is nearer to the record than the same
 curves of the best guess. So a guess that is shown as a walk is not accepted, whatever the limits.
 
-The best guess is that of the smallest mean error of the group on the side, among the
-`baselines` that know no more than the walk was told. The person's other trials stand against a walk
-that was predicted from them, and against no other: whether a walk is accepted must not hang on what
-else was recorded. It is chosen with the record at hand, which is to its favour. Skill 0 is not accepted. Where it is not above 0, but by less than
-the walks of the same policy from other starts differ, it is "not shown" instead of failed.
+The best guess is that of the smallest mean error of the group on the side, among the `baselines`
+that know no more than the walk was told. The person's other trials stand against a walk that was
+predicted from them, and against no other: whether a walk is accepted must not hang on what else was
+recorded. It is chosen with the record at hand, which is to its favour. Skill 0 is not accepted.
+Where it is not above 0, but by less than the walks of the same policy from other starts differ, it
+is "not shown" instead of failed.
 """
 
 from collections.abc import Collection, Mapping, Sequence
