@@ -168,7 +168,8 @@ def _own_told(settings: RecordSettings) -> Collection[Kind]:
     """
     if not is_predicted(settings):
         return ()
-    return ("angles", "moments", "forces") if settings.use == "all" else ("angles",)
+    told: tuple[Kind, ...] = ("angles", "moments", "forces")
+    return told if settings.use == "all" else told[:1]
 
 
 def compared_with(
