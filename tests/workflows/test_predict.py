@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from gaitval import cli
 from gaitval.artefacts import read_json
-from gaitval.metrics.groups import group_rows
+from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import metrics_from
 from gaitval.terminal import display
 
@@ -45,12 +45,15 @@ def test_a_held_out_trial_and_then_a_speed(tmp_path):
     names = [prediction["name"] for prediction in metrics["predictions"]]
     assert names == [
         "line through others",
+        "expected of anybody",
         "nearest trial copied",
         "line through two trials",
         "other people's change added",
     ]
-    assert metrics["predictions"][1]["told"] == "the person's T05 at 1.12 m/s"
-    assert [row.status for row in group_rows(metrics_from(metrics, "here"))] == ["predicted"] * 5
+    assert metrics["predictions"][2]["told"] == "the person's T05 at 1.12 m/s"
+    assert [row.status for row in group_rows(metrics_from(metrics, "here"))] == ["predicted"] * len(
+        GROUPS
+    )
     page = (tmp_path / "at-0.78" / "report.html").read_text(encoding="utf-8")
     assert "predicted from other trials" in page
     assert "Nothing of what it is compared with but the speed" in page
