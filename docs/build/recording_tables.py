@@ -218,7 +218,7 @@ def _opensim(found: Any, every: int) -> dict[str, Any]:
 
     from claims.opensim_motion import read_motion
     from gaitval.configuration import Configuration, ContactSettings
-    from gaitval.importing.write import FOLDER as EXPORT
+    from gaitval.importing.files import FOLDER as EXPORT
     from gaitval.importing.write import write_import
     from gaitval.inverse.inverse_kinematics import inverse_kinematics
     from gaitval.opensim.coordinates import OPENSIM_COORDINATES, to_opensim

@@ -125,7 +125,7 @@ def import_command(
 
 def say_what_was_made(imported: "Imported", out: Path) -> None:
     """Print tables, files, next steps, warnings and failures of `imported`, made into `out`."""
-    from gaitval.importing.write import FOLDER
+    from gaitval.importing.files import FOLDER
 
     display.print_import(imported.found)
     page = out / FOLDER / "recording.html"

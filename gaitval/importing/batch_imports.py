@@ -18,10 +18,10 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.errors import ConfigurationError, GaitvalError
 from gaitval.importing.batch_person import BatchPerson, person_of
+from gaitval.importing.files import FOLDER
 from gaitval.importing.importing import Imported, import_files
 from gaitval.importing.program_folders import opencap_sessions, pose2sim_sessions
 from gaitval.importing.summary import limit_rows, not_judged
-from gaitval.importing.write import FOLDER
 from gaitval.metrics.recording_limits import State, failure
 from gaitval.session.request import Notify, silent
 from gaitval.session.trial import valid_cycles

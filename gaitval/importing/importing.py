@@ -17,8 +17,9 @@ from gaitval.errors import (
     TrialOnlyError,
 )
 from gaitval.folder_lock import locked
+from gaitval.importing.files import SUBJECT
 from gaitval.importing.person import check_there, person_of_session
-from gaitval.importing.write import SUBJECT, check_folder, write_import, write_subject
+from gaitval.importing.write import check_folder, write_import, write_subject
 from gaitval.measurement.correct import wanted
 from gaitval.measurement.halves import subject_of_halves
 from gaitval.measurement.measured import measured

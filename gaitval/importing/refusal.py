@@ -10,17 +10,8 @@ from gaitval.build_info import now, source_commit
 from gaitval.configuration import ReportSettings
 from gaitval.coordinates import SIDES
 from gaitval.errors import GaitvalError, NoCycleError
-from gaitval.importing.write import (
-    FOLDER,
-    RECORD,
-    REFUSED,
-    SUBJECT,
-    cycle_table,
-    refusal_files,
-    write_body,
-    write_table,
-    writing,
-)
+from gaitval.importing.files import FOLDER, RECORD, REFUSED, SUBJECT
+from gaitval.importing.write import cycle_table, refusal_files, write_body, write_table, writing
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.opensim.of_import import write_trial
 from gaitval.reporting.page import write_page

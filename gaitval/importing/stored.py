@@ -16,7 +16,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.display import Displayed
 from gaitval.errors import ArtefactError
 from gaitval.frames import DEGREES, FORCE, MOMENT, curve_frame, of_kind
-from gaitval.importing.write import FOLDER, RECORD, SUBJECT
+from gaitval.importing.files import FOLDER, RECORD, SUBJECT
 from gaitval.inverse.scaled_markers import MarkedBody
 from gaitval.metrics.recording_limits import CONSISTENT, state_of
 from gaitval.metrics.tolerances import load_registry

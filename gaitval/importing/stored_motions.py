@@ -18,7 +18,7 @@ from gaitval.arrays import Array
 from gaitval.artefacts import read_json
 from gaitval.coordinates import COORDINATES, SIDES, Side
 from gaitval.errors import ArtefactError, RecordError
-from gaitval.importing.write import FOLDER, RECORD, SUBJECT
+from gaitval.importing.files import FOLDER, RECORD, SUBJECT
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable

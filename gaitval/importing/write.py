@@ -23,6 +23,7 @@ from gaitval.configuration import Configuration
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import ArtefactError
+from gaitval.importing.files import CYCLES, FOLDER, RECORD, REFUSED, SUBJECT
 from gaitval.importing.results import IMPORT_VERSION, AnchoringResult, ImportResult
 from gaitval.importing.summary import input_files, summary_of, trial_residuals, verdicts
 from gaitval.inverse.inverse_kinematics import marker_errors
@@ -43,15 +44,6 @@ from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
 from gaitval.session.trial import WalkingTrial
-
-FOLDER: Final = "recording"
-"""Folder, beside `subject.toml`, for everything else."""
-
-SUBJECT: Final = "subject.toml"
-RECORD: Final = "import.json"
-CYCLES: Final = "cycles.npz"
-"""Every cycle of every curve; see `cycle_curves`."""
-REFUSED: Final = "refused"
 
 
 def refusal_files(target: Path) -> tuple[Path, ...]:

@@ -16,8 +16,9 @@ from recorded_sessions import rajagopal_walk, wbds01_t01
 from gaitval.configuration import Configuration, ProcessingSettings
 from gaitval.coordinates import SIDES
 from gaitval.importing import write
+from gaitval.importing.files import FOLDER
 from gaitval.importing.importing import work_out
-from gaitval.importing.write import FOLDER, write_import
+from gaitval.importing.write import write_import
 from gaitval.inverse.inverse_kinematics import marker_errors
 from gaitval.mocap.mot import read_storage
 from gaitval.session.session import Import

@@ -39,11 +39,11 @@ from gaitval.gait.agreement import EDGE_SECONDS
 from gaitval.gait.filters import low_pass
 from gaitval.gait.mean_curves import ANGLE_TOLERANCE
 from gaitval.importing import write
+from gaitval.importing.files import FOLDER
 from gaitval.importing.importing import work_out
 from gaitval.importing.results import ImportResult
 from gaitval.importing.stored import Session
 from gaitval.importing.summary import trial_residuals
-from gaitval.importing.write import FOLDER
 from gaitval.inverse.motion_rates import cardan_coordinates
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.reference.motion import build_reference

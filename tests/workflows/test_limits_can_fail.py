@@ -717,6 +717,7 @@ def no_drawings(monkeypatch):
 def message(html: str, title: str) -> list[tuple[bool, str]]:
     """Of every line of a table about a limit: whether it is marked as failed, and its verdict. The
     sheet's list of what failed has no verdicts."""
+    title = title.replace(" deg", "°")  # as pages have it
     start = rf'<tr class="(\w*)"><td>(?:<span>)?{re.escape(escape(title))}<'
     lines = re.findall(rf"{start}(.*?)</tr>", html, re.S)
     return [
@@ -757,8 +758,10 @@ def test_the_page_of_a_walk_tells_the_limit_that_is_missed(name, tmp_path, no_dr
     row = OF_WALKS[name]
     assert message(page, row.title) == [(True, "FAILED")] * _lines(row)
     listed = what_failed(page)
-    assert set(listed) == {name} | drags
-    decisive = {each for each in {name} | drags if OF_WALKS[each].role == "acceptance"}
+    # what nobody read in full is not on the first page
+    read = {each for each in {name} | drags if OF_WALKS[each].status != "unread"}
+    assert set(listed) == read
+    decisive = {each for each in read if OF_WALKS[each].role == "acceptance"}
     assert {each for each, decides in listed.items() if decides} == decisive
     headline = re.search(r'class="headline">.*?</p>', page, re.S)[0]
     assert ("acceptance criteria failed" in headline) == bool(decisive)
@@ -771,7 +774,7 @@ def what_failed(page: str) -> dict[str, bool]:
         name: "decides" in line
         for name, row in OF_WALKS.items()
         for line in re.findall(r"<tr.*?</tr>", lines, re.S)
-        if f"<td>{escape(row.title)}<" in line or f"<td>{escape(row.title)}," in line
+        if re.search(rf"<td>{re.escape(escape(row.title.replace(' deg', '°')))}[<,]", line)
     }
 
 

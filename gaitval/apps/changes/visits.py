@@ -13,8 +13,8 @@ from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ArtefactError
+from gaitval.importing.files import CYCLES, FOLDER, RECORD
 from gaitval.importing.stored import Session
-from gaitval.importing.write import CYCLES, FOLDER, RECORD
 from gaitval.measurement.bands import LASTING
 from gaitval.metrics.record_results import KINDS
 from gaitval.metrics.results import read_metrics

@@ -21,9 +21,9 @@ from gaitval.configuration import ReportSettings
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
 from gaitval.importing.batch_person import person_of
+from gaitval.importing.files import FOLDER, RECORD
 from gaitval.importing.importing import import_files
 from gaitval.importing.stored import limits_of_record
-from gaitval.importing.write import FOLDER, RECORD
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.origin import is_judged
 from gaitval.metrics.results import IdentificationResult, Metrics, read_metrics

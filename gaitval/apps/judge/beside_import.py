@@ -7,8 +7,8 @@ from typing import Final
 
 from gaitval.apps.judge.request import JudgeRequest
 from gaitval.artefacts import read_json
+from gaitval.importing.files import RECORD
 from gaitval.importing.results import ImportResult, TrialResult
-from gaitval.importing.write import RECORD
 
 TRIAL: Final = "trial{}_"
 """What the names of a trial's files begin with."""
