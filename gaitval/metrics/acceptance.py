@@ -30,7 +30,7 @@ from gaitval.metrics.record_results import Kind, Kinds, PredictionResult
 from gaitval.metrics.recorded import CURVE_UNITS
 from gaitval.metrics.results import CurveErrors, HeldOutErrors
 from gaitval.metrics.spread import Repeated, prediction_interval
-from gaitval.metrics.tolerances import AgainstGuess, FailedBy, State, Verdict, holds
+from gaitval.metrics.tolerances import AcceptanceState, AgainstGuess, FailedBy, Verdict, holds
 from gaitval.metrics.typed import array, number, sided
 from gaitval.metrics.walk_results import MeanCurve
 
@@ -182,7 +182,7 @@ def _accepted(
         missed.append("record")
     if found is not None and found.state != "passed":
         missed.append("guess")
-    state: State = "failed" if missed else "passed"
+    state: AcceptanceState = "failed" if missed else "passed"
     if missed == ["guess"] and found is not None:
         state = found.state
     error = None

@@ -112,7 +112,7 @@ Role = Literal["acceptance", "context"]
 Basis = Literal["published", "derived", "convention", "unread"]
 """Where a limit comes from: the source states it for this use, it follows from what the source
 states, it is our own, or it is quoted from a source that nobody of us read in full."""
-State = Literal["passed", "not shown", "failed"]
+AcceptanceState = Literal["passed", "not shown", "failed"]
 """Of an acceptance limit. Not shown: no nearer to the record than the best guess, but by less than
 walks of the same policy differ."""
 FailedBy = Literal["limit", "guess", "record"]
@@ -284,7 +284,7 @@ class AgainstGuess(Result):
     """90 % interval of the skill of one more walk; null with fewer than three repeats."""
 
     @property
-    def state(self) -> State:
+    def state(self) -> AcceptanceState:
         """Whether the walk is nearer than the guess."""
         if self.skill is None:
             return "failed"
@@ -320,7 +320,7 @@ class Verdict(Result):
     """Whether the goal is reached; null without one."""
     spread: Spread | None = None
     """Null where nothing was repeated."""
-    state: State = "passed"
+    state: AcceptanceState = "passed"
     failed_by: list[FailedBy] = Field(default_factory=list)
     """Empty if it passed; "guess" also where that is not shown."""
     guess: AgainstGuess | None = None

@@ -9,7 +9,7 @@ from typing import Final
 from gaitval.coordinates import split_side
 from gaitval.metrics.origin import Origins, furthest, not_recorded
 from gaitval.metrics.results import Metrics
-from gaitval.metrics.tolerances import State, Verdict, load_registry
+from gaitval.metrics.tolerances import AcceptanceState, Verdict, load_registry
 
 SIGNS: Final[Mapping[str, str]] = {"at_most": "≤", "at_least": "≥", "exactly": "="}
 
@@ -69,7 +69,7 @@ class LimitVerdict:
         return not self.failed
 
     @property
-    def state(self) -> State:
+    def state(self) -> AcceptanceState:
         """Passed, failed, or where nothing failed but something was not shown, that."""
         states = {row.state for row in self.failed}
         return "passed" if not states else "not shown" if states == {"not shown"} else "failed"

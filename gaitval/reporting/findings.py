@@ -11,7 +11,7 @@ from gaitval.metrics.verdicts import CURVE_NAMES
 from gaitval.reporting.tables import CURVES
 
 
-class Finding(NamedTuple):
+class CurveFinding(NamedTuple):
     """Of the recorded curves of a kind, both sides, in the unit of `Metrics.units`.
 
     Attributes
@@ -26,9 +26,9 @@ class Finding(NamedTuple):
     side: Side
 
 
-def findings(metrics: Metrics) -> Mapping[str, Finding | None]:
+def findings(metrics: Metrics) -> Mapping[str, CurveFinding | None]:
     """By kind; None where nothing was recorded or nothing walked."""
-    found: dict[str, Finding | None] = {}
+    found: dict[str, CurveFinding | None] = {}
     for kind, names, _ in CURVES:
         errors = [
             (value, CURVE_NAMES.get(name, name), side)
@@ -38,5 +38,5 @@ def findings(metrics: Metrics) -> Mapping[str, Finding | None]:
             and (value := rmse_of(metrics.walk.errors.of(kind)[key])) is not None
         ]
         mean = sum(value for value, *_ in errors) / max(1, len(errors))
-        found[kind] = Finding(mean, *max(errors)) if errors else None
+        found[kind] = CurveFinding(mean, *max(errors)) if errors else None
     return found

@@ -25,7 +25,7 @@ PANELS: Final = (
     *grids.FORCES,
 )
 
-Row = dict[str, object]
+PredictedRow = dict[str, object]
 
 
 def shown(metrics: Metrics) -> tuple[dict[str, object] | None, dict[str, Draw], dict[str, str]]:
@@ -81,7 +81,7 @@ def _beside(metrics: Metrics, name: str, key: str) -> Array | None:
     return None if metrics.is_recorded_at_all or walked is None else array(walked)
 
 
-def _row(metrics: Metrics, found: PredictedCurves, group: str) -> Row:
+def _row(metrics: Metrics, found: PredictedCurves, group: str) -> PredictedRow:
     """Of a group of curves: how far walk and prediction are from the record, if there is one, the
     mean half width of the band, and the share of points of walk and record that it contains.
     """

@@ -296,7 +296,7 @@ def _push_off(metrics: Metrics) -> dict[Side, dict[str, Cell]]:
     return found
 
 
-class ParameterRow(NamedTuple):
+class SheetParameter(NamedTuple):
     """A spatiotemporal parameter: `of` each side, or of the walk, the cells "mean" and "recorded";
     and of healthy people.
     """
@@ -308,10 +308,10 @@ class ParameterRow(NamedTuple):
     norm_sd: Cell
 
 
-def _parameters(metrics: Metrics, subject: Subject) -> list[ParameterRow]:
+def _parameters(metrics: Metrics, subject: Subject) -> list[SheetParameter]:
     """Spatiotemporal parameters of walk and record, and their norm."""
     normal = norms(subject)
-    rows: list[ParameterRow] = []
+    rows: list[SheetParameter] = []
     for index, row in enumerate(metrics.walk.spatiotemporal):
         place = f"/walks/{metrics.final}/spatiotemporal/{index}"
         centimetres = row.name.startswith("step_")
@@ -339,7 +339,7 @@ def _parameters(metrics: Metrics, subject: Subject) -> list[ParameterRow]:
             for name in ("mean", "sd")
         ]
         unit = "% of cycle" if row.unit == "1" else "cm" if centimetres else row.unit
-        rows.append(ParameterRow(label, unit, (of,), *healthy))
+        rows.append(SheetParameter(label, unit, (of,), *healthy))
     return rows
 
 

@@ -25,7 +25,7 @@ _REAR: Final = tuple(name for rear in REARS for name in rear)
 
 
 @dataclass(frozen=True)
-class Completed:
+class WithSpines:
     """Trials whose pelvis has its spines.
 
     Attributes
@@ -45,7 +45,7 @@ class Completed:
 
 def completed(
     marker_set: MarkerSet, standing: Recording, walking: Sequence[Recording]
-) -> Completed:
+) -> WithSpines:
     """The trials, named after `marker_set`, with the spines that it says no marker for, from its
     crests; and with those of the pelvis that are taken off after standing, carried by the markers
     that stay. Raises RecordError if crests without a rear are all that there is.
@@ -73,7 +73,7 @@ def completed(
         standing = _carried(standing, shape, found.places)
         walking = [_carried(walk, shape, found.places) for walk in walking]
         sd = float(np.linalg.norm(found.sd) / np.sqrt(3.0))
-        return Completed(
+        return WithSpines(
             marker_set, standing, tuple(walking), dict.fromkeys(SPINES, sd), (_doubt(found),)
         )
     off = [
@@ -87,7 +87,7 @@ def completed(
         shape = _shape(standing, {name: name for name in pelvis})
         places = {name: shape.pop(name) for name in off if name in shape}
         walking = [_carried(walk, shape, places) for walk in walking]
-    return Completed(marker_set, standing, tuple(walking), {}, ())
+    return WithSpines(marker_set, standing, tuple(walking), {}, ())
 
 
 def _doubt(found: Spines) -> QualityFlag:

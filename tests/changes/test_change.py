@@ -11,7 +11,7 @@ import pytest
 from claims.agreement.curve_statistics import smooth_curves
 from gaitval.apps.changes.change import change_between, sentence
 from gaitval.apps.changes.results import ChangeResult
-from gaitval.apps.changes.visits import Spread, Visit
+from gaitval.apps.changes.visits import Visit, VisitFigure
 from gaitval.apps.changes.write import write_change
 from gaitval.errors import ArtefactError, ConfigurationError
 
@@ -51,7 +51,7 @@ def visit(seed: int, **changes: object) -> Visit:
         half=half,
         again=half,
         at_once=AT_ONCE,
-        parameters={f"stance_fraction_{side}": Spread(0.62, 0.01) for side in "rl"},
+        parameters={f"stance_fraction_{side}": VisitFigure(0.62, 0.01) for side in "rl"},
         static=f"{seed:064d}",
         processing={"marker_cutoff_hz": 8.0},
         marker_set="isb",

@@ -44,7 +44,7 @@ convention."""
 
 
 @dataclass(frozen=True)
-class Region:
+class RegionOfChange:
     """Where a curve changed.
 
     Attributes
@@ -87,7 +87,7 @@ class CurveChange:
     limit: Array | None
     t: Array | None
     p: float | None
-    regions: tuple[Region, ...]
+    regions: tuple[RegionOfChange, ...]
 
     @property
     def difference(self) -> Array:
@@ -130,14 +130,14 @@ class Change:
         """Whether anything could be called changed."""
         return self.test is not None or self.at_once is not None
 
-    def findings(self) -> list[tuple[CurveChange, Region]]:
+    def findings(self) -> list[tuple[CurveChange, RegionOfChange]]:
         """All regions: first what is more than re-measuring would be, then the rest, by size."""
         ranks = {"changed": 0, None: 1, "perhaps": 2, "re-measuring": 3}
         every = [(curve, region) for curve in self.curves.values() for region in curve.regions]
         return sorted(every, key=lambda one: (ranks[one[1].level], -_size(*one)))
 
 
-def _size(curve: CurveChange, region: Region) -> float:
+def _size(curve: CurveChange, region: RegionOfChange) -> float:
     scale = region.half if region.half else LEAST[curve.name.partition("/")[0]]
     return abs(region.difference) / scale
 
@@ -409,7 +409,7 @@ def _region(
     *,
     tested: bool,
     same_markers: bool,
-) -> Region:
+) -> RegionOfChange:
     part = slice(first, last + 1)
     size = np.abs(difference[part])
     at = first + int(np.argmax(size if half is None else size / np.maximum(half[part], 1e-9)))
@@ -422,7 +422,7 @@ def _region(
             level = "perhaps"
         if (size > limit[part]).any():
             level = "changed"
-    return Region(
+    return RegionOfChange(
         first,
         last,
         at,
@@ -466,7 +466,7 @@ def curve_words(name: str) -> str:
     return f"{side} {word}{' moment' if kind == 'moments' else ''}"
 
 
-def sentence(curve: CurveChange, region: Region, change: Change) -> str:
+def sentence(curve: CurveChange, region: RegionOfChange, change: Change) -> str:
     """What changed there, in words."""
     digits, sign = _DIGITS[curve.unit], _SIGNS[curve.unit]
     size = f"{region.difference:+.{digits}f}"
@@ -485,7 +485,7 @@ def sentence(curve: CurveChange, region: Region, change: Change) -> str:
     ).replace("-", "−", 1 if region.difference < 0 else 0)
 
 
-def _phase(name: str, region: Region, change: Change) -> str:
+def _phase(name: str, region: RegionOfChange, change: Change) -> str:
     """In swing or in stance, where all of a region is in one; else nothing."""
     toe_off = change.after.parameters.get(f"stance_fraction_{name[-1]}")
     if toe_off is None or not np.isfinite(toe_off.mean):

@@ -22,7 +22,7 @@ from gaitval.metrics.typed import array
 from gaitval.reporting.run_grids import strides_of
 from gaitval.study.inputs import METRICS
 
-Source = Literal["import", "record", "walk"]
+VisitSource = Literal["import", "record", "walk"]
 DEGREES: Final = float(np.degrees(1.0))
 OF_KIND: Final = {"angles": "angle", "moments": "moment", "forces": "force"}
 """The word of a kind of curves in the tables of an import."""
@@ -42,7 +42,7 @@ PARAMETERS: Final = {
 
 
 @dataclass(frozen=True)
-class Spread:
+class VisitFigure:
     """A parameter: mean, and standard deviation over `count` cycles, where they are known."""
 
     mean: float
@@ -74,7 +74,7 @@ class Visit:
     """
 
     folder: Path
-    source: Source
+    source: VisitSource
     identifier: str
     person: str
     sex: str
@@ -88,7 +88,7 @@ class Visit:
     half: Mapping[str, Array] = field(default_factory=dict)
     again: Mapping[str, Array] = field(default_factory=dict)
     at_once: float | None = None
-    parameters: Mapping[str, Spread] = field(default_factory=dict)
+    parameters: Mapping[str, VisitFigure] = field(default_factory=dict)
     static: str = ""
     processing: Mapping[str, Any] | None = None
     marker_set: str = ""
@@ -206,9 +206,9 @@ def _cycles(path: Path, names: Sequence[str]) -> dict[str, Array]:
     }
 
 
-def _parameters(record: Mapping[str, Any]) -> dict[str, Spread]:
+def _parameters(record: Mapping[str, Any]) -> dict[str, VisitFigure]:
     """Means over the trials; a deviation is the root mean square of theirs."""
-    found: dict[str, Spread] = {}
+    found: dict[str, VisitFigure] = {}
     for name in PARAMETERS:
         for side in SIDES:
             pairs = [
@@ -222,7 +222,7 @@ def _parameters(record: Mapping[str, Any]) -> dict[str, Spread]:
             known = [sd for _, sd in pairs if sd is not None]
             spread = float(np.sqrt(np.mean(np.square(known)))) if known else None
             mean = float(np.mean([mean for mean, _ in pairs]))
-            found[f"{name}_{side[0]}"] = Spread(mean, spread)
+            found[f"{name}_{side[0]}"] = VisitFigure(mean, spread)
     return found
 
 
@@ -256,7 +256,7 @@ def _of_study(folder: Path, *, walk: bool) -> Visit:
         )
     half = {} if walk else _stored_bands(subject, curves)
     spatiotemporal = {
-        each.name: Spread(value, each.sd if walk else None)
+        each.name: VisitFigure(value, each.sd if walk else None)
         for each in metrics.walk.spatiotemporal
         if (value := each.mean if walk else each.recorded) is not None
     }
