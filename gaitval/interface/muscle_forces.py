@@ -19,8 +19,8 @@ from gaitval.study.stored_policy import StoredPolicy
 
 def muscles(
     of: Session | SimulatedWalk | str | Path,
-    policy: StoredPolicy | None = None,
     *,
+    policy: StoredPolicy | None = None,
     criterion: str = DEFAULT,
     strength: float | Mapping[str, float] = 1.0,
     side: Side | None = None,
@@ -67,7 +67,7 @@ def muscles(
     --------
     >>> import gaitval as gv
     >>> policy = gv.load_policy(5)
-    >>> found = gv.muscles(gv.rollout(policy, cycles=4), policy)
+    >>> found = gv.muscles(gv.rollout(policy, cycles=8), policy=policy)
     >>> leg = found.legs["right"]
     >>> bool(2.0 < leg.contact["hip"].max() < 6.0)  # body weights
     True
@@ -99,7 +99,7 @@ def _of(
     if policy is None:
         raise ConfigurationError(
             "A walk does not say of which body it is. Give its policy, too: "
-            "muscles(rollout(policy), policy)."
+            "muscles(rollout(policy), policy=policy)."
         )
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
     body = apply_parameters(policy.model, walk.mu)

@@ -76,8 +76,8 @@ def run_study(
 
     >>> from gaitval.metrics.results import read_metrics
     >>> study = read_metrics(gv.load_policy(5).folder)
-    >>> study.summary.refused
-    0
+    >>> study.summary.refused  # of 48 values; a guess has the nearer medial force on the left
+    1
     >>> study.to_frame().columns.tolist()
     ['side', 'quantity', 'percent', 'value', 'unit', 'source']
     """
@@ -128,7 +128,7 @@ def write_report(
     Returns
     -------
     tuple
-        The paths of both files. Units stand beside each figure: deg, Nm/kg, % of body weight.
+        The paths of page and PDF; the details are beside them. Units stand beside each figure: deg, Nm/kg, % of body weight.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def write_report(
     >>> folder = shutil.copytree(gv.load_policy(5).folder, "S05")
     >>> page, document = gv.write_report(folder)
     >>> page.name, document.name
-    ('report.html', 'report-details.html', 'report.pdf')
+    ('report.html', 'report.pdf')
     """
     where = Path(folder)
     if not (where / METRICS).is_file():
@@ -164,5 +164,5 @@ def write_report(
     else:
         with locked(where):
             report.write_report(where, settings)
-    page, document = (where / name for name in REPORT)
+    page, _, document = (where / name for name in REPORT)
     return page, document

@@ -288,8 +288,8 @@ def _unfiltered_measures(
 def _muscles(rollout: Rollout, of: Comparator, compared: _Compared) -> MuscleGait | None:
     """Muscles of the compared cycles; None where they cannot be worked out."""
     body = apply_parameters(of.model, rollout.mu)
-    motion = walk_motion(rollout, compared.cycles, body, height=of.height, lost=of.lost)
     try:
+        motion = walk_motion(rollout, compared.cycles, body, height=of.height, lost=of.lost)
         return muscles_of([motion])
     except GaitvalError:  # a walk that no muscle could walk has its limits failed elsewhere
         return None

@@ -208,7 +208,7 @@ def _people(metrics: Metrics, subject: Subject) -> dict[str, Cell]:
 
 
 class LightRow(NamedTuple):
-    """The lights of a curve by side, as in `metrics.lights`, and where they stand there."""
+    """The lights of a curve by side, as in the metrics, and where they stand there."""
 
     name: str
     lights: Mapping[Side, CurveLight]

@@ -17,7 +17,7 @@ from gaitval.apps.regression import comparison_page
 from gaitval.apps.regression.comparison_page import SUBJECTS, write_comparison
 from gaitval.apps.regression.versions import StoredWalk, matched
 from gaitval.cli.compare import _flip_line
-from gaitval.metrics.groups import group_rows
+from gaitval.metrics.groups import GROUPS, group_rows
 from gaitval.metrics.results import Metrics, metrics_from, read_metrics
 from gaitval.number_text import number
 from gaitval.reporting.drawing import WIDTH
@@ -72,7 +72,7 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     assert beside == {"comparison.csv", "comparison_curves.csv"}
     assert all((folder / name).is_file() for name in beside)
     assert len(page.identifiers) == len(set(page.identifiers))
-    assert page.tags.count("svg") == 1 + 9 + 2 * 3  # and the grids of two people
+    assert page.tags.count("svg") == 1 + 11 + 2 * 3  # and the grids of two people
     assert (folder / "comparison.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -80,7 +80,7 @@ def test_what_got_worse_stands_before_what_improved(page: Page) -> None:
     text = " ".join(page.text.split())
     assert "No walk now of S03" in text
     assert "of the walks from each start phase, in the compiled engine" in text
-    assert "1 of 258 measures got worse by more than their margin, 1 better" in text
+    assert "1 of 262 measures got worse by more than their margin, 1 better" in text
     worse, better = text.index("S05epsilon"), text.index("S02epsilon")
     assert worse < better
     before = next(row.value for row in walk("S05").metrics.measures if row.measure == "epsilon")
@@ -116,7 +116,7 @@ def test_the_errors_are_those_of_each_subject(page: Page) -> None:
 def test_the_tables_beside_have_every_value(folder: Path) -> None:
     with (folder / "comparison.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 2 * 129
+    assert len(rows) == 2 * 131
     moved = {(row["subject"], row["measure"]): row for row in rows if row["change"] != "kept"}
     assert set(moved) == {("S05", "epsilon"), ("S02", "epsilon")}
     assert moved["S05", "epsilon"]["change"] == "lost"
@@ -171,8 +171,8 @@ def test_a_walk_that_fell_at_once_has_dashes(
     now = replace(found, metrics=metrics_from(values, "here"))
     write_comparison(tmp_path, "c", [now], matched([walk("S05", "old")], [now]))
     text = " ".join(Page((tmp_path / "c.html").read_text(encoding="utf-8")).text.split())
-    assert "129 of 129 measures got worse" in text
-    assert "and 69 more" in text.lower()
+    assert "131 of 131 measures got worse" in text
+    assert "and 71 more" in text.lower()
     assert "not measured" in text
     assert "angle rmsedeg–" in text
 
@@ -361,14 +361,15 @@ def test_a_mean_is_never_of_fitted_and_held_out_curves(
         for row in re.findall(r'<tr class="group">(.*?)</tr>', html, re.S)
     ]
     assert len(rows) == 2
-    vertical = [group_rows(each.metrics)[2].walked for each in walks]
+    place = list(GROUPS).index("vertical force")
+    vertical = [group_rows(each.metrics)[place].walked for each in walks]
     assert "fitted, 4 people" in rows[0][0]  # all four of the angles
-    assert rows[0][3] == f"{number(np.mean(vertical[:2]), 2)} ± " + (
+    assert rows[0][place + 1] == f"{number(np.mean(vertical[:2]), 2)} ± " + (
         f"{number(np.std(vertical[:2], ddof=1), 2)} (2)"
     )
     assert "held out, 2 people" in rows[1][0]
     assert rows[1][1] == "–"
-    assert rows[1][3].startswith(number(np.mean(vertical[2:]), 2))
+    assert rows[1][place + 1].startswith(number(np.mean(vertical[2:]), 2))
 
 
 @pytest.mark.parametrize("kind", ["angles", "moments", "forces"])

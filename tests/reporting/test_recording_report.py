@@ -15,7 +15,7 @@ from verdict_words import LANGUAGES, headline, rows_of, says, word
 
 from gaitval.configuration import ReportSettings
 from gaitval.metrics.norms import Norm
-from gaitval.quantities import BY_NAME
+from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.figures import COLOURS, WALK_WIDTH
@@ -37,6 +37,10 @@ from gaitval.scaling.segments import ScaledSegment
 
 HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }} $x_{$ -->"
 NAN = float("nan")
+
+
+OF_MUSCLES = {MUSCLE_ACTIVATION.name, JOINT_CONTACT.name}
+"""Quantities that need muscles, which the recording here does not have."""
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +96,8 @@ def test_the_page_is_whole_and_needs_nothing_else(page: Page, folder: Path) -> N
     }
     tables = {path.name for path in (folder / "figures").iterdir()}
     assert tables == {
-        f"{name}.csv" for name in ("angles", "moments", "forces", "residuals", *BY_NAME)
+        f"{name}.csv"
+        for name in ("angles", "moments", "forces", "residuals", *(BY_NAME.keys() - OF_MUSCLES))
     }
 
 
@@ -123,7 +128,7 @@ def test_every_section_says_what_the_summary_holds(page: Page) -> None:
     ):
         assert text.replace(" ", "") in page.text.replace(" ", "")
     assert "Not shown" not in page.text
-    assert page.tags.count("svg") == 4 + len(BY_NAME)
+    assert page.tags.count("svg") == 4 + len(BY_NAME) - len(OF_MUSCLES)
 
 
 def test_failures_come_first(page: Page) -> None:
@@ -314,7 +319,7 @@ def test_coordinates_without_a_place_in_the_grid_are_drawn_below_it(
     more = {**curves(ANGLES, 0.03), "lumbar_extension": (np.zeros(101), np.ones(101))}
     write_recording_report(tmp_path, sample(angles=more))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
-    assert html.count("<svg") == 4 + len(BY_NAME)
+    assert html.count("<svg") == 4 + len(BY_NAME) - len(OF_MUSCLES)
     # the text of a figure is drawn as outlines and named in a comment
     assert "<!-- Lumbar extension -->" in html
 

@@ -132,10 +132,6 @@ def test_every_tutorial_has_a_picture_and_none_is_heavy():
     assert max(pictures.values()) <= made.LARGEST
 
 
-def test_the_readme_is_read_in_five_minutes():
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 1200
-
-
 def test_times_are_in_one_place():
     """How long a command takes is in docs/speed.md and nowhere else."""
     pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]

@@ -152,7 +152,7 @@ def search_spline(
     task = with_devices(person.task, [device, *others])
     plain, bare, pace = _without(person, task, others)
     if any(each.stumps for each in (device, *others)):
-        pace = None  # as in `study.outcomes`
+        pace = None  # as in `outcomes` of study.py
     force = 0.0
     if aim.quantity == "pushes":
         shares = ((each, lost_after_pushes(bare, person, each)) for each in FORCES)
