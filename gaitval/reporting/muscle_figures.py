@@ -128,7 +128,7 @@ def _draw(axes: Axes, key: str, curves: Mapping[str, tuple[Array, Array | None]]
     for first, last in USUAL_ON.get(key, ()):
         axes.plot(
             (first, last), (0.03, 0.03), transform=axes.get_xaxis_transform(), color="#606060",
-            linewidth=3.0, solid_capstyle="butt", zorder=1,
+            linewidth=2.0, solid_capstyle="butt", zorder=1,
         )  # fmt: skip
 
 
@@ -145,5 +145,5 @@ def _handles(
     if any(band is not None for _, band in curves.values()):
         handles.append(Patch(facecolor=COLOURS["right"], alpha=0.3, label="90 % of the draws"))
     if usual:
-        handles.append(Line2D([], [], color="#606060", linewidth=3.0, label=ELECTROMYOGRAM))
+        handles.append(Line2D([], [], color="#606060", linewidth=2.0, label=ELECTROMYOGRAM))
     return handles

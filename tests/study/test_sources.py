@@ -268,7 +268,6 @@ NOT_READ_BY_A_STAGE = (
     "apps/",  # pages, and what is above the stages
     "importing/",
     "measurement/",
-    "muscles/",  # no stage shares moments yet
     "configurations/",  # the settings themselves are inputs
     "datasets/",  # likewise the subject
     "model/devices/shipped/",  # likewise: the subject has the whole table

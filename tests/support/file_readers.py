@@ -37,6 +37,7 @@ OWN: Final = {
     "gaitval/apps/export/walk.py:__init__": "runs without gaitval, on the folder beside it",
     "gaitval/apps/regression/history.py:this_machine": "the system's own file on the processor",
     "gaitval/musculature/paths.py:table": "paths.npz of the package, without pickles",
+    "gaitval/musculature/strands.py:tendons": "sites.json of the package",
     "gaitval/scaling/markers/body.py:_table": "sites.toml of the package",
     "gaitval/scaling/markers/names.py:_meanings": "names.toml of the package",
     "gaitval/artefacts.py:_check_headers": "members of a file that `read_arrays` has looked at",
