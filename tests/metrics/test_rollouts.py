@@ -128,9 +128,13 @@ def test_a_hundred_cycles_are_the_same_walk_in_dart(task):
     assert not dart.fell
     assert dart.cycles.right >= 98
     same = dart.model_copy(
-        update={key: getattr(compiled, key) for key in ("engine", "seconds", "walking_speed")}
+        update={
+            key: getattr(compiled, key) for key in ("engine", "seconds", "walking_speed", "cycles")
+        }
     )
     assert same == compiled
+    for side in ("right", "left"):  # the last heel strike may be a step before or after the end
+        assert abs(getattr(dart.cycles, side) - getattr(compiled.cycles, side)) <= 1
     assert compiled.walking_speed == pytest.approx(dart.walking_speed, rel=1e-3)
 
 
