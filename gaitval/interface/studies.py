@@ -128,7 +128,8 @@ def write_report(
     Returns
     -------
     tuple
-        The paths of page and PDF; the details are beside them. Units stand beside each figure: deg, Nm/kg, % of body weight.
+        The paths of page and PDF; the details are beside them. Units stand beside each figure:
+        deg, Nm/kg, % of body weight.
 
     Raises
     ------
