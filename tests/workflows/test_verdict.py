@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from followed_page import blocks_of, followed, ran
+from html_page import both_pages
 
 PAGE = "extend.md#add-a-verdict"
 TITLE = "Largest knee flexion of swing"
@@ -77,7 +78,7 @@ def test_metrics_have_it(place: Path) -> None:
 
 def test_the_page_has_it(place: Path) -> None:
     assert (place / "run/report.html").is_file(), (place / "said").read_text(encoding="utf-8")
-    html = (place / "run/report.html").read_text(encoding="utf-8")
+    html = both_pages(place / "run")
     assert re.search(rf'<tr class="failed"><td>(?:<span>)?{TITLE}<', html)
     assert "right: 8" in html
 
