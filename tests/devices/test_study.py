@@ -73,7 +73,7 @@ def test_who_walks_with_a_device_is_held_to_the_speed_without(found):
     """Left to herself she would walk slower with these springs, and seem to save work for that."""
     plain, _, moments = found
     assert moments.held
-    assert moments.curves.speed == pytest.approx(plain.curves.speed, rel=0.005)
+    assert moments.curves.speed == pytest.approx(plain.curves.speed, rel=0.01)
     assert study.at_kept_speed(moments, plain)
 
 

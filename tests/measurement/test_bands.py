@@ -49,7 +49,7 @@ def test_bands_are_said_in_the_words_of_the_page(found):
 
 def test_an_angle_that_is_not_shown_is_no_further_off_than_its_range_is_wide():
     """Of the bands of Plug-in Gait's two markers on a foot, ± 118° was one; the joint has 69°."""
-    made = _summed({"landmark MT2": {"angle_subtalar_angle_l": np.full(101, 4.0)}}, {})
+    made = _summed({"landmark MT2": {"angle_subtalar_angle_l": np.full(101, 4.0)}}, {}, 3.0)
     low, high = RANGES["subtalar_angle_l"]
     np.testing.assert_allclose(made.half["angle_subtalar_angle_l"], high - low)
     (flag,) = unshown(made)
