@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import t as student
 
-from gaitval.arrays import Array, runs
+from gaitval.arrays import Array, Flags, runs
 from gaitval.metrics.statistics_results import Region
 
 ALPHA: Final = 0.05
@@ -223,6 +223,40 @@ class _Labelled:
     freedom: int
 
 
+@dataclass(frozen=True)
+class Peaks:
+    """The largest |t| of every labelling of the data, (k,), `ordered` by size."""
+
+    ordered: Array
+
+    def p(self, size: float) -> float:
+        """Share of the labellings that come to a |t| of this `size`."""
+        # equal labellings differ by rounding
+        reached = np.searchsorted(self.ordered, size * (1.0 - 1e-9), side="left")
+        return float((len(self.ordered) - reached) / len(self.ordered))
+
+    def threshold(self) -> float | None:
+        """|t| that a share of `ALPHA` of the labellings exceeds; None if they are too few."""
+        # the largest share of labellings up to ALPHA; 1e-9, since 0.05 x 20 may be just below 1
+        allowed = math.floor(ALPHA * len(self.ordered) + 1e-9)
+        return float(self.ordered[-1 - allowed]) if allowed >= 1 else None
+
+
+def beyond(t: Array, threshold: float | None) -> Flags:
+    """Where |t| exceeds a `threshold` by more than rounding; nowhere without one."""
+    if threshold is None:
+        return np.zeros(len(t), dtype=bool)
+    return np.asarray(np.abs(t) > threshold * (1.0 + 1e-9))
+
+
+def regions_of(t: Array, above: Flags, p: Callable[[float], float]) -> tuple[Region, ...]:
+    """The runs of points `above`, each with the `p` of its largest |t|."""
+    return tuple(
+        Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
+        for first, end in zip(*runs(above), strict=True)
+    )
+
+
 def _tested(data: _Labelled, where: NDArray[np.bool_] | None, permutations: int) -> CurveTest:
     """The largest |t| of the data as labelled, among those of the other labellings."""
     t = data.statistic(data.own)[0]
@@ -234,25 +268,11 @@ def _tested(data: _Labelled, where: NDArray[np.bool_] | None, permutations: int)
     relabelled = [data.every()] if exact else (data.drawn(random, size) for size in sizes)
     parts = [np.max(np.abs(data.statistic(each)) * tested, axis=1) for each in relabelled]
     # the own labelling is one of all, and must be added to random ones, so that no p is 0
-    ordered = np.sort(np.concatenate(parts if exact else [*parts, [peak]]))
-
-    def p(size: float) -> float:
-        # equal labellings differ by rounding
-        reached = np.searchsorted(ordered, size * (1.0 - 1e-9), side="left")
-        return float((len(ordered) - reached) / len(ordered))
-
-    # the largest share of labellings up to ALPHA; 1e-9, since 0.05 x 20 may be just below 1
-    allowed = math.floor(ALPHA * len(ordered) + 1e-9)
-    threshold = float(ordered[-1 - allowed]) if allowed >= 1 else None
-    above = np.zeros(len(t), dtype=bool)
-    if threshold is not None:
-        above = np.abs(t) > threshold * (1.0 + 1e-9)
-    regions = tuple(
-        Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
-        for first, end in zip(*runs(above), strict=True)
-    )
+    peaks = Peaks(np.sort(np.concatenate(parts if exact else [*parts, [peak]])))
+    threshold = peaks.threshold()
+    regions = regions_of(t, beyond(t, threshold), peaks.p)
     normal = random_field_threshold(data.residuals, data.freedom, where=tested)
-    return CurveTest(t, threshold, normal, p(peak), regions, len(ordered), exact)
+    return CurveTest(t, threshold, normal, peaks.p(peak), regions, len(peaks.ordered), exact)
 
 
 def random_field_threshold(

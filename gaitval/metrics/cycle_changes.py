@@ -24,8 +24,8 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array, runs
-from gaitval.metrics.curve_statistics import ALPHA
+from gaitval.arrays import Array
+from gaitval.metrics.curve_statistics import ALPHA, Peaks, beyond, regions_of
 from gaitval.metrics.statistics_results import Region
 
 PERMUTATIONS: Final = 2_000
@@ -109,36 +109,25 @@ def differing_curves(
         if len(peaks) == count:
             order[1:] = np.random.default_rng(number).permutation(np.arange(1, count))
         largest = np.maximum(largest, peaks[order])
-    ordered = np.sort(largest)
+    every = Peaks(np.sort(largest))
     # Two sets of as many cycles may change places, which changes no |t|.
     rarest = [(1 + (one == two)) / len(labels[side, one, two]) for side, one, two in groups]
     if min(rarest, default=1.0) > ALPHA:
         count = 0
-    allowed = math.floor(ALPHA * len(ordered) + 1e-9)
-    threshold = float(ordered[-1 - allowed]) if allowed >= 1 and count else None
+    threshold = every.threshold() if count else None
     return FamilyTest(
-        {name: _difference(values, threshold, ordered) for name, values in t.items()},
+        {name: _difference(values, threshold, every) for name, values in t.items()},
         threshold,
         count,
     )
 
 
-def _difference(t: Array, threshold: float | None, ordered: Array) -> CurveDifference:
-    def p(size: float) -> float:
-        reached = np.searchsorted(ordered, size * (1.0 - 1e-9), side="left")
-        return float((len(ordered) - reached) / len(ordered))
-
-    found = np.zeros(len(t), dtype=bool)
-    if threshold is not None:
-        found = np.abs(t) > threshold * (1.0 + 1e-9)
+def _difference(t: Array, threshold: float | None, peaks: Peaks) -> CurveDifference:
+    found = beyond(t, threshold)
     above = found[:-1]
     if found[-1] and not above.any():  # all of it a little, and no point of it by itself
         above = np.ones(len(t) - 1, dtype=bool)
-    regions = tuple(
-        Region(first=int(first), last=int(end) - 1, p=p(float(np.abs(t[first:end]).max())))
-        for first, end in zip(*runs(above), strict=True)
-    )
-    return CurveDifference(t, p(float(np.abs(t).max())), regions)
+    return CurveDifference(t, peaks.p(float(np.abs(t).max())), regions_of(t, above, peaks.p))
 
 
 def _labels(first: int, second: int, permutations: int) -> Array:

@@ -21,8 +21,9 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array, runs
+from gaitval.arrays import Array
 from gaitval.gait.healthy_controls import PROFILE_ANGLES
+from gaitval.metrics.curve_statistics import regions_of
 from gaitval.metrics.statistics_results import Region
 
 FILE: Final = "healthy_cases.csv"
@@ -122,18 +123,11 @@ def compare_with_group(
     def share(size: float) -> float:
         return (1 + sum(each >= size for each in group.scores)) / (1 + group.people)
 
-    regions: dict[str, tuple[Region, ...]] = {}
-    for name, values in t.items():
-        above = np.abs(values) > group.threshold
-        if above.any():
-            regions[name] = tuple(
-                Region(
-                    first=int(first),
-                    last=int(end) - 1,
-                    p=share(float(np.abs(values[first:end]).max())),
-                )
-                for first, end in zip(*runs(above), strict=True)
-            )
+    regions = {
+        name: regions_of(values, above, share)
+        for name, values in t.items()
+        if (above := np.abs(values) > group.threshold).any()
+    }
     largest = max(float(np.abs(values).max()) for values in t.values())
     return CaseResult(t, regions, share(largest), group.threshold, group.people)
 
