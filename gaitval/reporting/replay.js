@@ -17,15 +17,7 @@
     player.hidden = true;
     find(".replay-message").hidden = false;
   };
-  /* Whether the picture is drawn without a graphics card, where smooth edges cost more than all else. */
-  function drawnSlowly() {
-    const probe = document.createElement("canvas").getContext("webgl2");
-    const told = probe?.getExtension("WEBGL_debug_renderer_info");
-    const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
-    probe?.getExtension("WEBGL_lose_context")?.loseContext();
-    return /swiftshader|llvmpipe|software|basic render/i.test(name);
-  }
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: !drawnSlowly() });
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: !walkerBody.drawnSlowly() });
   if (!gl) return fallBack();
 
   // ---- data ---------------------------------------------------------------------------------

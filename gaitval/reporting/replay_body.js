@@ -3,7 +3,8 @@
    `walkerBody({ joints, spheres, mass })` returns parts, each with its segment, its paint and its geometry in
    the frame of the segment (x forward, y left, z up, m). Lengths are those of the model; girths are
    those of a typical adult, wider for a body that is heavier for its legs. They have no meaning in the
-   simulation. `walkerBody.lit` makes their material, `walkerBody.solid` the shapes of devices. */
+   simulation. `walkerBody.lit` makes their material, `walkerBody.solid` the shapes of devices;
+   `walkerBody.drawnSlowly()` says whether there is no graphics card. */
 "use strict";
 const walkerBody = (() => {
   const SIDES = 24; // corners of a cross-section
@@ -232,5 +233,14 @@ const walkerBody = (() => {
     }
     return found;
   };
-  return Object.assign(parts, { lit, solid });
+
+  /* Whether pictures are drawn without a graphics card, where smooth edges cost more than all else. */
+  function drawnSlowly() {
+    const probe = document.createElement("canvas").getContext("webgl2");
+    const told = probe?.getExtension("WEBGL_debug_renderer_info");
+    const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+    probe?.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|software|basic render/i.test(name);
+  }
+  return Object.assign(parts, { lit, solid, drawnSlowly });
 })();
