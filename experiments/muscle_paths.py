@@ -35,17 +35,9 @@ import opensim as osim
 from scipy.linalg import solve
 from scipy.stats import qmc
 
+from gaitval.musculature.paths import COORDINATES, KNEE
 from gaitval.scaling.joint_centres import hip_joint_centre
 
-COORDINATES = (
-    "hip_flexion",
-    "hip_adduction",
-    "hip_rotation",
-    "knee_angle",
-    "ankle_angle",
-    "subtalar_angle",
-)
-KNEE = COORDINATES.index("knee_angle")
 RANGES = np.radians([[-45, 70], [-32, 32], [-35, 35], [-15, 95], [-45, 40], [-35, 35]])
 """Range of each coordinate: of people's gait, and 20 degrees beyond (less where joints end)."""
 MIDDLE, HALF = RANGES.mean(axis=1), np.diff(RANGES, axis=1)[:, 0] / 2

@@ -18,15 +18,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gaitval.arrays import Array, Flags
+from gaitval.coordinates import LEG
 
-COORDINATES: Final = (
-    "hip_flexion",
-    "hip_adduction",
-    "hip_rotation",
-    "knee_angle",
-    "ankle_angle",
-    "subtalar_angle",
-)
+COORDINATES: Final = LEG[:-1]
 """Coordinates that move the muscles; toes are straight."""
 
 BONES: Final = ("pelvis", "femur", "tibia", "foot")
