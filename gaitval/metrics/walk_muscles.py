@@ -1,9 +1,4 @@
-"""A simulated walk as a motion whose moments are known, for its muscles.
-
-A rollout keeps force and centre of pressure of each foot, but not the free moment. It follows from
-the moments of the joints, which the rollout has: the one vertical moment under each foot with which
-inverse dynamics comes nearest to them.
-"""
+"""A simulated walk as a motion whose moments are known, for its muscles."""
 
 from collections.abc import Collection, Mapping
 from typing import Final
@@ -11,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.coordinates import ACTUATED, LEG, SIDES, Side
+from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
@@ -59,7 +54,7 @@ def walk_motion(
     `lost` are coordinates of joints that a prosthesis has. `torques` (T, 25) Nm are of devices at
     the joints; the muscles have to make what is left.
     """
-    dynamics, positions = walk_dynamics(rollout, model, torques)
+    dynamics, positions = walk_dynamics(rollout, model)
     assist = None
     if torques is not None:
         given = low_pass_simulated(torques, step=step_of(rollout), frequency=CUTOFF)
@@ -87,9 +82,7 @@ def _thinned(step: float) -> slice:
     return slice(None, None, max(1, round(1.0 / (step * RATE))))
 
 
-def walk_dynamics(
-    rollout: Rollout, model: BodyModel, torques: Array | None = None
-) -> tuple[InverseDynamics, Array]:
+def walk_dynamics(rollout: Rollout, model: BodyModel) -> tuple[InverseDynamics, Array]:
     """Inverse dynamics of a `rollout` at about `RATE`, and its low-passed positions (T, 31)."""
     step = step_of(rollout)
     every = _thinned(step)
@@ -103,24 +96,8 @@ def walk_dynamics(
                 values = np.interp(rollout.time, rollout.time[known], point[known, foot, axis])
                 point[:, foot, axis] = low_pass_simulated(values, step=step, frequency=CUTOFF)
         point[force[:, foot, 2] <= LEAST_N, foot] = np.nan
-    time, force, point = rollout.time[every], force[every], point[every]
-    vertical = np.zeros_like(force)
-    without = inverse_dynamics(model, time, positions, force, point, vertical)
-    one = vertical + np.array([0.0, 0.0, 1.0])
-    with_one = inverse_dynamics(model, time, positions, force, point, one)
-    made = low_pass_simulated(rollout.moments, step=step, frequency=CUTOFF)[every]
-    if torques is not None:
-        given = low_pass_simulated(torques, step=step, frequency=CUTOFF)[every]
-        made = made + given
-    for column, side in enumerate(SIDES):
-        leg = [ACTUATED.index(f"{each}_{side[0]}") for each in LEG if each != "mtp_angle"]
-        slope = (with_one.moments - without.moments)[:, leg]
-        off = (made - without.moments)[:, leg]
-        size = (slope**2).sum(axis=1)
-        vertical[:, column, 2] = np.where(
-            np.isfinite(point[:, column, 0]) & (size > 1e-9),
-            (slope * off).sum(axis=1) / np.maximum(size, 1e-9),
-            0.0,
-        )
-    found = inverse_dynamics(model, time, positions, force, point, vertical)
+    free = np.zeros_like(force)
+    free[..., 2] = low_pass_simulated(rollout.free_moment, step=step, frequency=CUTOFF)
+    time = rollout.time[every]
+    found = inverse_dynamics(model, time, positions, force[every], point[every], free[every])
     return found, positions
