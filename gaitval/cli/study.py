@@ -33,6 +33,7 @@ from gaitval.terminal.app import (
 )
 
 if TYPE_CHECKING:
+    from gaitval.metrics.results import Metrics
     from gaitval.study.stage import Run
 
 
@@ -234,15 +235,16 @@ def validate(
             "their limit, or a guess without a model is as near to the record (rows above). All "
             f"errors are in {folder / 'metrics.json'}; `gaitval report` shows the curves."
         )
-    _judged(folder)
+    _judged(metrics, folder)
 
 
-def _judged(folder: Path) -> None:
-    """Raise ToleranceError if the verdict in `folder` lacks what decides: it is no pass."""
-    from gaitval.metrics.results import read_metrics
+def _judged(metrics: "Metrics", folder: Path) -> None:
+    """Raise ToleranceError if the verdict of the `metrics` of a run `folder` lacks what decides: it
+    is no pass.
+    """
     from gaitval.metrics.verdicts import not_judged
 
-    if reason := not_judged(read_metrics(folder)):
+    if reason := not_judged(metrics):
         raise ToleranceError(
             f"{reason} The limits that were kept say nothing of this. All that was made is in "
             f"{folder}. To have it judged, import a recording that has it."
@@ -264,9 +266,11 @@ def report(
 
     Exit code 1 if angles, moments or forces were recorded on neither side, so not judged.
     """
+    from gaitval.metrics.results import read_metrics
+
     folder = _stage("report", subject, out, config, with_pages(settings, language, paper), force)
     display.output.print(f"Report: {folder / 'report.html'} and report.pdf")
-    _judged(folder)
+    _judged(read_metrics(folder), folder)
 
 
 DeviceOption = Annotated[
@@ -339,7 +343,7 @@ def subject_command(
     display.print_groups(metrics)
     display.output.print(f"Report: {run.folder / 'report.html'} and report.pdf")
     display.print_verdict(metrics)
-    _judged(run.folder)
+    _judged(metrics, run.folder)
 
 
 @command("gaitval baseline 5")
