@@ -64,6 +64,21 @@ GROUPS: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
 """Muscles as electromyography sees them: title, and the muscles of the table, whose activations
 count by how strong they are."""
 
+USUAL_ON: Final[Mapping[str, tuple[tuple[int, int], ...]]] = {
+    "gluteus_maximus": ((0, 24), (96, 100)),
+    "gluteus_medius": ((0, 30), (97, 100)),
+    "iliopsoas": ((64, 75),),
+    "hamstrings": ((0, 14), (81, 100)),
+    "rectus_femoris": ((57, 65),),
+    "vasti": ((0, 16), (91, 100)),
+    "gastrocnemius": ((9, 50),),
+    "soleus": ((7, 53),),
+    "tibialis_anterior": ((0, 13), (57, 100)),
+}
+"""% of the cycle in which the electromyogram of healthy adults exceeds 5 % of the largest manual
+test, by `GROUPS`; read from the curves of Perry and Burnfield (2010), Gait Analysis, 2nd edition,
+as Moco's authors digitised them. Force follows the electromyogram by some 4 % of the cycle."""
+
 _PHASE: Final = np.linspace(0.0, 1.0, 101)
 
 

@@ -11,25 +11,10 @@ from matplotlib.patches import Patch
 
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
-from gaitval.musculature.gait import CONTACTS, GROUPS, MuscleGait
+from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
 from gaitval.reporting.drawing import new_figure, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
-
-USUAL_ON: Final[Mapping[str, tuple[tuple[int, int], ...]]] = {
-    "gluteus_maximus": ((0, 24), (96, 100)),
-    "gluteus_medius": ((0, 30), (97, 100)),
-    "iliopsoas": ((64, 75),),
-    "hamstrings": ((0, 14), (81, 100)),
-    "rectus_femoris": ((57, 65),),
-    "vasti": ((0, 16), (91, 100)),
-    "gastrocnemius": ((9, 50),),
-    "soleus": ((7, 53),),
-    "tibialis_anterior": ((0, 13), (57, 100)),
-}
-"""% of the cycle in which the electromyogram of healthy adults exceeds 5 % of the largest manual
-test, by `GROUPS`; read from the curves of Perry and Burnfield (2010), Gait Analysis, 2nd edition,
-as Moco's authors digitised them. Force follows the electromyogram by some 4 % of the cycle."""
 
 ELECTROMYOGRAM: Final = "usual electromyogram (Perry and Burnfield 2010)"
 

@@ -221,7 +221,7 @@ def test_the_summary_of_a_real_study_has_what_the_tables_need():
     assert found["subject"] | {"person": "WBDS14", "trial": "T05", "sex": "F"} == found["subject"]
     assert found["verdicts"]["accepted"] == metrics["summary"]["accepted"]
     assert len(found["parameters"]) == 14
-    assert len(found["groups"]) == 5
+    assert len(found["groups"]) == 7
     wanted = metrics["walks"][metrics["final"]]["errors"]["angles"]
     names = [
         f"{name}_{side}" for name in ("hip_flexion", "knee_angle", "ankle_angle") for side in "rl"

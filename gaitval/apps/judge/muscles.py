@@ -23,9 +23,8 @@ from gaitval.gait.cycles import GaitCycle
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.musculature.forces import AT_LIMIT, MUCH_RESERVE
-from gaitval.musculature.gait import GROUPS
+from gaitval.musculature.gait import GROUPS, USUAL_ON
 from gaitval.musculature.paths import COORDINATES, table
-from gaitval.reporting.muscle_figures import USUAL_ON
 
 MEASURED: Final[Mapping[str, tuple[float, float]]] = {"hip": (2.0, 2.9), "knee": (1.8, 3.0)}
 """Body weights, peaks that implants measured in level walking: hips of ten people 2.2 to 2.8
