@@ -50,6 +50,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="fail where the raw data are missing, instead of skipping the tests that read them",
     )
+    parser.addoption(
+        "--site",
+        metavar="FOLDER",
+        help="the documentation site that `make docs` has just built, which else is built again",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
