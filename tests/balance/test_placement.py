@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from walking_pendulum import BACK, DT, HEIGHT, OUT, RATE, SIGN, STEP_TIME, pendulum
+from walking_pendulum import BACK, DT, OUT, RATE, SIGN, STEP_TIME, pendulum
 
 from gaitval.apps.balance.placement import (
     ankle_answer,
@@ -41,7 +41,7 @@ def test_a_foot_that_keeps_its_distance_has_no_change_of_it_and_shifts_with_the_
     assert found[0].usual == pytest.approx([BACK, OUT])
     assert found[0].lead == pytest.approx((5 * EACH - row) * DT)
     assert found[0].time == 0.0
-    assert steps_to_recover(found, HEIGHT) == 0
+    assert steps_to_recover(found) == 0
     # two rows: what the pendulum is asked is read at the end of the push
     assert found[0].guess == pytest.approx([0.0, expected], rel=2e-3)
     assert pushed.offset(pushed.steps[0]) == pytest.approx([BACK, OUT])
@@ -58,7 +58,7 @@ def test_without_reaction_the_fall_is_outward_of_one_foot_and_inward_of_the_othe
     assert one.offset[1] == pytest.approx(-SIGN[one.column] * one.extrapolated[1])
     assert np.sign(one.extrapolated[1]) == np.sign(left)
     assert np.sign(two.offset[1]) == -np.sign(one.offset[1])
-    assert steps_to_recover(found, HEIGHT) is None
+    assert steps_to_recover(found) is None
 
 
 @pytest.mark.parametrize("forward", [KICK, -KICK])
@@ -80,7 +80,7 @@ def test_a_late_push_is_corrected_by_the_step_after():
     assert found[0].lead == pytest.approx(0.08)
     assert answered(found, 0.3) == found[1]
     assert found[1].offset == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert steps_to_recover(found, HEIGHT) == 1
+    assert steps_to_recover(found) == 1
 
 
 @pytest.mark.parametrize("first", [0, 1])

@@ -11,7 +11,6 @@ with its usual distance from the extrapolated centre of mass.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -19,10 +18,9 @@ import numpy as np
 from gaitval.apps.balance.walked import OUTWARD, Step, Walked
 from gaitval.arrays import Array
 
-RECOVERED: Final = 0.05
-"""A step is as before when its foot is this close to its usual place from the extrapolated centre
-of mass, in units of the pendulum's height, forward and sideways: 5 cm of 1 m, two standard
-deviations of people's step widths (`metrics.unrecorded`)."""
+RECOVERED: Final = 0.02
+"""m; a foot that is this close to its usual place from the extrapolated centre of mass needs no
+further step: so far the ankle moves the centre of pressure (Hof 2010)."""
 LEAST: Final = 20
 """Steps of which a linear map is made."""
 ANSWERED: Final = 0.5
@@ -42,8 +40,8 @@ class Placement(NamedTuple):
     offset : (2,) m, change of the foot's distance from it, forward and outward.
     usual : (2,) m, that distance without the disturbance.
     time : s, change of the time of the heel strike.
-    guess : (2,) m, change of the foot's place by the pendulum, forward and to the left; NaN if the
-        stance foot carried nothing when the disturbance ended.
+    guess : (2,) m, change of the foot's place by the pendulum, forward and to the left; NaN if no
+        usual step follows.
     """
 
     number: int
@@ -62,6 +60,7 @@ def placements(disturbed: Walked, plain: Walked, *, ends: float) -> Iterator[Pla
     as feet alternate in both; the disturbance takes `ends` s.
     """
     theirs = [each for each in plain.steps if each.strike >= disturbed.onset]
+    guess = _pendulum(disturbed, plain, theirs, ends)
     for number, (mine, usual) in enumerate(zip(disturbed.after(), theirs, strict=False), start=1):
         if mine.side != usual.side:
             return
@@ -77,23 +76,25 @@ def placements(disturbed: Walked, plain: Walked, *, ends: float) -> Iterator[Pla
             disturbed.offset(mine) - plain.offset(usual),
             plain.offset(usual),
             float(disturbed.time[mine.strike] - plain.time[usual.strike]),
-            _pendulum(disturbed, plain, usual, ends),
+            guess,
         )
 
 
-def _pendulum(disturbed: Walked, plain: Walked, usual: Step, ends: float) -> Array:
-    """(2,) m, change of the foot's place by the capture point of a linear inverted pendulum that is
-    left alone from the end of the disturbance to the usual heel strike.
+def _pendulum(disturbed: Walked, plain: Walked, theirs: Sequence[Step], ends: float) -> Array:
+    """(2,) m, change of a foot's place by the capture point of a linear inverted pendulum that is
+    left alone from the end of the disturbance to the next of the usual heel strikes (`theirs`); NaN
+    if there is none. A walk that keeps its distance from there on stays as far from the usual one.
 
     About the same centre of pressure a difference of extrapolated centres of mass grows as
     exp(ω t), whatever that pressure does; so the pressure itself is not needed.
     """
     step = float(plain.time[1] - plain.time[0])
     row = disturbed.onset + round(ends / step)
-    if row >= min(usual.strike, len(disturbed.time), len(plain.time)):
+    later = [each.strike for each in theirs if each.strike >= row]
+    if not later or row >= min(len(disturbed.time), len(plain.time)):
         return np.full(2, np.nan)
     away = disturbed.extrapolated[row] - plain.extrapolated[row]
-    return np.asarray(away * np.exp(plain.rate * (usual.strike - row) * step))
+    return np.asarray(away * np.exp(plain.rate * (later[0] - row) * step))
 
 
 def answered(found: Iterable[Placement], least: float) -> Placement | None:
@@ -103,14 +104,14 @@ def answered(found: Iterable[Placement], least: float) -> Placement | None:
     return next((each for each in found if each.lead >= least), None)
 
 
-def steps_to_recover(found: Sequence[Placement], pendulum: float) -> int | None:
+def steps_to_recover(found: Sequence[Placement], axes: Sequence[int] = (0, 1)) -> int | None:
     """Steps until the feet are placed as before, and stay so, from the extrapolated centre of mass
-    of a body with that `pendulum`; 0 if they always were, None if not within the steps `found`.
+    forward (0) and sideways (1), or along one of these `axes`: 0 if they always were, None if not
+    within the steps `found`.
     """
-    limit = RECOVERED * pendulum
     last = 0
     for each in found:
-        if not (np.abs(each.offset) <= limit).all():
+        if not (np.abs(each.offset[list(axes)]) <= RECOVERED).all():
             last = each.number
     return None if not found or last == found[-1].number else last
 

@@ -138,7 +138,7 @@ def walked(
         centre=rollout.centre_of_mass,
         velocity=np.gradient(rollout.centre_of_mass, step, axis=0),
         pelvis=frames[:, 0, :3, 3],
-        feet=frames[:, list(_FEET), :3, 3],
+        feet=frames[..., :3, 3][:, list(_FEET)],
         pressure=rollout.centre_of_pressure[..., :2],
         force=rollout.ground_reaction,
         spin=angular_momentum(model, frames, step),
