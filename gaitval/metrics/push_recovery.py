@@ -208,6 +208,8 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
     # all that an action begins with, beside what a reset sets
     moving: list[NDArray[Any]] = [*rows.walkers, *rows.episodes, rows.phase, seen]
     kept = _walked.setdefault(group, {}).setdefault((policy.key, mu.tobytes(), *start), {})
+    if group.environments[0].delayed_actions:
+        kept = {}  # what was seen before is not kept
     # who was not pushed before this one's phase was not before a later one's either
     if before := [each for each in kept if each <= first]:
         done, values = kept[max(before)]

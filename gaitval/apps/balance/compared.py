@@ -21,7 +21,7 @@ from gaitval.apps.balance.placement import (
     step_delay,
     steps_to_recover,
 )
-from gaitval.apps.balance.walked import OUTWARD, Walked
+from gaitval.apps.balance.walked import OUTWARD, Step, Walked
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES
 
@@ -67,15 +67,24 @@ def published() -> tuple[Published, ...]:
     """All rows, compared or not."""
     text = resources.files("gaitval.apps.balance").joinpath("recoveries.csv").read_text("utf-8")
     lines = [line for line in text.splitlines() if not line.startswith("#")]
-    return tuple(
-        Published(
-            row["kind"],
-            row["quantity"],
-            int(row["sign"]) if row["sign"] else None,
-            *(float(row[name]) if row[name] else None for name in ("value", "low", "high")),
-            *(row[name] for name in ("unit", "of", "words", "source", "doi", "locator")),
-        )
-        for row in csv.DictReader(lines)
+    return tuple(_published(row) for row in csv.DictReader(lines))
+
+
+def _published(row: Mapping[str, str]) -> Published:
+    value, low, high = (float(row[n]) if row[n] else None for n in ("value", "low", "high"))
+    return Published(
+        row["kind"],
+        row["quantity"],
+        int(row["sign"]) if row["sign"] else None,
+        value,
+        low,
+        high,
+        row["unit"],
+        row["of"],
+        row["words"],
+        row["source"],
+        row["doi"],
+        row["locator"],
     )
 
 
@@ -215,7 +224,7 @@ def _slope(pushes: Pushes) -> float | None:
     return float(x @ y / (x @ x))
 
 
-def _usual(plain: Walked, onset: int) -> list[object]:
+def _usual(plain: Walked, onset: int) -> list[Step]:
     return [each for each in plain.steps if each.strike >= onset]
 
 

@@ -78,6 +78,15 @@ def checked(ground: Ground) -> Ground:
     return ground
 
 
+def usual_grounds(side: Side = "right") -> list[Ground]:
+    """The slips, trips and steps down that are compared with people."""
+    return [
+        *(Slip(side, grip, distance) for grip in (0.2, 0.05) for distance in (0.1, 0.3)),
+        *(Trip(side, swing) for swing in (0.2, 0.5, 0.75)),
+        *(StepDown(side, drop) for drop in (0.03, 0.05, 0.1)),
+    ]
+
+
 @dataclass(frozen=True)
 class Planned:
     """A disturbance with its time and place in one walk.
@@ -150,6 +159,12 @@ class DisturbedEnvironment(WalkingEnvironment):
             else:
                 self._step_down(ground, column, now)
 
+    def _grip(self, column: int, share: float) -> None:
+        law = self.ground
+        self._stand_on(
+            law._replace(grip_right=share) if column == 0 else law._replace(grip_left=share)
+        )
+
     def _foot(self, column: int) -> tuple[Array, Array]:
         """Centres (6, 3) m of a foot's spheres, and their radii (6,) m."""
         walker, frames = self.walker, self._frames
@@ -162,10 +177,9 @@ class DisturbedEnvironment(WalkingEnvironment):
 
     def _slip(self, ground: Slip, column: int, now: float) -> None:
         loaded = self.walker.mean_ground_reaction[column, 2] > LOADED
-        grip = "grip_right" if column == 0 else "grip_left"
         if np.isnan(self.began):
             self.began = now
-            self._stand_on(self.ground._replace(**{grip: ground.grip}))
+            self._grip(column, ground.grip)
         centres, radii = self._foot(column)
         below = centres[:, 2] - radii < TOUCHING
         if self._last is not None:
@@ -178,7 +192,7 @@ class DisturbedEnvironment(WalkingEnvironment):
         self._loaded |= bool(loaded)
         if self.slid >= ground.distance or (self._loaded and not loaded):
             self.ended = now
-            self._stand_on(self.ground._replace(**{grip: 1.0}))
+            self._grip(column, 1.0)
 
     def _trip(self, ground: Trip, column: int, now: float) -> None:
         if np.isnan(self.began):

@@ -20,6 +20,7 @@ from gaitval.apps.balance.walked import Step, Walked, walked
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side, opposite
 from gaitval.errors import ArtefactError
+from gaitval.lanes import WIDTH
 from gaitval.metrics.push_recovery import Push, without_drift
 from gaitval.model.body import BodyModel
 from gaitval.model.parameters import apply_parameters
@@ -44,24 +45,16 @@ class Walker:
     Attributes
     ----------
     task : displacement ends no walk of it.
-    group : class of what walks side by side, of eight tasks: with a delay, another one.
     """
 
     task: WalkingTask
     policy: Policy
     mu: Array
-    group: type[WalkingGroup] = WalkingGroup
 
     @classmethod
-    def of(
-        cls,
-        task: WalkingTask,
-        policy: Policy,
-        mu: Array,
-        group: type[WalkingGroup] = WalkingGroup,
-    ) -> "Walker":
+    def of(cls, task: WalkingTask, policy: Policy, mu: Array) -> "Walker":
         """`task` as it comes from a stored policy."""
-        return cls(without_drift(task), policy, mu, group)
+        return cls(without_drift(task), policy, mu)
 
     @cached_property
     def model(self) -> BodyModel:
@@ -71,7 +64,7 @@ class Walker:
     @cached_property
     def together(self) -> WalkingGroup:
         """Eight of them."""
-        return self.group([self.task] * 8)
+        return WalkingGroup([self.task] * WIDTH)
 
     @cached_property
     def settling(self) -> int:
@@ -182,6 +175,12 @@ class OnGround:
     def __init__(self, walker: Walker, environment: DisturbedEnvironment | None = None) -> None:
         self.walker = walker
         self.environment = environment or DisturbedEnvironment(walker.task)
+        self._known: dict[tuple[float, int], Rollout] = {}
+
+    def _level(self, noise: float, seed: int) -> Rollout:
+        if (noise, seed) not in self._known:
+            self._known[noise, seed] = self._rollout(None, noise, seed)
+        return self._known[noise, seed]
 
     def _rollout(self, planned: Planned | None, noise: float, seed: int) -> Rollout:
         self.environment.planned = planned
@@ -195,12 +194,18 @@ class OnGround:
             seed=seed,
         )
 
-    def walk(self, ground: Ground, *, noise: float = 0.0, seed: int = 0) -> Disturbed:
-        """A walk on `ground`, from a start with `noise` rad on the joints by `seed`."""
-        level = self._rollout(None, noise, seed)
+    def walk(
+        self, ground: Ground, *, noise: float = 0.0, seed: int = 0, later: float = 0.0
+    ) -> Disturbed:
+        """A walk on `ground`, from a start with `noise` rad on the joints by `seed`; a slip or a
+        trip begins by so many actions `later`.
+        """
+        level = self._level(noise, seed)
         usual = self.walker.seen(level)
         step = self._step(usual, ground.side)
         planned = self._plan(ground, level, usual, step)
+        shift = later * self.environment.walker.action_seconds
+        planned = replace(planned, start=planned.start + shift)
         rollout = self._rollout(planned, noise, seed)
         began = self.environment.began
         step_time = float(level.time[1] - level.time[0])
@@ -284,12 +289,3 @@ def _foot_ends(model: BodyModel, positions: Array) -> tuple[Array, Array]:
     x = np.einsum("kj,kj->k", poses[:, 0, :3], tree.sphere_position) + poses[:, 0, 3]
     halves = x.reshape(2, -1), tree.sphere_radius.reshape(2, -1)
     return (halves[0] + halves[1]).max(axis=1), (halves[0] - halves[1]).min(axis=1)
-
-
-def usual_grounds(side: Side = "right") -> list[Ground]:
-    """The slips, trips and steps down that are compared with people."""
-    return [
-        *(Slip(side, grip, distance) for grip in (0.2, 0.05) for distance in (0.1, 0.3)),
-        *(Trip(side, swing) for swing in (0.2, 0.5, 0.75)),
-        *(StepDown(side, drop) for drop in (0.03, 0.05, 0.1)),
-    ]

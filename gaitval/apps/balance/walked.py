@@ -105,7 +105,7 @@ class Walked:
         outward.
         """
         away = self.feet[step.strike, step.column, :2] - self.extrapolated[step.strike]
-        return away * [1.0, OUTWARD[step.column]]
+        return np.asarray(away * [1.0, OUTWARD[step.column]])
 
 
 def steps_of(vertical: Array, *, step: float, threshold: float) -> tuple[Step, ...]:
