@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 from gaitval.apps.balance.disturb import Ground, Slip, StepDown, Trip, checked, usual_grounds
-from gaitval.apps.balance.results import PerturbResult
 from gaitval.apps.balance.stored import walker_of
-from gaitval.apps.balance.study import recoveries
+from gaitval.apps.balance.study import Recoveries, recoveries
 from gaitval.interface.arguments import expect, number
 from gaitval.one_thread import one_thread
 from gaitval.study.stored_policy import StoredPolicy
@@ -19,7 +18,7 @@ def perturb(
     grounds: Sequence[Ground] | None = None,
     largest: bool = False,
     delay: float = 0.0,
-) -> PerturbResult:
+) -> Recoveries:
     """Push a stored policy, let it slip, trip and step down, and compare that with people.
 
     Parameters
@@ -32,9 +31,9 @@ def perturb(
 
     Returns
     -------
-    PerturbResult
-        Steps after each push, m, x forward and y left, changes from the undisturbed walk; walks on
-        each ground; and published quantities beside the walker's. `as_dict()` is `perturb.json`.
+    Recoveries
+        Its `result` is `perturb.json`: steps after each push, m, x forward and y left, changes from
+        the undisturbed walk; walks on each ground; published quantities beside the walker's.
 
     Raises
     ------
@@ -52,7 +51,7 @@ def perturb(
     >>> import gaitval as gv
     >>> from gaitval.apps.balance.disturb import Slip
     >>> found = gv.perturb(gv.load_policy(5), pushes=False, grounds=[Slip("right", 0.2, 0.1)])
-    >>> found.grounds[0].kind, len(found.grounds[0].survived)
+    >>> found.result.grounds[0].kind, len(found.result.grounds[0].survived)
     ('slip', 5)
     """
     expect("policy", policy, StoredPolicy, "what load_policy(5) returns")
@@ -67,4 +66,4 @@ def perturb(
         kinds=kinds,
         grounds=given,
         largest=largest,
-    ).result
+    )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -31,10 +31,14 @@ from gaitval.apps.balance.results import PERTURB_VERSION, PerturbResult
 from gaitval.apps.balance.walked import Walked
 from gaitval.artefacts import versions
 from gaitval.coordinates import SIDES
+from gaitval.display import Displayed
 from gaitval.metrics.momentum import momentum_residual
 from gaitval.metrics.push_ensembles import NOISE, STARTS, RobustPushes, robust_pushes
 from gaitval.metrics.push_recovery import Push
 from gaitval.metrics.typed import tidy
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 KINDS: Final = ("push", "slip", "trip", "step")
 FORCES: Final = (100.0, 200.0)
@@ -48,8 +52,8 @@ STEADY: Final = 16
 _KIND_OF: Final[Mapping[type, str]] = {Slip: "slip", Trip: "trip", StepDown: "step"}
 
 
-@dataclass(frozen=True)
-class Recoveries:
+@dataclass(frozen=True, repr=False)
+class Recoveries(Displayed):
     """What a walker does, with the walks behind it.
 
     Attributes
@@ -64,6 +68,48 @@ class Recoveries:
     tried: tuple[Push, ...]
     walks: tuple[Walked, ...]
     grounds: tuple[tuple[Disturbed, tuple[bool, ...]], ...]
+
+    def title(self) -> str:
+        """Of whom, and how many quantities are as people's."""
+        result = self.result
+        if result.steady_fell:
+            return f"{result.walker} falls without any disturbance"
+        count = len(result.quantities)
+        right = round(result.people_share["walker"] * count)
+        return f"{result.walker}: as people in {right} of {count} published quantities"
+
+    def overview(self) -> "pd.DataFrame":
+        """A row a quantity."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                "kind": row.kind,
+                "quantity": row.name,
+                "low": row.low,
+                "high": row.high,
+                "walker": row.walker,
+                "unit": row.unit,
+                "as people": row.right_sign and row.inside is not False,
+            }
+            for row in self.result.quantities
+        )
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Rows of quantity, who (people, walker, nothing, pendulum), value, unit."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                "kind": row.kind,
+                "quantity": row.name,
+                "who": who,
+                "value": getattr(row, "published" if who == "people" else who),
+                "unit": row.unit,
+            }
+            for row in self.result.quantities
+            for who in ("people", "walker", "nothing", "pendulum")
+        )
 
 
 def recoveries(
