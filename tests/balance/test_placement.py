@@ -72,7 +72,7 @@ def test_a_late_push_is_corrected_by_the_step_after():
     def late(extrapolated, column, number):
         if number == 5:
             return feet[number]
-        return extrapolated + [BACK, SIGN[column] * OUT]
+        return extrapolated + np.array([BACK, SIGN[column] * OUT])
 
     plain = pendulum()
     feet = {n: plain.feet[step.strike, step.column, :2] for n, step in enumerate(plain.steps, 1)}
@@ -119,7 +119,7 @@ def test_the_ankle_answers_towards_the_fall_when_the_pressure_moves_there(left, 
 
 def test_the_shortest_time_for_a_step_is_where_feet_begin_to_follow():
     def slow(extrapolated, column, number):
-        keeps = extrapolated + [BACK, SIGN[column] * OUT]
+        keeps = extrapolated + np.array([BACK, SIGN[column] * OUT])
         return keeps if number != 5 or lead >= 0.3 else feet[number]
 
     plain = pendulum()

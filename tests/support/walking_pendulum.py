@@ -41,7 +41,7 @@ def pendulum(kicks=(), *, steps=16, first=0, law=None, jitter=0.0, seed=0, press
         if n:
             column, extrapolated = 1 - column, place + speed / RATE
             out = [BACK, SIGN[column] * (OUT + jitter * random.standard_normal())]
-            foot = extrapolated + out if law is None else law(extrapolated, column, n)
+            foot = extrapolated + np.array(out) if law is None else law(extrapolated, column, n)
             found.append(Step(("right", "left")[column], n * each, max(0, (n - 1) * each + 20)))
         feet[n * each :, column, :2] = foot
         for row in range(n * each, (n + 1) * each):

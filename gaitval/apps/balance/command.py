@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import gaitval
 from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
@@ -84,11 +85,10 @@ def perturb(
     from gaitval.apps.balance.study import recoveries
     from gaitval.apps.balance.write import NAME, write_recoveries
     from gaitval.folder_lock import locked
-    from gaitval.interface.walks import load_policy
 
     asked = _grounds(slip or (), trip or (), step_down or (), side)
     grounds = asked if asked or pushes else usual_grounds(_side(side))
-    policy = load_policy(walker)
+    policy = gaitval.load_policy(walker)
     identifier = policy.subject.identifier
     folder = out or Path("reports") / f"{identifier}-perturbed"
     with locked(folder):
