@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 @added_command(
-    "gaitval perturb 5                                # pushes, slips, trips, steps down",
+    "gaitval perturb 5                               # all kinds",
     "gaitval perturb runs/S05 --slip 0.1:0.3 --trip 0.5:0.1 --step-down 0.05",
-    "gaitval perturb 5 --pushes --largest             # and the largest pushes survived",
-    "gaitval perturb 5 --delay 100                    # as if it felt its body 100 ms late",
-    after="device",
+    "gaitval perturb 5 --pushes --largest            # and the largest pushes",
+    "gaitval perturb 5 --delay 100                   # it feels its body late",
+    after="report",
 )
 def perturb(
     walker: Annotated[
