@@ -22,6 +22,7 @@ _HOMES = {
     "load_policy": "walks",
     "load_subject": "subjects",
     "muscles": "muscle_forces",
+    "perturb": "balance",
     "read_recording": "recordings",
     "reference_motion": "references",
     "rollout": "walks",

@@ -25,7 +25,7 @@ from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES
-from gaitval.errors import GaitvalError, RecordError, RecordWarning
+from gaitval.errors import ConfigurationError, GaitvalError, RecordError, RecordWarning
 from gaitval.folder_lock import locked
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
@@ -555,6 +555,14 @@ def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):
     assert not (tmp_path / "none").exists()
     code, output = run(everything.model, "--mass", 170, "--height", 70, "--out", tmp_path / "x")
     assert code == 2
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"mass": 170.0, "height": 70.0}, {"mass": 7000.0}, {"height": 172.0}]
+)
+def test_a_person_in_other_units_is_refused_in_python_too(wrong):
+    with pytest.raises(ConfigurationError, match=f"{next(iter(wrong.values())):g}"):
+        judge(JudgeRequest(Path("model.osim"), **wrong))
 
 
 def test_half_of_the_moments_is_noticed_at_the_ankle(everything, tmp_path):

@@ -127,8 +127,9 @@ class Judgement:
 
 def judge(request: JudgeRequest) -> Judgement:
     """Read the files of `request` and judge what they allow to be judged. Raises GaitvalError if a
-    file cannot be used, or the files do not belong together.
+    file cannot be used, the files do not belong together, or mass or height are no person's.
     """
+    request.check()
     # What a reader passes over in a file is a sentence beside the limits, not a warning of Python.
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
