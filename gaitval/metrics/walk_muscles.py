@@ -10,7 +10,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
-from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.metrics.cycles import GaitCycles, step_of, walking_speed
 from gaitval.model.body import BodyModel
 from gaitval.musculature.gait import RATE, LoadedMotion
 from gaitval.musculature.paths import COORDINATES
@@ -75,6 +75,7 @@ def walk_motion(
         },
         lost=lost or {},
         assist=assist,
+        speed=walking_speed(rollout, cycles),
     )
 
 
