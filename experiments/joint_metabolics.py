@@ -2,11 +2,11 @@
 
     python -m experiments.joint_metabolics Bovi2011.csv Bovi2011_parameters.csv
 
-The files are the supplement of Bovi et al. (2011), Gait Posture 33:6: mean curves of joint power and
-moment, and parameters of gait, of twenty adults and twenty young people at five speeds. Their rate is
-taken to be what published equations expect at the speed (`expected_rates`, the mean of both). Found
-by least squares that are not negative, and again with each condition left out, which is what the
-model is off by at people whom it does not know. A minute less.
+The files are the supplement of Bovi et al. (2011), Gait Posture 33:6: mean curves of joint power
+and moment, and parameters of gait, of twenty adults and twenty young people at five speeds. Their
+rate is taken to be what published equations expect at the speed (`expected_rates`, the mean of
+both). Found by least squares that are not negative, and again with each condition left out, which
+is what the model is off by at people whom it does not know. Seconds.
 """
 
 import argparse

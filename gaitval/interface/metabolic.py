@@ -62,7 +62,7 @@ def metabolic_cost(
     if found is None:
         raise RecordError(
             f"{motions[0].name}: no metabolic rate, for no gait cycle is whole, or a "
-            "prosthesis has a part of a leg, which no muscle moves. Give a trial with a whole cycle of a person "
-            "with two legs."
+            "prosthesis has a part of a leg, which no muscle moves. Give a trial with a whole "
+            "cycle of a person with two legs."
         )
     return found
