@@ -47,14 +47,15 @@ def walk_motion(
     name: str = "walk",
     lost: Mapping[Side, Collection[str]] | None = None,
     torques: Array | None = None,
+    laden: BodyModel | None = None,
 ) -> LoadedMotion:
     """The `cycles` of a `rollout` of the body `model`, with its parameters mu, of a person of
-    `height` m.
+    `height` m; `laden` is the body with what the person wears, whose moments the muscles make.
 
     `lost` are coordinates of joints that a prosthesis has. `torques` (T, 25) Nm are of devices at
     the joints; the muscles have to make what is left.
     """
-    dynamics, positions = walk_dynamics(rollout, model)
+    dynamics, positions = walk_dynamics(rollout, model if laden is None else laden)
     assist = None
     if torques is not None:
         given = low_pass_simulated(torques, step=step_of(rollout), frequency=CUTOFF)

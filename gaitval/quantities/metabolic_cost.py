@@ -156,7 +156,9 @@ def metabolic_cost(motions: Sequence[LoadedMotion], muscles: MuscleGait) -> Meta
 
 
 def joint_rate(motion: LoadedMotion) -> float | None:
-    """W/kg, gross, by the model of the joints, over the cycles of a `motion`; None without one."""
+    """W/kg of the body, gross, by the model of the joints, over the cycles of a `motion`; None
+    without one.
+    """
     dynamics = motion.dynamics
     moments, powers = dynamics.moments, dynamics.powers
     if motion.assist is not None:
@@ -172,7 +174,7 @@ def joint_rate(motion: LoadedMotion) -> float | None:
             inside = (dynamics.time >= start) & (dynamics.time < end)
             if inside.any():
                 found.append(float(legs[f"leg_{side[0]}"][inside].mean()))
-    return REST + 2.0 * float(np.mean(found)) / dynamics.mass_kg if found else None
+    return REST + 2.0 * float(np.mean(found)) / motion.model.mass if found else None
 
 
 def _mean(values: Sequence[float | None]) -> float:
