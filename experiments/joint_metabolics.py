@@ -5,8 +5,8 @@
 The files are the supplement of Bovi et al. (2011), Gait Posture 33:6: mean curves of joint power
 and moment, and parameters of gait, of twenty adults and twenty young people at five speeds. Their
 rate is taken to be what published equations expect at the speed (`expected_rates`, the mean of
-both, where both hold). Found by least squares that are not negative, and again with each condition left out, which
-is what the model is off by at people whom it does not know. Seconds.
+both, where both hold). Found by least squares that are not negative, and again with each condition
+left out, which is what the model is off by at people whom it does not know. Seconds.
 """
 
 import argparse
