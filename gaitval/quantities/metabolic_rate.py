@@ -163,13 +163,19 @@ METABOLIC_MUSCLES: Final = Quantity(
     figures={"gross": "W/kg", "net": "W/kg", "per_metre": "J/kg/m"},
     figures_of=_of_legs,
     per_metre={"gross": "per_metre"},
-    tables=tuple(
-        FigureTable(title, unit, 2, tuple((model, kind, name) for name, model in TITLES.items()))
-        for title, unit, kind in (
-            ("Gross metabolic rate, from muscles", "W/kg", "gross"),
-            ("Net metabolic rate, from muscles", "W/kg", "net"),
-            ("Gross metabolic cost, from muscles", "J/kg/m", "per_metre"),
-        )
+    tables=(
+        FigureTable(
+            "Gross metabolic rate, from muscles",
+            "W/kg",
+            2,
+            tuple((model, "gross", name) for name, model in TITLES.items()),
+        ),
+        FigureTable(
+            "Gross metabolic cost, from muscles",
+            "J/kg/m",
+            2,
+            ((TITLES[CENTRAL], "per_metre", CENTRAL),),
+        ),
     ),
 )
 
