@@ -17,7 +17,10 @@ from claims import Claim
 from claims.rows import STARTED
 
 if TYPE_CHECKING:
+    from gaitval.apps.devices.study import Wearer
     from gaitval.arrays import Array
+    from gaitval.quantities.metabolic_cost import MetabolicCost
+    from gaitval.simulation.rollout import Rollout
 
 TEN: Final = tuple(range(1, 11))
 CYCLES: Final = 5.0
@@ -43,73 +46,80 @@ TORQUE: Final = 0.12
 SPEEDS: Final = tuple(np.arange(0.7, 1.81, 0.1).round(2).tolist())
 
 
-def _ankle_torque(angle: "Array", rate: "Array", work: float) -> "Array":
-    """(T,) Nm/kg, plantarflexing (negative), over a stride: of a share that resists dorsiflexion
-    and one that pushes off, so much of each that mean torque and net `work` rate are those wanted.
+def _ankle_torque(rate: "Array", work: float) -> "Array":
+    """(T,) Nm/kg, plantarflexing (negative), over a stride whose ankle turns by `rate` (T,) rad/s:
+    of a share that resists dorsiflexion and one that pushes off, so much of each that mean torque
+    and net `work` rate are those wanted.
     """
-    phase = np.linspace(0.0, 1.0, len(angle))
+    phase = np.linspace(0.0, 1.0, len(rate))
     bumps = [np.exp(-0.5 * ((phase - at) / wide) ** 2) for at, wide in ((0.32, 0.08), (0.52, 0.05))]
     table = np.array([[each.mean() for each in bumps], [(-each * rate).mean() for each in bumps]])
     return -np.asarray(np.linalg.solve(table, [TORQUE, work]) @ np.array(bumps))
 
 
-def _costs(number: int) -> dict[str, Any]:
-    """Gross rates W/kg by condition and model of one person."""
+def _costs(number: int, path: Path) -> dict[str, Any]:
+    """Gross rates W/kg by condition and model of one person; `path` keeps those that are known, so
+    that a run which was stopped goes on.
+    """
     from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
     from gaitval.apps.devices.study import device_muscles, wearer
     from gaitval.apps.devices.walking import DeviceEnvironment, with_devices
+    from gaitval.model.devices.device import shipped_device
+    from gaitval.model.devices.loads import trunk_load
+
+    found: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    if set(found) >= {"speed", "none", *LOADS, *LEGS, *ANKLE} - {"sildbw0"}:
+        return found
+    person = wearer(str(number))
+    plain = walk_without(with_devices(person.task, ()), person.policy, person.mu, CYCLES)
+
+    def keep(name: str, cost: "MetabolicCost | None") -> None:
+        assert cost is not None
+        found.update({name: dict(cost.gross), "speed": cost.speed})
+        path.write_text(json.dumps(found), encoding="utf-8")
+        print(number, name, {each: round(rate, 2) for each, rate in cost.gross.items()}, flush=True)
+
+    if "none" not in found:
+        keep("none", device_muscles(person, (), plain, None)[1])
+    worn = {each: trunk_load(of, person.task.model.mass) for each, of in LOADS.items() if of}
+    worn |= {each: shipped_device(each) for each in LEGS}
+    for name, device in worn.items():
+        if name not in found:
+            task = with_devices(person.task, (device,))
+            kept = kinematics_kept(DeviceEnvironment(task), plain.rollout)
+            keep(name, device_muscles(person, (device,), kept.walk, kept.own)[1])
+    for name, work in zip(ANKLE, np.linspace(*WORK_RATES, len(ANKLE)), strict=True):
+        if name not in found:
+            keep(name, _helped(person, plain.rollout, float(work)))
+    return found
+
+
+def _helped(person: "Wearer", rollout: "Rollout", work: float) -> "MetabolicCost | None":
+    """What a walk costs whose right ankle is helped with a net `work` rate, W/kg."""
     from gaitval.coordinates import ACTUATED
     from gaitval.metrics.cycles import find_cycles
     from gaitval.metrics.walk_muscles import walk_motion
-    from gaitval.model.devices.device import shipped_device
-    from gaitval.model.devices.loads import trunk_load
     from gaitval.model.parameters import apply_parameters
+    from gaitval.model.tree import ROOT_DOFS
     from gaitval.musculature.gait import muscles_of
     from gaitval.quantities.metabolic_cost import metabolic_cost
 
-    person = wearer(str(number))
-    mass = person.task.model.mass
-    plain = walk_without(with_devices(person.task, ()), person.policy, person.mu, CYCLES)
-    _, cost = device_muscles(person, (), plain, None)
-    assert cost is not None
-    found: dict[str, Any] = {"speed": cost.speed, "none": dict(cost.gross)}
-    worn = {name: trunk_load(load, mass) for name, load in LOADS.items() if load}
-    worn |= {name: shipped_device(name) for name in LEGS}
-    for name, device in worn.items():
-        kept = kinematics_kept(
-            DeviceEnvironment(with_devices(person.task, (device,))), plain.rollout
-        )
-        _, laden = device_muscles(person, (device,), kept.walk, kept.own)
-        assert laden is not None
-        found[name] = dict(laden.gross)
-    rollout = plain.rollout
+    assert person.height is not None
     cycles = find_cycles(rollout, person.task.configuration)
     body = apply_parameters(person.task.model, person.mu)
     ankle = ACTUATED.index("ankle_angle_r")
-    for name, work in zip(ANKLE, np.linspace(*WORK_RATES, len(ANKLE)), strict=True):
-        torques = np.zeros_like(rollout.moments)
-        for a, b in zip(cycles.starts["right"], cycles.ends["right"], strict=True):
-            rows = slice(a, b)
-            columns = rollout.positions[rows, 6 + ankle], rollout.velocities[rows, 6 + ankle]
-            torques[rows, ankle] = mass * _ankle_torque(*columns, float(work))
-        motion = walk_motion(rollout, cycles, body, height=person.height or 1.7, torques=torques)
-        helped = metabolic_cost([motion], muscles_of([motion]))
-        assert helped is not None
-        found[name] = dict(helped.gross)
-    return found
+    torques = np.zeros_like(rollout.moments)
+    for a, b in zip(cycles.starts["right"], cycles.ends["right"], strict=True):
+        rate = rollout.velocities[a:b, ROOT_DOFS + ankle]
+        torques[a:b, ankle] = person.task.model.mass * _ankle_torque(rate, work)
+    motion = walk_motion(rollout, cycles, body, height=person.height, torques=torques)
+    return metabolic_cost([motion], muscles_of([motion]))
 
 
 def _all(given: claims.Given) -> dict[int, dict[str, Any]]:
     folder = given.work / f"metabolic-{STARTED}"
     folder.mkdir(parents=True, exist_ok=True)
-    found = {}
-    for number in TEN:
-        path = folder / f"{number}.json"
-        if not path.is_file():
-            path.write_text(json.dumps(_costs(number)), encoding="utf-8")
-            print(f"S{number:02d}: {path.read_text(encoding='utf-8')}", flush=True)
-        found[number] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    return {number: _costs(number, folder / f"{number}.json") for number in TEN}
 
 
 def _middle(rates: Mapping[str, float]) -> float:

@@ -155,12 +155,8 @@ def bhargava(state: FibreStates, fibres: Fibres, *, smoothing: float | None = No
     left = kept + moving + work
     moving = moving - left * _step(-left, smoothing)
     with np.errstate(invalid="ignore", divide="ignore"):
-        rates = _summed(
-            *(np.nan_to_num(each / fibres.mass) for each in (kept, moving, work)),
-            fibres.mass,
-            smoothing,
-        )
-    return rates
+        specific = [np.nan_to_num(each / fibres.mass) for each in (kept, moving, work)]
+    return _summed(specific[0], specific[1], specific[2], fibres.mass, smoothing)
 
 
 def _umberger(
