@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 
 from gaitval.apps.devices.costs import change_of, cost_changes, in_words, model_band
+from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
+from gaitval.apps.devices.search import value
+from gaitval.coordinates import SIDES
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError
+from gaitval.model.devices.aim import Aim
 from gaitval.model.devices.composite import fitted
 from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
+from gaitval.musculature.metabolics import REST
 from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
+from gaitval.quantities.metabolic_rate import HEAT, WORK
 from gaitval.scaling.scaling import scale_subject
 
 MODELS = ("bhargava", "umberger", "uchida", JOINTS)
@@ -41,6 +47,20 @@ def test_a_change_is_the_mean_of_two_models_within_a_band_of_all():
     assert change.percent == pytest.approx(100 * 0.3 / 3.9)
     assert change.low < 0.2
     assert change.high > 0.5
+
+
+def test_a_search_may_want_the_cheapest_walk():
+    names = [(joint, side) for joint in JOINTS_OF_LEG for side in SIDES]
+    curves = SimpleNamespace(
+        own={name: np.full(101, -0.4) for name in names},
+        work=dict.fromkeys(names, 0.1),
+        stride_time=dict.fromkeys(SIDES, 1.1),
+    )
+    aim = Aim(joint="ankle_angle", quantity="cost")
+    expected = REST + 6 * (HEAT * 0.4 + WORK * 0.1 / 1.1)
+    assert value(aim, curves) == pytest.approx(expected)
+    assert aim.unit == "W/kg"
+    assert "metabolic" in aim.in_words()
 
 
 def test_the_band_is_where_one_more_model_lies():

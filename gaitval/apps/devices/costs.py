@@ -10,9 +10,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.study import DeviceOutcome, at_kept_speed
+from gaitval.coordinates import SIDES
+from gaitval.musculature.metabolics import REST
 from gaitval.number_text import number
-from gaitval.quantities.metabolic_rate import CENTRAL
+from gaitval.quantities.metabolic_rate import CENTRAL, HEAT, WORK
 
 SHARE: Final = 0.90
 
@@ -77,6 +80,17 @@ def change_of(outcome: DeviceOutcome, without: DeviceOutcome) -> CostChange:
     }
     low, high = model_band(list(changes.values()))
     return CostChange(outcome.assumption, before.middle, now.middle, changes, low, high)
+
+
+def joints_rate(curves: WalkCurves) -> float:
+    """W/kg, gross, of a walk by the model of the joints, from its mean `curves`."""
+    legs = [
+        HEAT * float(np.abs(curves.own[joint, side][:-1]).mean())
+        + WORK * curves.work[joint, side] / curves.stride_time[side]
+        for joint in JOINTS
+        for side in SIDES
+    ]
+    return REST + sum(legs)
 
 
 def model_band(values: Sequence[float]) -> tuple[float, float]:
