@@ -23,6 +23,7 @@ _HOMES = {
     "load_subject": "subjects",
     "metabolic_cost": "metabolic",
     "muscles": "muscle_forces",
+    "perturb": "balance",
     "read_recording": "recordings",
     "reference_motion": "references",
     "rollout": "walks",

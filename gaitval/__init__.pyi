@@ -1,3 +1,4 @@
+from gaitval.interface.balance import perturb as perturb
 from gaitval.interface.bodies import scale as scale
 from gaitval.interface.changes import against_healthy as against_healthy
 from gaitval.interface.changes import change as change

@@ -17,8 +17,10 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     ValidationError,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
@@ -228,6 +230,10 @@ class EnvironmentSettings(Section):
     """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
     """... or this far from its reference position, along the walkway or sideways, m."""
+    observation_delay: float = Field(0.0, ge=0.0, le=1.0)
+    """s, by which the policy sees its body late, as through nerves: what joints, feet and trunk do,
+    not its own clock, its last action and what it knows of itself. Rounded to whole actions. People
+    need 50 to 150 ms. 0: what is seen is of now."""
     initial_noise: NotNegative = 0.02
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
@@ -247,6 +253,16 @@ class EnvironmentSettings(Section):
     def slowest_pace(self) -> float:
         """The slowest pace that an action can choose."""
         return 1.0 - self.pace_scale * self.action_limit
+
+    @model_serializer(mode="wrap")
+    def _as_before_it_was_known(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without a delay the settings are written as before there was one, so that no stage runs
+        again for it.
+        """
+        values: dict[str, Any] = write(self)
+        if not self.observation_delay:
+            values.pop("observation_delay", None)
+        return values
 
     @model_validator(mode="after")
     def _goes_forward(self) -> "EnvironmentSettings":

@@ -3,16 +3,18 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import gaitval
 from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
 from gaitval.apps.devices.curves import WalkCurves, walk_curves
+from gaitval.apps.devices.device_walk import DeviceWalk
 from gaitval.apps.devices.learning import EFFORT, adapt
 from gaitval.apps.devices.scores import RolloutScore, score_rollout
 from gaitval.apps.devices.sound_leg import check_side
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
+from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
@@ -211,6 +213,30 @@ def device_muscles(
     return found, metabolic_cost([motion], found)
 
 
+def _outcome(
+    person: Wearer,
+    devices: Sequence[Device],
+    assumption: str,
+    walk: DeviceWalk,
+    survived: int | None,
+    own: Array | None = None,
+    *,
+    held: bool = False,
+) -> DeviceOutcome:
+    """What a `walk` by an `assumption` came to; `own` as for `device_muscles`."""
+    rollout, task = walk.rollout, person.task
+    try:
+        curves = walk_curves(walk, task.configuration, task.model.mass, own)
+    except RecordError:
+        curves = None
+    walked = float(rollout.phase[-1] - rollout.start_phase[0])
+    worn = () if assumption == "without" else devices
+    muscles, cost = (None, None) if curves is None else device_muscles(person, worn, walk, own)
+    return DeviceOutcome(
+        assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles, cost
+    )
+
+
 def outcomes(
     person: Wearer,
     devices: Sequence[Device],
@@ -241,29 +267,7 @@ def outcomes(
     plain = walk_without(task, person.policy, person.mu, cycles)
     stumps = any(each.stumps for each in devices)
     pace = None if stumps or plain.rollout.fell[0] else pace_of(plain, person.task)
-    person_mass = person.task.model.mass
-
-    def found(
-        assumption: str,
-        walk: DeviceWalk,
-        survived: int | None,
-        moments: Array | None = None,
-        *,
-        held: bool = False,
-    ) -> DeviceOutcome:
-        try:
-            curves = walk_curves(walk, task.configuration, person_mass, moments)
-        except RecordError:
-            curves = None
-        rollout = walk.rollout
-        walked = float(rollout.phase[-1] - rollout.start_phase[0])
-        worn = () if assumption == "without" else devices
-        muscles, cost = (
-            (None, None) if curves is None else device_muscles(person, worn, walk, moments)
-        )
-        return DeviceOutcome(
-            assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles, cost
-        )
+    found = partial(_outcome, person, devices)
 
     def walked(assumption: str, policy: Policy) -> DeviceOutcome:
         survived = pushes_survived(environment, policy, person.mu)
