@@ -446,7 +446,7 @@ def quantities_of(summary: RecordingSummary) -> dict[str, Found]:
             for each in (summary.angles, summary.moments, summary.forces)
         )
     )
-    return found_quantities(means, seconds, summary.muscles)
+    return found_quantities(means, seconds, summary.muscles, summary.walking_speed)
 
 
 def _residual_table(left: ResidualCurves) -> str:
