@@ -14,32 +14,27 @@ Constants are chosen on people of `CHOSEN_ON`; the claims are made of the others
 from a rule. Interrupted, the same command resumes.
 """
 
-import argparse
 import hashlib
 import pickle
-import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from experiments.bodies import as_scaled, fit_of, person_of
+from experiments.bodies import person_of
 from gaitval.apps.virtual.person import as_subject, drawn_parameters, seen, walked, with_errors
 from gaitval.arrays import Array
-from gaitval.artefacts import read_json, versions, write_json
 from gaitval.configuration import Configuration, ContactSettings, load_configuration
 from gaitval.coordinates import ARM, COORDINATES, SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.errors import GaitvalError
-from gaitval.gait.cycle_curves import FORCES, Curves
+from gaitval.gait.cycle_curves import Curves
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.shared_errors import identified
 from gaitval.model.body import BodyModel, Segment
 from gaitval.model.extended import extended_body
 from gaitval.policy.storage import Policy, load_start
 from gaitval.reference.motion import ReferenceMotion, moved
-from gaitval.scaling.scaling import scale_subject
 
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsher.json"

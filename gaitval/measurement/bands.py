@@ -214,7 +214,7 @@ def _at_once(session: Sequence[_BandCurves], between: _BandCurves) -> float:
 def _farthest(by_hip: Mapping[str, _BandCurves]) -> _BandCurves:
     """What the regression that is farthest off at each point moves a moment, as a standard
     deviation of which the band of 90 % holds it: a choice has no chance to be right, so the band
-    holds each. Of an angle it is a convention, which is named beside it (`gait.conventions`).
+    holds each. Of an angle it is a convention, which is named beside it (`gaitval.conventions`).
     """
     names = set.intersection(*(set(each) for each in by_hip.values()))
     names = {name for name in names if name.startswith("moment_")}
@@ -484,7 +484,9 @@ class _Chain:
             if (name := self.set.landmarks.get(f"{s}{each}", "")) in self.places
         }
         shank = float(np.mean([float(str(lengths[f"shank_{side}"])) for side in SIDES]))
-        foot = float(np.mean([each.foot_length for each in (self.measured.right, self.measured.left)]))
+        foot = float(
+            np.mean([each.foot_length for each in (self.measured.right, self.measured.left)])
+        )
         share = 1.0 / np.sqrt(1.0 + len(ANKLE_CENTRES))
         for forward, up in ANKLE_CENTRES:
             by = share * np.array([forward * foot, 0.0, up * shank])

@@ -9,10 +9,11 @@ above. Plates: `expected.USUAL`.
 
 Hip centres: a regression on bones is 12.3 ± 5.9 mm from that in 67 CT images, and the flesh over
 the spines, on which the markers are, is 9.7 ± 7.0 and 19.6 ± 10.9 mm thick (Mantovani et al. 2016,
-Gait Posture 44:48). Which regression is a choice, and the band of 90 % holds the curve by each.
-Ankle centres have three places in the literature, each with a third of the weight: the middle of the malleoli is 2.7 % of the shank above the axis on radiographs of 30 people
-(Bruening et al. 2008, Clin Biomech 23:1299, abstract), and 7 % of the foot's length behind the
-functional one of 23 people (Salami et al. 2020, Gait Posture 77:95, abstract).
+Gait Posture 44:48). Which regression is a choice, and the band of 90 % of a moment holds the curve
+by each. Ankle centres have three places in the literature, each with a third of the weight: the
+middle of the malleoli, which is taken; 2.7 % of the shank below it (radiographs of 30 children,
+Bruening et al. 2008, Clin Biomech 23:1299, abstract); and 7 % of the foot's length before it
+(functional, 23 adults, Salami et al. 2020, Gait Posture 77:95, abstract).
 
 These are of adults. A landmark is an area of bone of which an examiner chooses a point, skin slides
 as far as the limb below it is thick, and a regression misses by a share of the pelvis: all grow

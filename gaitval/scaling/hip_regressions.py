@@ -29,7 +29,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.arrays import Array
-from gaitval.gait.conventions import GENERIC
+from gaitval.conventions import GENERIC
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,15 @@ if TYPE_CHECKING:
 
 Notify = Callable[[str, str], None]
 
-_HipCentreMethod = Literal[
-    "harrington", "bell", "hara", "rajagopal2016", "gait2392", "functional"
+
+def _method(given: object) -> object:
+    """Files of before there were several regressions say "regression"."""
+    return "harrington" if given == "regression" else given
+
+
+_HipCentreMethod = Annotated[
+    Literal["harrington", "bell", "hara", "rajagopal2016", "gait2392", "functional"],
+    BeforeValidator(_method),
 ]
 """Where the hip centres of the standing trial come from: a regression of
 `gaitval.scaling.hip_regressions`, or a range-of-motion trial."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
-from gaitval.gait.conventions import GENERIC
+from gaitval.conventions import GENERIC
 from gaitval.gait.filters import low_pass
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.marker_labels import find_exchanged

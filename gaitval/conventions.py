@@ -23,8 +23,6 @@ import math
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-import numpy as np
-
 from gaitval.errors import ConfigurationError
 
 Place = tuple[float, float, float]
@@ -42,7 +40,7 @@ class GenericPelvis(NamedTuple):
     @property
     def level(self) -> float:
         """rad, forward tilt of the plane through the spines in the model's zero."""
-        return float(np.arctan2(self.rear[2] - self.asis[2], self.asis[0] - self.rear[0]))
+        return float(math.atan2(self.rear[2] - self.asis[2], self.asis[0] - self.rear[0]))
 
 
 GENERIC: Final = {
@@ -124,3 +122,13 @@ def convention_of(name: str) -> Convention:
             f"between -{LARGEST:g} and {LARGEST:g}."
         )
     return Convention(name, f"a pelvis tilted by {tilt:g}°", math.radians(tilt), "as given")
+
+
+def beside(convention: Convention) -> list[tuple[str, float]]:
+    """Titles of the conventions in which pelvis tilt and hip flexion are others than in this one,
+    and by how many degrees they are less.
+    """
+    apart = {
+        each.title: math.degrees(each.pelvis - convention.pelvis) for each in CONVENTIONS.values()
+    }
+    return [(title, less) for title, less in apart.items() if abs(less) >= 0.05]
