@@ -744,3 +744,31 @@ def test_what_a_reader_passes_over_is_a_sentence(everything, judged_files, tmp_p
     found = judge(replace(everything, ik=tmp_path / "ik.mot"))
     assert any("count of rows" in one for one in found.findings)
     assert not [each for each in recwarn if issubclass(each.category, RecordWarning)]
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1 / 64.95, "Nm/kg"), (1e3, "Nmm")])
+def test_moments_in_another_unit_are_refused_with_its_name(judged_files, tmp_path, factor, unit):
+    other = with_columns(
+        judged_files / "id.sto", tmp_path / "id.sto", lambda _, values: factor * values
+    )
+    request = JudgeRequest(
+        model=judged_files / "model.osim",
+        ik=judged_files / "ik.mot",
+        id=other,
+        external_loads=judged_files / "loads.xml",
+    )
+    with pytest.raises(RecordError, match=re.escape(f"in {unit} they would be like theirs")):
+        judge(request)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e3, "millimetres"), (100.0, "centimetres")])
+def test_a_root_that_is_not_in_metres_is_refused(judged_files, tmp_path, factor, unit):
+    def change(name, values):
+        return factor * values if name.startswith("pelvis_t") and len(name) == 9 else values
+
+    other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
+    request = JudgeRequest(
+        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
+    )
+    with pytest.raises(RecordError, match=f"look like {unit}"):
+        judge(request)
