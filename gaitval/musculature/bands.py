@@ -8,7 +8,7 @@ Patients who stiffen a joint by far more than a tone are not in them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares,
 from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, Geometry, geometry
-from gaitval.musculature.sharing import CRITERIA
+from gaitval.musculature.sharing import CRITERIA, Criterion
 
 CRITERIA_OF_BANDS: Final = (
     *("contact", "spared knee", "contact", "squares"),
@@ -109,6 +109,89 @@ class Draws:
         return np.asarray(np.quantile(getattr(self, name), edges, axis=0))
 
 
+class _Published(NamedTuple):
+    """A leg as its tables and measurements have it, which every draw changes.
+
+    Attributes
+    ----------
+    time : (T,) s.
+    paths, speed : of its muscles, and how fast these change their lengths.
+    mass_kg, weight : of the person, kg and N.
+    """
+
+    time: Array
+    leg: LegForces
+    paths: Geometry
+    speed: Array
+    mass_kg: float
+    weight: float
+
+    @classmethod
+    def of(cls, found: MuscleForces, side: str) -> "_Published":
+        leg: LegForces = found.legs[side]  # type: ignore[index]
+        speed = rate(found.time, leg.length)
+        mass = found.mass_kg
+        return cls(found.time, leg, geometry(leg.loads.angles), speed, mass, mass * GRAVITY)
+
+
+class _Draw(NamedTuple):
+    """What came of one draw; `metabolic` rates, W, by model."""
+
+    activation: Array
+    force: Array
+    contact: Contact
+    metabolic: Mapping[str, float]
+
+
+def _drawn(
+    person: _Published, criterion: Criterion, spreads: Spreads, random: np.random.Generator
+) -> _Draw:
+    """The moments of a leg shared once, with other values of what is not known."""
+    leg, time = person.leg, person.time
+    muscles, loads = leg.muscles, leg.loads
+    count = len(muscles.names)
+    log_force = spreads.each_strength * random.normal(size=count)
+    log_force += spreads.strength * random.normal()
+    slack = spreads.slack * random.normal(size=count) * muscles.optimal_fibre
+    muscles = replace(
+        muscles,
+        max_force=muscles.max_force * np.exp(log_force),
+        tendon_slack=muscles.tendon_slack + slack,
+    )
+    paths, length, own_arms, changes = person.paths, leg.length, leg.arms, person.speed
+    if spreads.pelvis_zero:
+        angles = loads.angles.copy()
+        angles[:, 0] += spreads.pelvis_zero * random.normal()
+        paths = geometry(angles)
+        length = paths.length @ muscles.sizes.factors
+        own_arms = -(paths.slope @ muscles.sizes.factors)
+        changes = rate(time, length)
+    arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
+    shift = spreads.hip * random.normal(size=3)
+    moments = loads.moments + loads.moment_per_shift @ shift
+    moments = moments * np.exp(spreads.mass * random.normal())
+    error = spreads.moment * person.mass_kg * _wandering(time, spreads.moment_time, random)
+    loads = replace(loads, moments=moments + error * _loaded(loads))
+    shared = capacity_shares(
+        length,
+        changes,
+        arms,
+        loads,
+        paths,
+        muscles,
+        criterion,
+        person.weight,
+        lowest=min(spreads.tone * random.exponential(), 0.1),
+    )
+    carried = contact(loads, paths, shared.force, muscles.sizes)
+    rates = muscle_rates(
+        time, muscles, shared.activation, shared.force, shared.able.passive,
+        shared.able.fibre,
+    )  # fmt: skip
+    metabolic = {model: float(each.total.sum(axis=1).mean()) for model, each in rates.items()}
+    return _Draw(shared.activation, shared.force, carried, metabolic)
+
+
 def draw(
     found: MuscleForces,
     side: str,
@@ -121,59 +204,16 @@ def draw(
     """Share the moments of one leg of `found` again, `draws` times with other values of what is
     not known.
     """
-    leg: LegForces = found.legs[side]  # type: ignore[index]
-    published = geometry(leg.loads.angles)
     random = np.random.default_rng(seed)
-    weight = found.mass_kg * GRAVITY
-    parts: list[tuple[Array, Array, Contact]] = []
-    metabolic: dict[str, list[float]] = {}
     order = [criteria[i % len(criteria)] for i in range(draws)]
-    speed = rate(found.time, leg.length)
-    for name in order:
-        muscles, loads = leg.muscles, leg.loads
-        count = len(muscles.names)
-        log_force = spreads.each_strength * random.normal(size=count)
-        log_force += spreads.strength * random.normal()
-        slack = spreads.slack * random.normal(size=count) * muscles.optimal_fibre
-        muscles = replace(
-            muscles,
-            max_force=muscles.max_force * np.exp(log_force),
-            tendon_slack=muscles.tendon_slack + slack,
-        )
-        paths, length, own_arms, changes = published, leg.length, leg.arms, speed
-        if spreads.pelvis_zero:
-            angles = loads.angles.copy()
-            angles[:, 0] += spreads.pelvis_zero * random.normal()
-            paths = geometry(angles)
-            length = paths.length @ muscles.sizes.factors
-            own_arms = -(paths.slope @ muscles.sizes.factors)
-            changes = rate(found.time, length)
-        arms = own_arms * (1.0 + spreads.arms * random.normal(size=(count, len(COORDINATES))))
-        shift = spreads.hip * random.normal(size=3)
-        moments = loads.moments + loads.moment_per_shift @ shift
-        moments = moments * np.exp(spreads.mass * random.normal())
-        error = spreads.moment * found.mass_kg * _wandering(found.time, spreads.moment_time, random)
-        loads = replace(loads, moments=moments + error * _loaded(loads))
-        shared = capacity_shares(
-            length,
-            changes,
-            arms,
-            loads,
-            paths,
-            muscles,
-            CRITERIA[name],
-            weight,
-            lowest=min(spreads.tone * random.exponential(), 0.1),
-        )
-        carried = contact(loads, paths, shared.force, muscles.sizes)
-        parts.append((shared.activation, shared.force, carried))
-        rates = muscle_rates(
-            found.time, muscles, shared.activation, shared.force, shared.able.passive,
-            shared.able.fibre,
-        )  # fmt: skip
-        for model, each in rates.items():
-            metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))
-    contacts = [part[2] for part in parts]
+    person = _Published.of(found, side)
+    parts = [_drawn(person, CRITERIA[name], spreads, random) for name in order]
+    weight = person.weight
+    metabolic: dict[str, list[float]] = {}
+    for part in parts:
+        for model, each in part.metabolic.items():
+            metabolic.setdefault(model, []).append(each)
+    contacts = [part.contact for part in parts]
     factor = np.exp(spreads.model_share * random.normal(size=(draws, 1)))
     more = spreads.model_force * weight * random.normal(size=(draws, 1))
 
@@ -182,8 +222,8 @@ def draw(
 
     return Draws(
         criteria=tuple(order),
-        activation=np.stack([part[0] for part in parts]),
-        force=np.stack([part[1] for part in parts]),
+        activation=np.stack([part.activation for part in parts]),
+        force=np.stack([part.force for part in parts]),
         **{
             name: off([each.size(name) for each in contacts])
             for name in ("hip", "knee", "patella", "ankle")
