@@ -109,7 +109,7 @@ def leave_out_lost(
         distances = away[name]
         if distances is None or not (np.maximum(*distances) > SAME_AWAY_M).any():
             continue
-        off, path = distances.most, markers[:, number]
+        path = markers[:, number]
         lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
         for begin, end in _merged(lost, distances, path, rate):
             during = slice(begin, end)
