@@ -21,6 +21,7 @@ _HOMES = {
     "limits": "limits",
     "load_policy": "walks",
     "load_subject": "subjects",
+    "metabolic_cost": "metabolic",
     "muscles": "muscle_forces",
     "perturb": "balance",
     "read_recording": "recordings",

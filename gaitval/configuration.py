@@ -25,6 +25,7 @@ from pydantic import (
 )
 
 from gaitval.artefacts import parse_toml, read_toml
+from gaitval.conventions import OWN, convention_of
 from gaitval.errors import ConfigurationError
 
 NAMED = Path(__file__).parent / "configurations"
@@ -427,6 +428,8 @@ class IdentificationSettings(Section):
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
     identified (`gaitval.model.extended`) and reported, but not used by the walker."""
+    two_legs: bool = False
+    """The walker walks on legs that differ by what was found; else both are the mean."""
     population: int = Field(8, ge=4, le=10_000)
     """The paper's 8."""
     generations: int = Field(400, ge=1, le=REPEATS)
@@ -571,14 +574,28 @@ def _has_a_catalogue(language: str) -> str:
     return language
 
 
+def _is_a_convention(name: str) -> str:
+    try:
+        convention_of(name)
+    except ConfigurationError as error:
+        raise ValueError(str(error)) from None
+    return name
+
+
 class ReportSettings(Section):
-    """Language and paper of the pages; no number depends on them."""
+    """Language and paper of the pages, and how their angles are counted; no file but a page's
+    figures and their tables depends on them.
+    """
 
     language: Annotated[str, AfterValidator(_has_a_catalogue)] = "en"
     """Language of the pages. Citations, licences, rows that quote the project's evidence, and the
     decisions and findings of an import are always in English."""
     paper: Literal["a4", "letter"] = "a4"
     """Sheets of the PDF."""
+    convention: Annotated[str, AfterValidator(_is_a_convention)] = OWN
+    """What joint angles are called zero by, in the figures of imports and reports: isb,
+    plug-in-gait, rajagopal2016, gait2392, or the forward tilt, in degrees, of the plane of ASIS and
+    PSIS in another model's zero (`gaitval.conventions`)."""
 
 
 class Configuration(Section):

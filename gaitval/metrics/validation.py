@@ -284,6 +284,7 @@ def _walk(
         compared.curves,
         {"r": stride["stride_time_right"], "l": stride["stride_time_left"]},
         muscles,
+        stride.get("walking_speed"),
     )
     walk = WalkResult(
         mu=rollout.mu.tolist(),

@@ -5,7 +5,7 @@ import numpy as np
 from gaitval.apps.balance.walked import Step, Walked
 from gaitval.constants import GRAVITY
 
-HEIGHT, STEP_TIME, DT = 0.95, 0.54, 0.002
+HEIGHT, STEP_TIME, DT = 0.95, 0.54, 0.01
 RATE = np.sqrt(GRAVITY / HEIGHT)
 OUT, BACK = 0.03, -0.17
 """m, of each foot outward of the extrapolated centre of mass, and forward of it."""
@@ -36,20 +36,20 @@ def pendulum(kicks=(), *, steps=16, first=0, law=None, jitter=0.0, seed=0, press
     feet, pressure = np.zeros((rows, 2, 3)), np.full((rows, 2, 2), np.nan)
     force, found, foot = np.zeros((rows, 2, 3)), [], np.zeros(2)
     place, speed, following = _start(column)
-    feet[:, 1 - column, :2] = -following * [1.0, -1.0]
+    feet[:, 1 - column, :2] = -following * np.array([1.0, -1.0])
     for n in range(steps):
         if n:
             column, extrapolated = 1 - column, place + speed / RATE
             out = [BACK, SIGN[column] * (OUT + jitter * random.standard_normal())]
-            foot = extrapolated + out if law is None else law(extrapolated, column, n)
+            foot = np.add(extrapolated, out) if law is None else law(extrapolated, column, n)
             found.append(Step(("right", "left")[column], n * each, max(0, (n - 1) * each + 20)))
         feet[n * each :, column, :2] = foot
         for row in range(n * each, (n + 1) * each):
             for at, *kick in kicks:
-                speed = speed + kick if at == row else speed
+                speed = np.add(speed, kick) if at == row else speed
             centre[row] = *place, HEIGHT
             velocity[row, :2] = speed
-            under = foot + [0.0, 0.0 if pressure_shift is None else pressure_shift(row)]
+            under = np.add(foot, [0.0, 0.0 if pressure_shift is None else pressure_shift(row)])
             pressure[row, column], force[row, column, 2] = under, 700.0
             away, c, s = place - under, np.cosh(RATE * DT), np.sinh(RATE * DT)
             place, speed = under + away * c + speed / RATE * s, away * RATE * s + speed * c

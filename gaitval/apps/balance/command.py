@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import gaitval
 from gaitval.errors import ConfigurationError
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
 
 
 @added_command(
-    "gaitval perturb 5                                # pushes, slips, trips, steps down",
+    "gaitval perturb 5                               # all kinds",
     "gaitval perturb runs/S05 --slip 0.1:0.3 --trip 0.5:0.1 --step-down 0.05",
-    "gaitval perturb 5 --pushes --largest             # and the largest pushes survived",
-    "gaitval perturb 5 --delay 100                    # as if it felt its body 100 ms late",
-    after="device",
+    "gaitval perturb 5 --pushes --largest            # and the largest pushes",
+    "gaitval perturb 5 --delay 100                   # it feels its body late",
+    after="report",
 )
 def perturb(
     walker: Annotated[
@@ -84,11 +85,10 @@ def perturb(
     from gaitval.apps.balance.study import recoveries
     from gaitval.apps.balance.write import NAME, write_recoveries
     from gaitval.folder_lock import locked
-    from gaitval.interface.walks import load_policy
 
     asked = _grounds(slip or (), trip or (), step_down or (), side)
     grounds = asked if asked or pushes else usual_grounds(_side(side))
-    policy = load_policy(walker)
+    policy = gaitval.load_policy(walker)
     identifier = policy.subject.identifier
     folder = out or Path("reports") / f"{identifier}-perturbed"
     with locked(folder):

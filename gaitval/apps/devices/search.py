@@ -17,6 +17,7 @@ import numpy as np
 
 from gaitval import file_gate
 from gaitval.apps.devices.adaptation import walk_without
+from gaitval.apps.devices.costs import joints_rate
 from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval.apps.devices.study import AFTER, Say, Wearer, pace_of, pushed, pushes_of
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
@@ -98,6 +99,8 @@ def value(aim: Aim, curves: WalkCurves) -> float:
         return sum(float(np.abs(curves.own[aim.joint, side]).max()) for side in SIDES)
     if aim.quantity == "legs":
         return sum(curves.work.values())
+    if aim.quantity == "cost":
+        return joints_rate(curves)
     return asymmetry(curves)
 
 

@@ -22,11 +22,13 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.walk_muscles import walk_motion
+from gaitval.model.devices.composite import fitted as body_with
 from gaitval.model.devices.device import Device, devices_of
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
+from gaitval.quantities.metabolic_cost import MetabolicCost, metabolic_cost
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import general_walker
@@ -121,6 +123,8 @@ class DeviceOutcome:
     survived : of `PUSHES`; None where nothing can fall.
     held : whether the walker was held to the speed without devices, as on a treadmill.
     muscles : of the walk; None where they cannot be worked out.
+    cost : metabolic rate of the walk, per kg of the person; None where muscles are not known, or
+        a prosthesis has a part of a leg.
     """
 
     assumption: str
@@ -131,6 +135,7 @@ class DeviceOutcome:
     survived: int | None
     held: bool = False
     muscles: MuscleGait | None = None
+    cost: MetabolicCost | None = None
 
 
 def slower(outcome: DeviceOutcome, without: DeviceOutcome) -> float | None:
@@ -174,12 +179,13 @@ def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: _Pu
 
 def device_muscles(
     person: Wearer, devices: Sequence[Device], walk: DeviceWalk, own: Array | None
-) -> MuscleGait | None:
-    """Muscles of a `walk` with `devices`, whose torques they need not make; None where they cannot
-    be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for `walk_curves`.
+) -> tuple[MuscleGait | None, MetabolicCost | None]:
+    """Muscles of a `walk` with `devices`, whose torques they need not make, and what it costs; None
+    where they cannot be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for
+    `walk_curves`.
     """
     if person.height is None:
-        return None
+        return None, None
     configuration = person.task.configuration
     rollout = walk.rollout
     made = rollout.moments if own is None else own
@@ -196,11 +202,15 @@ def device_muscles(
         height=person.height,
         lost=lost,
         torques=walk.total_moments - made,
+        laden=apply_parameters(body_with(person.task.model, devices), person.mu)
+        if devices
+        else None,
     )
     try:
-        return muscles_of([motion])
+        found = muscles_of([motion])
     except GaitvalError:
-        return None
+        return None, None
+    return found, metabolic_cost([motion], found)
 
 
 def _outcome(
@@ -220,9 +230,10 @@ def _outcome(
     except RecordError:
         curves = None
     walked = float(rollout.phase[-1] - rollout.start_phase[0])
-    muscles = None if curves is None else device_muscles(person, devices, walk, own)
+    worn = () if assumption == "without" else devices
+    muscles, cost = (None, None) if curves is None else device_muscles(person, worn, walk, own)
     return DeviceOutcome(
-        assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles
+        assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles, cost
     )
 
 
