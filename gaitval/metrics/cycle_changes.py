@@ -245,12 +245,12 @@ def _difference(
     above = beyond(found.points, threshold)
     shown = above.copy()
     percent = np.linspace(0.0, 100.0, count)
-    for middle, width, t in _changes(found.changes, difference, filters, threshold):
+    for middle, width, height in _changes(found.changes, difference, filters, threshold):
         away = np.abs(percent - middle)
         if not shown[away <= width].any():  # else its points say where it is
             there = away <= 0.5 * width
             above |= there
-            size[there] = np.maximum(size[there], abs(t))
+            size[there] = np.maximum(size[there], abs(height))
     whole = float(np.abs(found.means).max())
     if beyond(found.means, threshold).any() and (whole >= size.max() or not above.any()):
         above[:] = True  # all of it a little
