@@ -72,13 +72,7 @@ def muscles(
     >>> bool(2.0 < leg.contact["hip"].max() < 6.0)  # body weights
     True
     """
-    if isinstance(of, str | Path):
-        motions = motions_in(Path(of))
-    else:
-        expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
-        motions = (
-            motions_in(of.folder) if isinstance(of, Session) else [_of(of, policy, configuration)]
-        )
+    motions = motions_of(of, policy, configuration)
     if side is not None and side not in SIDES:
         raise ConfigurationError(f'side is {side!r}. Give "right" or "left", or leave it out.')
     if not isinstance(strength, Mapping):
@@ -91,6 +85,22 @@ def muscles(
         dynamics_of_activation=activation_dynamics,
         draws=200 if bands else 0,
     )
+
+
+def motions_of(
+    of: Session | SimulatedWalk | str | Path,
+    policy: StoredPolicy | None,
+    configuration: Configuration | None,
+) -> list[LoadedMotion]:
+    """The motions with moments that `of` has, as `muscles` takes it. Raises ConfigurationError,
+    ArtefactError or RecordError.
+    """
+    if isinstance(of, str | Path):
+        return motions_in(Path(of))
+    expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
+    if isinstance(of, Session):
+        return motions_in(of.folder)
+    return [_of(of, policy, configuration)]
 
 
 def _of(

@@ -6,7 +6,7 @@ muscle goes below, which stands for some co-contraction. Bands are the central 9
 Patients who stiffen a joint by far more than a tone are not in them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -16,6 +16,7 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.musculature.contact import Contact, contact
 from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares, rate
+from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, Geometry, geometry
 from gaitval.musculature.sharing import CRITERIA
@@ -87,6 +88,7 @@ class Draws:
     activation, force : (D, T, 40).
     hip, knee, patella, ankle : (D, T) N, sizes of contact forces.
     compression, medial, lateral : (D, T) N, of the knee.
+    metabolic : (D,) W, mean metabolic rate of the leg's muscles, by model.
     """
 
     criteria: tuple[str, ...]
@@ -99,6 +101,7 @@ class Draws:
     compression: Array
     medial: Array
     lateral: Array
+    metabolic: Mapping[str, Array]
 
     def band(self, name: str, share: float = 0.90) -> Array:
         """(2, T, …) lowest and highest of the central `share` of the draws of an attribute."""
@@ -123,6 +126,7 @@ def draw(
     random = np.random.default_rng(seed)
     weight = found.mass_kg * GRAVITY
     parts: list[tuple[Array, Array, Contact]] = []
+    metabolic: dict[str, list[float]] = {}
     order = [criteria[i % len(criteria)] for i in range(draws)]
     speed = rate(found.time, leg.length)
     for name in order:
@@ -163,6 +167,12 @@ def draw(
         )
         carried = contact(loads, paths, shared.force, muscles.sizes)
         parts.append((shared.activation, shared.force, carried))
+        rates = muscle_rates(
+            found.time, muscles, shared.activation, shared.force, shared.able.passive,
+            shared.able.fibre,
+        )  # fmt: skip
+        for model, each in rates.items():
+            metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))
     contacts = [part[2] for part in parts]
     factor = np.exp(spreads.model_share * random.normal(size=(draws, 1)))
     more = spreads.model_force * weight * random.normal(size=(draws, 1))
@@ -181,6 +191,7 @@ def draw(
         compression=off([each.compression for each in contacts]),
         medial=off([each.medial for each in contacts], 0.5),
         lateral=off([each.lateral for each in contacts], 0.5),
+        metabolic={model: np.array(values) for model, values in metabolic.items()},
     )
 
 

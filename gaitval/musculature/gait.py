@@ -18,6 +18,8 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
 from gaitval.musculature.bands import SPREADS, Draws, Spreads, draw
 from gaitval.musculature.forces import LegForces, MuscleForces, RecordedActivation, share
+from gaitval.musculature.leg_metabolics import leg_rates
+from gaitval.musculature.metabolics import MODELS
 from gaitval.musculature.paths import COORDINATES, table
 from gaitval.musculature.sharing import Criterion
 
@@ -97,6 +99,7 @@ class LoadedMotion:
     spans : s, when a side's moments are known, where there is no cycle.
     lost : coordinates (`paths.COORDINATES`) of joints that a prosthesis has, by side.
     assist : (T, 25) Nm of devices at the joints; None without.
+    speed : m/s, of walking; None where it is not known.
     """
 
     name: str
@@ -108,6 +111,7 @@ class LoadedMotion:
     spans: Mapping[Side, Sequence[tuple[float, float]]] = field(default_factory=dict)
     lost: Mapping[Side, Collection[str]] = field(default_factory=dict)
     assist: Array | None = None
+    speed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,8 @@ class LegGait:
     contact_band : (2, 101) likewise.
     contributions : share of the variance of the draws of the knee's and the hip's peak that each
         source alone makes, by name of the contact and of the source.
+    metabolic : (101,) W/kg of the body, metabolic rate of the leg's muscles, by model.
+    metabolic_draws : (D,) W/kg, its mean over the cycle in each draw, by model.
     """
 
     cycles: int
@@ -137,6 +143,8 @@ class LegGait:
     activation_band: Array | None = None
     contact_band: Mapping[str, Array] = field(default_factory=dict)
     contributions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    metabolic: Mapping[str, Array] = field(default_factory=dict)
+    metabolic_draws: Mapping[str, Array] = field(default_factory=dict)
 
     def group(self, name: str) -> Array:
         """(101,) activation of one of `GROUPS`; NaN where the person has none of it."""
@@ -211,6 +219,8 @@ class MuscleGait(Displayed):
                     yield f"force {name}{end}", "BW", leg.force[i], None
             for contact, curve in leg.contact.items():
                 yield f"contact {contact}{end}", "BW", curve, leg.contact_band.get(contact)
+            for model, curve in leg.metabolic.items():
+                yield f"metabolic {model}{end}", "W/kg", curve, None
 
     def to_frame(self) -> "pd.DataFrame":
         """Mean activations (1), muscle forces and contact forces (body weights) at 0, 1, … 100 % of
@@ -374,6 +384,17 @@ def _leg(
         for name in kept
     }  # fmt: skip
     mean = {name: each.mean(axis=0) for name, each in contact.items()}
+    mass = legs[0][1].mass_kg
+    known = {
+        id(f): leg_rates(f.time, leg) for leg, f in {id(f): (leg, f) for leg, f in legs}.values()
+    }
+    metabolic = {
+        model: np.stack(
+            [np.interp(t, f.time, known[id(f)][model]) / mass
+             for (_, f), t in zip(legs, times, strict=True)]
+        )
+        for model in MODELS
+    }  # fmt: skip
     means = LegGait(
         cycles=len(parts),
         activation=np.mean(activation, axis=0),
@@ -384,6 +405,7 @@ def _leg(
         },
         present=first.muscles.present,
         strengths=first.muscles.max_force,
+        metabolic={model: each.mean(axis=0) for model, each in metabolic.items()},
     )
     if not draws:
         return means
@@ -411,6 +433,10 @@ def _leg(
         ),
         contact_band=bands,
         contributions=_contributions(parts[typical], side, spreads),
+        metabolic_draws={
+            model: drawn.metabolic[model] / mass + float(each.mean() - each[typical].mean())
+            for model, each in metabolic.items()
+        },
     )
 
 

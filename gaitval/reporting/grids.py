@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
+from gaitval.conventions import convention_of
 from gaitval.coordinates import Side
 from gaitval.metrics.norms import Norm
 from gaitval.quantities import BY_NAME, QUANTITIES
@@ -132,6 +133,28 @@ class Panel(NamedTuple):
         place.
         """
         return self.name.partition("/")[0]
+
+
+def in_convention(panels: Sequence[Sequence[Panel]], name: str) -> list[list[Panel]]:
+    """The `panels` with their angles, degrees, counted by the convention of this `name`."""
+    convention = convention_of(name)
+
+    def moved(panel: Panel) -> Panel:
+        offset = float(np.degrees(convention.offset(panel.name.partition("/")[2])))
+        if panel.kind != "angles" or not offset:
+            return panel
+        return panel._replace(
+            curves=tuple(
+                each._replace(
+                    mean=each.mean + offset,
+                    strides=None if each.strides is None else each.strides + offset,
+                )
+                for each in panel.curves
+            ),
+            norm=panel.norm and panel.norm._replace(mean=panel.norm.mean + offset),
+        )
+
+    return [[moved(each) for each in row] for row in panels]
 
 
 def title(name: str) -> str:

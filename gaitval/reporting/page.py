@@ -21,6 +21,7 @@ from weasyprint.urls import URLFetcher, URLFetcherResponse
 
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
+from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
 from gaitval.number_text import number, rough
 from gaitval.policy.processes import kept_workers
@@ -329,3 +330,11 @@ def _font_faces() -> str:
         f'src: url("{_FONT_SCHEME}{name}"); }}'
         for (family, weight, style), name in _FONTS.items()
     )
+
+
+def counted(name: str) -> dict[str, Any]:
+    """For a page whose angles are counted by the convention of this `name`: it, and by how much
+    others are less.
+    """
+    convention = convention_of(name)
+    return {"convention": convention, "beside_convention": beside(convention)}

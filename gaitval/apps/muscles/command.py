@@ -57,7 +57,7 @@ def muscles(
         typer.Option("--out", "-o", help="Folder to write; FOLDER/muscles.", show_default=False),
     ] = None,
 ) -> None:
-    """Muscle activations and forces, and what hip, knee, patella and ankle carry.
+    """Muscle activations and forces, what hip, knee, patella and ankle carry, what walking costs.
 
     Static optimisation over 40 muscles a leg, from the moments of the import or the walk. One cycle
     of one side suffices. Writes muscles.html, muscles.pdf, curves.csv, muscles.json, and for each
@@ -70,6 +70,7 @@ def muscles(
     from gaitval.errors import ConfigurationError
     from gaitval.folder_lock import locked
     from gaitval.musculature.gait import muscles_of
+    from gaitval.quantities.metabolic_cost import metabolic_cost
 
     if side is not None and side not in SIDES:
         raise ConfigurationError(f"--side {side}: give right or left, or leave it out for both.")
@@ -87,10 +88,11 @@ def muscles(
         dynamics_of_activation=activation_dynamics,
         draws=200 if bands else 0,
     )
+    cost = metabolic_cost(motions, found)
     target = folder / "muscles" if out is None else out
     about = {"strength": strength, "activation_dynamics": activation_dynamics}
     with locked(target):
-        written = write_muscles(target, found, about, motions[0])
+        written = write_muscles(target, found, about, motions[0], cost)
     rows = [["contact force, BW", "side", "peak", "at, %", *(["90 %"] if bands else [])]]
     for leg_side, leg in found.legs.items():
         for name, curve in leg.contact.items():
@@ -104,6 +106,8 @@ def muscles(
         display.print_rows(rows, found.title())
     else:
         display.plain(f"{found.title()}: over time only, for no gait cycle is whole.")
+    if cost is not None:
+        display.plain(cost.title())
     for remark in found.remarks:
         display.plain(remark)
     page = target / (f"{PAGE}.html" if found.legs else RESULT)
