@@ -28,7 +28,6 @@ from gaitval.session.trial import valid_cycles
 
 CUTOFF_HZ: Final = 8.0
 FOLDER: Final = "mitkof6+OpenSimRT/data/gait1992"
-_ENDS: Final = ("</ExternalLoads>", "</OpenSimDocument>")
 
 
 def of_gait1992(folder: Path, work: Path) -> StorageTable:
@@ -39,9 +38,9 @@ def of_gait1992(folder: Path, work: Path) -> StorageTable:
     model = opensim.Model(str(folder / "scale/model_scaled.osim"))
     model.initSystem()
     loads = (data / "setup_grf.xml").read_text(encoding="utf-8")
-    for end in _ENDS:
-        loads = loads.replace(end, "")
-    loads += f"<datafile>{data / 'task_grf.mot'}</datafile>{''.join(_ENDS)}"
+    # Its paths are relative to its own folder.
+    loads = loads.replace("task_grf.mot", str(data / "task_grf.mot"))
+    loads = loads.replace("../inverse_kinematics/", f"{folder / 'inverse_kinematics'}/")
     (work / "loads.xml").write_text(loads, encoding="utf-8")
     tool = opensim.InverseDynamicsTool()
     tool.setModel(model)

@@ -37,6 +37,7 @@ LABORATORY: Final = 0.005
 """m, SD of what a laboratory gets wrong on everybody."""
 ZERO: Final = 0.5
 """Share of the difference of two knees' largest extensions that may be one of their zeros: SD."""
+_NOTHING: Final = 1e-6
 SEEN: Final = 1.645
 """Standard deviations from zero from which on a difference is seen: of the other sign it is with
 5 %."""
@@ -62,7 +63,8 @@ class LegDifference:
     @property
     def alone(self) -> tuple[float, float]:
         """(2,) m, what the record alone says: mean without the prior, and SD with all causes."""
-        kept = 1.0 - (self.found_sd / self.prior_sd) ** 2
+        # Of a record that says nothing the SD is as large as one likes, and not infinite.
+        kept = max(1.0 - (self.found_sd / self.prior_sd) ** 2, _NOTHING)
         return self.found / kept, float(np.hypot(self.found_sd / np.sqrt(kept), self.causes))
 
     @property

@@ -83,3 +83,11 @@ def test_only_real_laboratories_err_on_everybody():
     even = {"l": 0.1, "r": 0.1}
     assert causes(even, 0.84, laboratory=False) == 0.0
     assert causes(even, 0.84, laboratory=True) == pytest.approx(LABORATORY)
+
+
+def test_a_record_of_which_nothing_counts_leaves_what_people_s_legs_are():
+    silent = LegDifference(0.0, PRIOR, PRIOR, causes=0.005)
+    mean, sd = silent.estimate
+    assert mean == 0.0
+    assert PRIOR < sd < 0.025  # between people's and legs that differ by 2 cm beside
+    assert not silent.differ
