@@ -7,6 +7,7 @@
 500000
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -209,6 +210,9 @@ class EnvironmentSettings(Section):
     """Offset of a joint target for an action of 1, rad."""
     action_limit: Positive = 4.0
     """Actions are clipped at this."""
+    action_time: NotNegative = 0.015
+    """Time constant of the filter between the policy and the joint targets and pace, s: as a muscle
+    is activated. 0: none."""
     arm_share: Fraction = 0.0
     """Fraction of an action's offset that reaches shoulders and elbows. 0: the arms swing as in the
     reference and the policy cannot move them; the record does not contain them."""
@@ -242,6 +246,10 @@ class EnvironmentSettings(Section):
     push_seconds: float = Field(0.05, gt=0, le=10)
     """Duration of a push, s (the paper's 50 ms). A push acts during whole actions; the last one
     with less force if the duration is not a multiple of an action's, so the impulse is exact."""
+
+    def entering(self, action_seconds: float) -> float:
+        """The share of the way to a new action that is gone within its duration, s."""
+        return 1.0 - math.exp(-action_seconds / self.action_time) if self.action_time else 1.0
 
     @property
     def slowest_pace(self) -> float:
