@@ -53,7 +53,15 @@ from gaitval.reference.motion import (
     side_phase,
     spectral_rate,
 )
-from gaitval.reference.walking_laws import FOOT, FOOT_NUMBERS, INPUTS, OUTPUTS, TRUNK, walking_laws
+from gaitval.reference.walking_laws import (
+    FOOT,
+    FOOT_NUMBERS,
+    INPUTS,
+    OUTPUTS,
+    POWER,
+    TRUNK,
+    walking_laws,
+)
 
 INSTANTS = 160
 """Instants of the cycle at which Newton's equations must hold, 6 to 8 ms apart."""
@@ -61,6 +69,8 @@ INSTANTS = 160
 SMOOTH_HARMONIC = 12
 """Up to this harmonic a coordinate may change by its whole accuracy, beyond it by as much as gives
 the same acceleration."""
+
+ROUGHNESS = 2.0
 
 MOST_STEPS = 40
 
@@ -73,6 +83,15 @@ _NEAR_GAIN = 1e-3
 """... and of those that begin near the end, which are short."""
 
 MOST_DAMPING = 1e4
+
+
+TOE_MOMENT = (0.13, 0.04)
+"""Nm/kg, largest moment at the metatarsophalangeal joints in walking, just before the toes leave the
+ground: mean and standard deviation of 22 adults barefoot (Kim et al. 2012, Int J Precis Eng Manuf
+13:1481, abstract). Between 30 % of the cycle, from where on they absorb energy there, and the end
+of stance it is given the shape of a squared sine: convention."""
+TOE_MOMENT_FROM = 0.30
+"""Of the cycle (ibid.)."""
 
 
 class LawAccuracy(NamedTuple):
@@ -100,6 +119,13 @@ class ConventionAccuracy(NamedTuple):
     lumbar: float = np.deg2rad(10.0)
     """Of each harmonic; the trunk's rotation is what limits the lumbar joint."""
     translation: float = 0.03
+    toe_moment: float = 0.02
+    """Nm/kg, of the moment at the toes from what people's is; see `TOE_MOMENT`."""
+    free_moment: float = 0.002
+    """BW m, of the free moment under each foot from none: some 2.5e-3 of weight times height."""
+    subtalar_moment: float = 0.1
+    rotation_moment: float = 0.15
+    """Nm/kg, of the moments at the subtalar joints and about the thighs' axes from none."""
 
 
 class Accuracy(NamedTuple):
@@ -123,9 +149,16 @@ INFERENCE = Accuracy(
         sideways_force=0.0075,
         vertical_force=0.010,
         hip_centre=0.0,
+        ankle_power=np.inf,
     ),
     convention=ConventionAccuracy(
-        subtalar=np.deg2rad(3.0), toes=np.deg2rad(5.0), arms=np.deg2rad(1.0)
+        subtalar=np.deg2rad(3.0),
+        toes=np.deg2rad(5.0),
+        arms=np.deg2rad(1.0),
+        toe_moment=np.inf,
+        free_moment=np.inf,
+        subtalar_moment=np.inf,
+        rotation_moment=np.inf,
     ),
 )
 """What the identification, the search for shifted plates and virtual people were calibrated with:
@@ -165,8 +198,8 @@ class Problem(NamedTuple):
         the forward travel but with its speed.
     rates : (24,) angular frequency of each harmonic, 1/s.
     series : three (T, n), `_series`.
-    target, weight : (T, 48) of the numbers of `walking_laws`.
-    lever : (T, 48, C) by how much a unit of `Solution.common` lowers each target.
+    target, weight : (T, 52) of the numbers of `walking_laws`.
+    lever : (T, 52, C) by how much a unit of `Solution.common` lowers each target.
     swinging : (T, 2) bool, the foot must clear the ground.
     clearance_weight : weight of missing it.
     penalty, miss : (31, R, n), (31, R): the residuals that are linear in a coordinate's series are
@@ -263,7 +296,7 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
     harmonic = np.concatenate([[0], np.tile(np.arange(1, HARMONICS + 1), 2)])
     high = harmonic > SMOOTH_HARMONIC
     # Acceleration grows with the square of the harmonic.
-    roughness = np.diag(2.0 * high * (harmonic / SMOOTH_HARMONIC) ** 2)
+    roughness = np.diag(ROUGHNESS * high * (harmonic / SMOOTH_HARMONIC) ** 2)
     penalty = np.zeros((len(COORDINATES), instants + terms, terms))
     miss = np.zeros(penalty.shape[:2])
     # A sum over instants divided by their number: the mean square does not depend on how many there
@@ -277,6 +310,33 @@ def _penalties(accuracy: Accuracy, departure: Array, series: Array) -> tuple[Arr
             penalty[k, :instants] = series / wanted * norm
             miss[k, :instants] = departure[:, k] / wanted * norm
     return penalty, miss
+
+
+def _hold_unrecorded(
+    target: Array,
+    weights: Array,
+    accuracy: ConventionAccuracy,
+    mass: float,
+    i: int,
+    own: Array,
+    stance: float,
+) -> None:
+    """Target and weights (T, 52) of moments that no record has, of the right (`i` 0) or the left
+    (1) leg of a body of `mass` kg: at the phases `own` (T,) of its cycle, with a `stance` fraction.
+    """
+    side = SIDES[i][0]
+    share = np.clip((own - TOE_MOMENT_FROM) / (stance - TOE_MOMENT_FROM), 0.0, 1.0)
+    for name, moment, size in (
+        # Extension is positive; the toes resist it.
+        ("mtp_angle", -TOE_MOMENT[0] * np.sin(np.pi * share) ** 2, accuracy.toe_moment),
+        ("subtalar_angle", 0.0, accuracy.subtalar_moment),
+        ("hip_rotation", 0.0, accuracy.rotation_moment),
+    ):
+        row = COORDINATES.index(f"{name}_{side}")
+        target[:, row] = mass * moment
+        weights[:, row] = 1.0 / (size * mass)
+    free = FOOT + FOOT_NUMBERS * i + 7
+    weights[:, free] = 1.0 / (accuracy.free_moment * mass * GRAVITY)
 
 
 def fit_problem(
@@ -340,6 +400,13 @@ def fit_problem(
             # A plate that is shifted forward changes a sagittal moment by the vertical force times
             # the shift.
             lever[:, row, i] = SHIFT_SIGNS.get(name, 0.0) * target[:, place + 2]
+        _hold_unrecorded(
+            target, weights, accuracy.convention, model.mass, i, own[:, i], ends[i]
+        )
+        power = record.moments[f"ankle_angle_{side[0]}"](own[:, i])
+        power *= record.angles[f"ankle_angle_{side[0]}"].derivative(own[:, i]) / time
+        target[:, POWER.start + i] = power * model.mass
+        weights[:, POWER.start + i] = 1.0 / (wanted.ankle_power * model.mass)
         # Moments are compared about the record's hip centre: see `motion.about_record`.
         for column, (name, sign) in enumerate(HIP_SIGNS.items()):
             row = COORDINATES.index(f"{name}_{side[0]}")
@@ -380,9 +447,9 @@ def _path(reference: ReferenceMotion, record: GaitRecord) -> tuple[Array, Array,
 def weighted_laws(
     problem: Problem, change: Array, common: Array, ease: float, slope: Array | None = None
 ) -> tuple[Array, Array]:
-    """Weighted residuals of the numbers of `walking_laws` of a `problem`, and the weights, (T, 48)
+    """Weighted residuals of the numbers of `walking_laws` of a `problem`, and the weights, (T, 52)
     each, with the series `change` (31, n) of the coordinates and `common` (C,) as in `Solution`;
-    `ease`, 0 to 1, is the weight of Newton's laws on the pelvis. `slope` (T, 48, 93) out:
+    `ease`, 0 to 1, is the weight of Newton's laws on the pelvis. `slope` (T, 52, 93) out:
     derivatives before weighting; not computed if left out.
     """
     out = walking_laws(*problem.bodies(common), _motion(problem, change), slope)
@@ -408,7 +475,7 @@ def _motion(problem: Problem, change: Array) -> Array:
 
 
 def levers(problem: Problem, change: Array, common: Array) -> Array:
-    """Derivatives (T, 48, C) of the residuals by `common` (C,), as in `Solution`, before weighting,
+    """Derivatives (T, 52, C) of the residuals by `common` (C,), as in `Solution`, before weighting,
     at the series `change` (31, n) of the coordinates; only the numbers in `varied` of the `problem`
     need differences.
     """
@@ -446,9 +513,9 @@ class Linearised(NamedTuple):
 
     Attributes
     ----------
-    residual : (T, 48).
-    slope : (T, 48, 93) derivatives by coordinates, rates and second rates at the instant.
-    lever : (T, 48, C) derivatives by `Solution.common`.
+    residual : (T, 52).
+    slope : (T, 52, 93) derivatives by coordinates, rates and second rates at the instant.
+    lever : (T, 52, C) derivatives by `Solution.common`.
     """
 
     residual: Array
