@@ -140,8 +140,8 @@ class ScalingSettings(Section):
 class ContactSettings(Section):
     """Contact of the foot spheres with the ground (`gaitval.contact`).
 
-    Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5, 0.2 m/s),
-    stiffness and dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with
+    Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5), but at half
+    of its 0.2 m/s, with which a loaded foot crept at 9 cm/s; stiffness and dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with
     PredSim's 1 MPa the foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
     """
 
@@ -156,7 +156,7 @@ class ContactSettings(Section):
     """Dynamic / static friction; the static coefficient is the body parameter sigma."""
     viscous_friction: NotNegative = 0.5
     """Viscous friction coefficient, s/m."""
-    transition_velocity: Positive = 0.2
+    transition_velocity: Positive = 0.1
     """Slip velocity at which friction is fully developed, m/s."""
     cubic_stiffness: Positive = 5e7
     """Force on a sphere / penetration³, N/m³. As in OpenSim Moco's form of the law; it is meant for

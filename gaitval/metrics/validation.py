@@ -83,6 +83,7 @@ from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, measured
+from gaitval.metrics.torques import torque_measures
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
@@ -341,6 +342,7 @@ def _walk(
         *skill_measures(errors, of.guesses),
         *_unfiltered_measures(rollout, cycles, recorded["forces"], of.model.mass),
         *unrecorded(rollout, cycles, mass=of.model.mass),
+        *torque_measures(rollout, cycles, model=of.model, height=of.height),
         step_width_measure(
             stride["step_width"], of.leg_length, of.recorded.spatiotemporal.step_width
         ),

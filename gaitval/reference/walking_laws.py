@@ -36,9 +36,9 @@ POWER = slice(TRUNK.stop, TRUNK.stop + 2)
 """W, power of the right and the left ankle in the sagittal plane, after them."""
 
 FOOT = POWER.stop
-"""First of the eight numbers of each foot: force N (3), moment Nm about the world origin (3), height
-of the lowest point of the sole m, and free moment Nm about the vertical through its centre of
-pressure."""
+"""First of the eight numbers of each foot: force N (3), moment Nm about the world origin (3),
+height of the lowest point of the sole m, and free moment Nm about the vertical through its centre
+of pressure."""
 
 FOOT_NUMBERS = 8
 OUTPUTS = FOOT + 2 * FOOT_NUMBERS
