@@ -141,8 +141,9 @@ class ContactSettings(Section):
     """Contact of the foot spheres with the ground (`gaitval.contact`).
 
     Hunt-Crossley: friction as published by Falisse et al. 2022 (PredSim: 0.8/0.8/0.5), but at half
-    of its 0.2 m/s, with which a loaded foot crept at 9 cm/s; stiffness and dissipation as in the Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with
-    PredSim's 1 MPa the foot sinks in by 12 mm, more than the foot clearance of the recorded swing.
+    of its 0.2 m/s, with which a loaded foot crept at 10 cm/s; stiffness and dissipation as in the
+    Moco 2-D walking example (E 3.07 MPa, c 2 s/m): with PredSim's 1 MPa the foot sinks in by 12 mm,
+    more than the foot clearance of the recorded swing.
     """
 
     law: Literal["hunt_crossley", "cubic"] = "hunt_crossley"

@@ -256,7 +256,7 @@ def energy_of(rollout: Rollout, cycles: GaitCycles, model: BodyModel) -> dict[st
     found["contact"] = float(ground.sum()) * step_of(rollout) / share
     ends = (mechanical_energy(rollout, model, row) for row in (rows.stop, rows.start))
     after, before = ends
-    found["change"] = (after - before) / share
+    found["change"] = float(after - before) / share
     found["unexplained"] = found["change"] - sum(
         value for kind, value in found.items() if kind != "change"
     )

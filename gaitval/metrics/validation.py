@@ -83,7 +83,7 @@ from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.statistics_results import WalkStatistics
 from gaitval.metrics.tolerances import Measure, measured
-from gaitval.metrics.torques import torque_measures
+from gaitval.metrics.torques import energy_of, torque_measures
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
@@ -336,6 +336,7 @@ def _walk(
         epsilon=error,
         hip_centres=hip_centres(rollout.hip_centre, mean_curves(compared.curves), of.curves),
         quantities=quantity_results(found),
+        energy=energy_of(rollout, cycles, of.model),
     )
     return walk, [
         *rmse_measures(errors),

@@ -2,8 +2,8 @@
 
 A motion with exactly the recorded angles needs other forces and moments than the recorded ones: the
 model is not the body, the mean recorded vertical force is not one body weight, and a force plate
-that is two centimetres out of place changes the moments of its leg by 0.2 Nm/kg (`plates`). No
-policy can follow a record that contradicts itself. This fit finds the best compromise beforehand.
+that is two centimetres out of place changes the moments of its leg by 0.2 Nm/kg (`plates`). So a
+policy has to choose what to follow. This fit finds the best compromise beforehand.
 Of the periodic motions without a residual force on the pelvis it is the one whose deviations from
 the recorded angles, moments and ground reaction, each divided by the required accuracy
 (`Accuracy`), have the smallest sum of squares. The walk is always compared with the record, never

@@ -557,3 +557,34 @@ def test_training_randomises_around_the_body_of_the_reference(task):
     shift = np.mean(drawn, axis=0) - middle
     assert shift[4] == pytest.approx(0.06, abs=0.01)
     assert abs(shift[3]) < 0.01
+
+
+# ---- Actions enter as muscles are activated. ----
+
+
+def test_an_action_that_alternates_reaches_the_joints_smoothed(task):
+    """A first-order filter: of an action held, 1 - exp(-t / time) after t; one that alternates is
+    left with the share e / (2 - e) of its size."""
+    settings = task.configuration.environment
+    environment = WalkingEnvironment(task.with_environment(centring=0.0))
+    enters = 1.0 - np.exp(-environment.walker.action_seconds / settings.action_time)
+    environment.reset(seed=0, options={"phase": 0.3, "push": None})
+    environment.step(NO_ACTION + 1.0)
+    leg = slice(0, 3)
+    np.testing.assert_allclose(environment.episode.action[leg], enters, rtol=1e-6)
+    np.testing.assert_allclose(
+        environment.walker.offset[leg], settings.action_scale * enters, rtol=1e-6
+    )
+    environment.reset(seed=0, options={"phase": 0.3, "push": None})
+    for turn in range(30):
+        environment.step(NO_ACTION + (-1.0) ** turn)
+    np.testing.assert_allclose(
+        np.abs(environment.episode.action[leg]), enters / (2.0 - enters), rtol=1e-3
+    )
+
+
+def test_without_a_time_an_action_is_entered_as_it_is(task):
+    environment = WalkingEnvironment(task.with_environment(centring=0.0, action_time=0.0))
+    environment.reset(seed=0, options={"phase": 0.3, "push": None})
+    environment.step(NO_ACTION + 0.3)
+    assert environment.episode.action[0] == np.float32(0.3)
