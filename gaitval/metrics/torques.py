@@ -135,8 +135,10 @@ def _ground_rows(
             side = 0 if n < spheres // 2 else 1
             s = tree.sphere_segment[n]
             r = frames.rotation[s] @ tree.sphere_position[n]
-            r[2] -= tree.sphere_radius[n]
-            depth = max(0.0, -(frames.origin[s, 2] + r[2])) ** 1.5
+            depth = tree.sphere_radius[n] - frames.origin[s, 2] - r[2]
+            # Where the contact law has its force: in the middle of the overlap.
+            r[2] = -0.5 * depth - frames.origin[s, 2]
+            depth = max(0.0, depth) ** 1.5
             w, v = frames.angular[s], frames.linear[s]
             velocity[0] = v[0] + w[1] * r[2] - w[2] * r[1]
             velocity[1] = v[1] + w[2] * r[0] - w[0] * r[2]

@@ -189,7 +189,7 @@ def test_actions_are_offsets_of_the_joint_targets(extended, task):
     extended.step(action)
     scale = task.configuration.environment.action_scale
     arms = np.array([name.startswith(("arm", "elbow")) for name in ACTUATED])
-    expected = np.where(arms, 0.0, scale * action[:25])
+    expected = np.where(arms, 0.0, extended.entering * scale * action[:25])
     np.testing.assert_allclose(extended.walker.offset, expected, rtol=1e-6)
 
 
@@ -201,8 +201,8 @@ def test_arms_may_be_given_to_the_policy(task):
     elbow, knee = (
         environment.walker.offset[ACTUATED.index(f"{n}_r")] for n in ("elbow_flex", "knee_angle")
     )
-    assert elbow == pytest.approx(0.5 * scale)
-    assert knee == pytest.approx(scale)
+    assert elbow == pytest.approx(0.5 * environment.entering * scale)
+    assert knee == pytest.approx(environment.entering * scale)
 
 
 @pytest.mark.parametrize("phase", [0.2, 0.7])  # the mirror leaves the pace as it is
@@ -212,7 +212,7 @@ def test_the_last_number_of_an_action_is_the_pace(extended, task, phase, size):
     action = NO_ACTION.copy()
     action[-1] = size
     _, _, _, _, info = extended.step(action)
-    pace = 1.0 + task.configuration.environment.pace_scale * size
+    pace = 1.0 + extended.entering * task.configuration.environment.pace_scale * size
     share = extended.walker.action_seconds / task.reference.stride_time
     assert info["cycles"] == pytest.approx(pace * share, rel=1e-9)
     assert info["errors"][REWARD_TERMS.index("pace")] == pytest.approx((pace - 1.0) ** 2)
