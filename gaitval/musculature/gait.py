@@ -97,6 +97,8 @@ class LoadedMotion:
     spans : s, when a side's moments are known, where there is no cycle.
     lost : coordinates (`paths.COORDINATES`) of joints that a prosthesis has, by side.
     assist : (T, 25) Nm of devices at the joints; None without.
+    knees : m, how far the middle of a knee is to the outer side of the body's knee centre
+        (`mapping.knee_aside`), by side; sides that no marker shows are left out.
     """
 
     name: str
@@ -108,6 +110,7 @@ class LoadedMotion:
     spans: Mapping[Side, Sequence[tuple[float, float]]] = field(default_factory=dict)
     lost: Mapping[Side, Collection[str]] = field(default_factory=dict)
     assist: Array | None = None
+    knees: Mapping[Side, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -335,6 +338,7 @@ def _share_span(
         dynamics_of_activation=dynamics_of_activation,
         recorded=None if recorded is None else {side: recorded},
         assist=None if motion.assist is None else motion.assist[rows],
+        knees=motion.knees,
     )
 
 
