@@ -75,8 +75,8 @@ def main() -> None:
     emg, grid = perry(parser.parse_args().emg), np.arange(101.0)
     walks = [walk_of(subject) for subject in range(1, 11)]
     weights = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
-    criteria = [Criterion(f"contact {w:g}", by_volume=True, knee=w, hip=w) for w in weights]
-    criteria += [CRITERIA[name] for name in ("squares", "cubes", "volume", "spared knee")]
+    criteria = [Criterion(f"contact {w:g}", knee=w, hip=w) for w in weights]
+    criteria += [CRITERIA[name] for name in ("cubes", "volume", "spared knee", "contact by volume")]
     print("criterion: r to EMG (mean), on and off agree (by chance), peaks of hip and knee in BW")
     for criterion in criteria:
         curves: dict[str, list[Array]] = {name: [] for name in MUSCLES}

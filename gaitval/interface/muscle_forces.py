@@ -38,7 +38,8 @@ def muscles(
     ----------
     of : of `import_session`, a walk of `rollout`, or the folder of an import or a run.
     policy : whose walk it is, if it is one.
-    criterion : what is kept small: "contact", "squares", "cubes", "volume", "spared knee".
+    criterion : what is kept small: "contact", "contact by volume", "squares", "cubes", "volume",
+        "spared knee".
     strength : factor on the strength of all muscles, or of some by name, such as {"soleus": 0.5}.
     side : one leg only.
     bands : of 90 %, by 200 draws.

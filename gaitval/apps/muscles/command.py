@@ -31,7 +31,9 @@ def muscles(
     criterion: Annotated[
         str,
         typer.Option(
-            "--criterion", help="What is kept small: contact, squares, cubes, volume, spared knee."
+            "--criterion",
+            help="What is kept small: contact, contact by volume, squares, cubes, volume, spared "
+            "knee.",
         ),
     ] = "contact",
     bands: Annotated[
