@@ -162,12 +162,16 @@ def _few_bands(request: pytest.FixtureRequest) -> Iterator[None]:
 def _fitted_once(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[None]:
-    """Equal references are fitted once, but in tests of the fit and programs that tests start."""
-    from fitted_once import fit_once
+    """Equal references are fitted once, but in tests of the fit and programs that tests start; and
+    in tests of drafts, equal markers are matched once.
+    """
+    from fitted_once import fit_once, match_once
 
     with pytest.MonkeyPatch.context() as patch:
         if request.path.parent.name != "reference":
             fit_once(patch, shared_folder(tmp_path_factory) / "fitted")
+        if request.path.parent.name == "markers":
+            match_once(patch, shared_folder(tmp_path_factory) / "matched")
         yield
 
 

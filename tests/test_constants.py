@@ -33,10 +33,10 @@ from gaitval.scaling.anthropometry import (
 )
 from gaitval.scaling.children import JENSEN_MASS, JENSEN_RADII, JENSEN_YEARS
 from gaitval.scaling.foot_shape import FOOT_SHAPE
+from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
     MARKER_OFFSET,
-    hip_joint_centre,
     locate,
 )
 from gaitval.scaling.measurements import Measurements

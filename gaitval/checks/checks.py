@@ -88,7 +88,7 @@ def trial_warnings(
             OUTSIDE in one.action and one.names[0] == f"plate {plate.name}" for one in findings
         )
         used = sum(stance.plate == plate.name for stance in stances)
-        of_plates += place_warnings(plate.name, outside, used)
+        of_plates += place_warnings(plate, outside, used)
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.

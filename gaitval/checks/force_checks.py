@@ -20,7 +20,13 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import count_of
 from gaitval.gait.events import DRAGGED, foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, plate_axes
+from gaitval.mocap.force_plates import (
+    CERTAIN_LOAD_N,
+    LONGEST_LEVER_M,
+    RENUMBER,
+    numbered_other_way,
+    plate_axes,
+)
 from gaitval.mocap.recording import FootForces, Plate, Recording
 
 LEAST_BRAKING: Final = 0.02
@@ -80,6 +86,8 @@ LARGEST_CUT_N: Final = 35.0
 sample."""
 FEWEST_EDGES: Final = 4
 """Beginnings and ends of contacts that show it."""
+LOWEST_EDGES: Final = 10.0
+"""Percentile of them that stands for the smallest: one contact may be cut by something else."""
 
 SATURATED: Final = "saturated channel"
 """The check of this warning; `said.warnings` names it beside what it looks like."""
@@ -320,15 +328,18 @@ def _cut_below(plate: Plate, where: str) -> Iterator[QualityFlag]:
     if nothing.mean() < NOTHING_SHARE or not (~nothing).any():
         return
     begins, ends = runs(~nothing)
-    edges = np.concatenate([size[begins[begins > 0]], size[ends[ends < len(size)] - 1]])
-    least = float(np.median(edges)) if len(edges) >= FEWEST_EDGES else 0.0
-    if least > LARGEST_CUT_N and edges.min(initial=np.inf) > LARGEST_CUT_N / 2:
+    edges = np.concatenate([begins[begins > 0], ends[ends < len(size)] - 1])
+    edges = np.abs(plate.force[edges, 2])
+    # What was set to zero is below the smallest of them; the first sample above a threshold is
+    # higher by up to what the force rises from one sample to the next.
+    least = float(np.percentile(edges, LOWEST_EDGES)) if len(edges) >= FEWEST_EDGES else 0.0
+    if least > LARGEST_CUT_N:
         yield QualityFlag(
             "forces cut off", where, least, LARGEST_CUT_N, "N",
-            f"its forces begin and end at about {least:.0f} N, and are exactly 0 beside: a program "
-            "set smaller ones to zero. Strikes come late and toe-offs early, and the rise of the "
-            "force is missing: export the forces as they were recorded, or with a threshold of at "
-            f"most {LARGEST_CUT_N:.0f} N",
+            f"its forces begin and end at {least:.0f} N or more, and are exactly 0 beside: a "
+            "program set smaller ones to zero. Strikes come late and toe-offs early, and the rise "
+            "of the force is missing: export the forces as they were recorded, or with a "
+            f"threshold of at most {LARGEST_CUT_N:.0f} N",
             plate=plate.name,
         )  # fmt: skip
 
@@ -395,16 +406,20 @@ def _dead_vertical(plate: Plate, where: str) -> Iterator[QualityFlag]:
         )  # fmt: skip
 
 
-def place_warnings(plate: str, outside: int, used: int) -> Iterator[QualityFlag]:
+def place_warnings(plate: Plate, outside: int, used: int) -> Iterator[QualityFlag]:
     """Warning about a centre of pressure that is not under the foot in most contacts with a
-    `plate`, by its name: `outside` contacts were left out for that reason, `used` stances were not.
+    `plate`: `outside` contacts were left out for that reason, `used` stances were not.
     """
     if outside > used:
+        why = (
+            f"the plate's corners are {RENUMBER}"
+            if numbered_other_way(plate)
+            else "the plate's corners, origin or moments are wrong, or somebody else was on it"
+        )
         yield QualityFlag(
-            "centre of pressure under the foot", f"plate {plate}", outside, used, "contacts",
+            "centre of pressure under the foot", f"plate {plate.name}", outside, used, "contacts",
             f"the centre of pressure is outside the foot in {outside} of {outside + used} "
-            "contacts, whose forces are not used: the plate's corners, origin or moments are "
-            "wrong, or somebody else was on it", plate=plate,
+            f"contacts, whose forces are not used: {why}", plate=plate.name,
         )  # fmt: skip
 
 

@@ -81,7 +81,8 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
         if not forces.is_file():
             continue
         known = names[number - 1] if number <= len(names) else f"trial{number}"
-        found.append(_motion(target, number, known, table, height=height, prosthesis=prosthesis))
+        motion = _motion(target, number, known, table, height=height, prosthesis=prosthesis)
+        found.append(replace(motion, speed=record.get("walking_speed_m_s")))
     if not found:
         raise RecordError(
             f"{target}: none of {len(paths)} trials has a ground reaction, so there are no moments "

@@ -91,14 +91,23 @@ def muscles(
         emg_side=emg_side,
         emg_weight=emg_weight,
     )
+    return shared_motions(motions_of(of, policy, configuration), settings).muscles
+
+
+def motions_of(
+    of: Session | SimulatedWalk | str | Path,
+    policy: StoredPolicy | None,
+    configuration: Configuration | None,
+) -> list[LoadedMotion]:
+    """The motions with moments that `of` has, as `muscles` takes it. Raises ConfigurationError,
+    ArtefactError or RecordError.
+    """
     if isinstance(of, str | Path):
-        motions = motions_in(Path(of))
-    else:
-        expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
-        motions = (
-            motions_in(of.folder) if isinstance(of, Session) else [_of(of, policy, configuration)]
-        )
-    return shared_motions(motions, settings).muscles
+        return motions_in(Path(of))
+    expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
+    if isinstance(of, Session):
+        return motions_in(of.folder)
+    return [_of(of, policy, configuration)]
 
 
 def _of(

@@ -86,6 +86,17 @@ def check_level(recording: Recording, landmarks: Mapping[str, str], pelvis: Arra
             "these are stairs. Only walking on level ground can be analysed; give such a trial, or "
             "a part of this one on the level with --trial-time."
         )
+    levels = np.sort(heights)
+    above = int(np.argmax(np.diff(levels))) + 1
+    between = float(levels[above] - levels[above - 1])
+    what = "gets onto" if climbed > 0 else "steps or jumps down from"
+    if between > 2 * STEP_M and max(np.ptp(levels[:above]), np.ptp(levels[above:])) < STEP_M:
+        raise RecordError(
+            f"{recording.source}: the feet rest on two levels that are {between:.2f} m apart, and "
+            f"on each of them the ground is level: the person {what} a box or a step. Only "
+            "walking on level ground can be analysed; give such a trial, or a part of this one on "
+            "the level with --trial-time."
+        )
     if way > 1.0:
         along = (places[:, :2] - places[0, :2]) @ (places[-1, :2] - places[0, :2]) / way
         slope = float(np.degrees(np.arctan(np.polyfit(along, heights, 1)[0])))

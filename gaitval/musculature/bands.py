@@ -7,7 +7,7 @@ below, which stands for some co-contraction. Bands are the central 90 % of the d
 Patients who stiffen a joint by far more than a tone are not in them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -17,6 +17,7 @@ from gaitval.arrays import Array
 from gaitval.constants import GRAVITY
 from gaitval.musculature.contact import Contact, contact, knee_middle
 from gaitval.musculature.forces import LegForces, MuscleForces, capacity_shares, rate
+from gaitval.musculature.leg_metabolics import muscle_rates
 from gaitval.musculature.mapping import LegLoads
 from gaitval.musculature.paths import COORDINATES, JOINTS, Geometry, geometry
 from gaitval.musculature.sharing import CRITERIA, Criterion
@@ -27,10 +28,10 @@ CRITERIA_OF_BANDS: Final = (
     *("contact", "contact by volume", "contact", "volume"),
     *("contact by volume", "contact", "contact by volume", "cubes"),
 )
-"""In turn: three quarters of the draws for little contact force, by squares or by volume, the others
+"""In turn: three quarters of the draws for little contact force, by squares or by volume, the rest
 for little effort alone or a spared knee. Hips say how likely each is: those of ten people with
-implants are 2.47 body weights (OrthoLoad), and the ten built-in people's come out at 3.5 with
-contact forces in the criterion, at 3.9 to 4.2 with effort alone."""
+implants are 2.47 body weights (OrthoLoad), and the ten built-in people's come out at 3.5 and 3.6
+with contact forces in the criterion, at 4.0 to 4.2 with effort alone."""
 
 WEIGHTS_OF_CONTACT: Final = (0.03, 1.0)
 """Range of the weights of hip and knee force in a draw for little contact force: from 0.03 to 1 the
@@ -87,8 +88,8 @@ hundredths of the fibre (Ackland et al. 2012); arms of a scaled model to a tenth
 PSIS is tilted by 5 degrees more or less in pelves that lie alike (Preece et al. 2008, read about).
 The moments' is what
 docs/how-to/measurement.md finds against five people whose truth is known; give their own where it
-is known; the moment that tilts the knee is as uncertain as the others. The middle of a knee is known
-as well as two palpated epicondyles (5 mm); where they have no markers, as people's knees differ
+is known; the moment that tilts the knee is as uncertain as the others. A knee's middle is known as
+well as two palpated epicondyles (5 mm); where they have no markers, as people's knees differ
 (`experiments/knee_middles.py`: 7 mm). Points of contact are 38 to 46 mm apart in people and
 implants (`contact.PLATEAUS`), and the bones' sizes add to that. 0.01 is the tone that OpenSim
 assumes of everybody. The last three are no knowledge of the parts: at implanted knees of other
@@ -109,6 +110,7 @@ class Draws:
     activation, force : (D, T, 40).
     hip, knee, patella, ankle : (D, T) N, sizes of contact forces.
     compression, medial, lateral : (D, T) N, of the knee.
+    metabolic : (D,) W, mean metabolic rate of the leg's muscles, by model.
     """
 
     criteria: tuple[str, ...]
@@ -121,6 +123,7 @@ class Draws:
     compression: Array
     medial: Array
     lateral: Array
+    metabolic: Mapping[str, Array]
 
     def band(self, name: str, share: float = 0.90) -> Array:
         """(2, T, …) lowest and highest of the central `share` of the draws of an attribute."""
@@ -145,6 +148,7 @@ def draw(
     random = np.random.default_rng(seed)
     weight = found.mass_kg * GRAVITY
     parts: list[tuple[Array, Array, Contact]] = []
+    metabolic: dict[str, list[float]] = {}
     order = [criteria[i % len(criteria)] for i in range(draws)]
     speed = rate(found.time, leg.length)
     for name in order:
@@ -198,6 +202,12 @@ def draw(
             wider=float(np.exp(spreads.plateaus * random.normal())),
         )
         parts.append((shared.activation, shared.force, carried))
+        rates = muscle_rates(
+            found.time, muscles, shared.activation, shared.force, shared.able.passive,
+            shared.able.fibre,
+        )  # fmt: skip
+        for model, each in rates.items():
+            metabolic.setdefault(model, []).append(float(each.total.sum(axis=1).mean()))
     contacts = [part[2] for part in parts]
     factor = np.exp(spreads.model_share * random.normal(size=(draws, 1)))
     more = spreads.model_force * weight * random.normal(size=(draws, 1))
@@ -217,6 +227,7 @@ def draw(
         compression=off([each.compression for each in contacts]),
         medial=off([each.medial for each in contacts], more / 2 + over),
         lateral=off([each.lateral for each in contacts], more / 2 - over),
+        metabolic={model: np.array(values) for model, values in metabolic.items()},
     )
 
 

@@ -18,6 +18,8 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
 from gaitval.musculature.bands import SPREADS, Draws, Spreads, draw
 from gaitval.musculature.forces import LegForces, MuscleForces, RecordedActivation, share
+from gaitval.musculature.leg_metabolics import leg_rates
+from gaitval.musculature.metabolics import MODELS
 from gaitval.musculature.paths import COORDINATES, table
 from gaitval.musculature.sharing import Criterion
 
@@ -99,6 +101,7 @@ class LoadedMotion:
     assist : (T, 25) Nm of devices at the joints; None without.
     knees : m, how far the middle of a knee is to the outer side of the body's knee centre
         (`mapping.knee_aside`), by side; sides that no marker shows are left out.
+    speed : m/s, of walking; None where it is not known.
     """
 
     name: str
@@ -111,6 +114,7 @@ class LoadedMotion:
     lost: Mapping[Side, Collection[str]] = field(default_factory=dict)
     assist: Array | None = None
     knees: Mapping[Side, float] = field(default_factory=dict)
+    speed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -128,6 +132,8 @@ class LegGait:
     contact_band : (2, 101) likewise.
     contributions : share of the variance of the draws of the peaks of hip, knee and its medial half
         that each source alone makes, by name of the contact and of the source.
+    metabolic : (101,) W/kg of the body, metabolic rate of the leg's muscles, by model.
+    metabolic_draws : (D,) W/kg, its mean over the cycle in each draw, by model.
     """
 
     cycles: int
@@ -140,6 +146,8 @@ class LegGait:
     activation_band: Array | None = None
     contact_band: Mapping[str, Array] = field(default_factory=dict)
     contributions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    metabolic: Mapping[str, Array] = field(default_factory=dict)
+    metabolic_draws: Mapping[str, Array] = field(default_factory=dict)
 
     def group(self, name: str) -> Array:
         """(101,) activation of one of `GROUPS`; NaN where the person has none of it."""
@@ -214,6 +222,8 @@ class MuscleGait(Displayed):
                     yield f"force {name}{end}", "BW", leg.force[i], None
             for contact, curve in leg.contact.items():
                 yield f"contact {contact}{end}", "BW", curve, leg.contact_band.get(contact)
+            for model, curve in leg.metabolic.items():
+                yield f"metabolic {model}{end}", "W/kg", curve, None
 
     def to_frame(self) -> "pd.DataFrame":
         """Mean activations (1), muscle forces and contact forces (body weights) at 0, 1, … 100 % of
@@ -378,6 +388,17 @@ def _leg(
         for name in kept
     }  # fmt: skip
     mean = {name: each.mean(axis=0) for name, each in contact.items()}
+    mass = legs[0][1].mass_kg
+    known = {
+        id(f): leg_rates(f.time, leg) for leg, f in {id(f): (leg, f) for leg, f in legs}.values()
+    }
+    metabolic = {
+        model: np.stack(
+            [np.interp(t, f.time, known[id(f)][model]) / mass
+             for (_, f), t in zip(legs, times, strict=True)]
+        )
+        for model in MODELS
+    }  # fmt: skip
     means = LegGait(
         cycles=len(parts),
         activation=np.mean(activation, axis=0),
@@ -388,6 +409,7 @@ def _leg(
         },
         present=first.muscles.present,
         strengths=first.muscles.max_force,
+        metabolic={model: each.mean(axis=0) for model, each in metabolic.items()},
     )
     if not draws:
         return means
@@ -415,6 +437,10 @@ def _leg(
         ),
         contact_band=bands,
         contributions=_contributions(parts[typical], side, spreads),
+        metabolic_draws={
+            model: drawn.metabolic[model] / mass + float(each.mean() - each[typical].mean())
+            for model, each in metabolic.items()
+        },
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ProcessingSettings
+from gaitval.conventions import GENERIC
 from gaitval.gait.filters import low_pass
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.inverse.marker_labels import find_exchanged
@@ -60,6 +61,8 @@ class FittedBody:
         return self.scaled.model
 
 
+HIP_LENGTHS: Final = ("hip_half_width", "hip_forward", "hip_up")
+"""Lengths of the joint fit that say where the hips are in the pelvis."""
 TISSUE_OVER_RESIDUAL: Final = 2.5
 """Soft tissue, 10 mm, over the 4 mm that a fit to the walk leaves of ten children (McGill)."""
 
@@ -191,6 +194,9 @@ def _fit_to_trials(
         placement_sd={name: ANATOMICAL_SD for name in names if roles[name].role == "anatomical"}
         | {name: sd for name, sd in session.placement_sd.items() if name in names},
     )
+    if request.hip_centre in GENERIC:
+        # Who asks for the hips of a model wants those, not what the walk makes of them.
+        fitted = partial(fitted, length_sd=dict.fromkeys(HIP_LENGTHS, 0.0))
     fit, tissue = fitted(), SOFT_TISSUE_SD
     # Without a standing trial, only the walk can show that its markers move less than skin does.
     while request.stands_in_walk and TISSUE_OVER_RESIDUAL * fit.measurement_sd < 0.95 * tissue:

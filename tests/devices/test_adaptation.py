@@ -5,9 +5,10 @@ import pytest
 
 from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
 from gaitval.apps.devices.curves import walk_curves
+from gaitval.apps.devices.device_walk import DeviceWalk
 from gaitval.apps.devices.page import strap_loads
 from gaitval.apps.devices.study import DeviceOutcome
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
+from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 from gaitval.coordinates import ACTUATED
 from gaitval.errors import RecordError
 from gaitval.metrics.cycles import find_cycles

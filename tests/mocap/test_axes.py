@@ -388,6 +388,18 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match="these are stairs"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
+    @pytest.mark.parametrize(("drop", "words"), [(-0.3, "jumps down"), (0.25, "gets onto")])
+    def test_a_box_is_no_slope(self, drop, words):
+        recording = walking(0.6, belt=False)
+        markers = recording.markers.copy()
+        for i, name in enumerate(recording.names):
+            # In the swing of each foot that begins after the first stride.
+            late = 0.5 if name[0] == "L" else 0.0
+            begin = 1.0 + (0.6 - late) % 1.0
+            markers[:, i, 2] += drop * np.clip((recording.time - begin) / 0.4, 0, 1)
+        with pytest.raises(RecordError, match=f"two levels that are .*{words}"):
+            turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
+
     @pytest.mark.parametrize("what", ["sits down, stands up", "right foot .* stands on one leg"])
     def test_who_does_not_walk_is_told_what_is_seen(self, what):
         still = walking(0.0, belt=False)

@@ -1,4 +1,5 @@
-"""References that tests fit again and again are fitted once in a session of tests.
+"""References that tests fit again and again, and markers that they match to a body, are worked out
+once in a session of tests.
 
 A fit takes seconds, and most runs of a test are of the same few people and settings.
 """
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from gaitval.reference import dynamic_fit
-from gaitval.reference.motion import ReferenceMotion
+from gaitval.scaling.markers import draft
 
 
 def fit_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
@@ -22,7 +23,13 @@ def fit_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     monkeypatch.setattr(dynamic_fit, "fitted", _remembering(dynamic_fit.fitted, folder))
 
 
-def _remembering(fit: Callable[..., ReferenceMotion], folder: Path) -> Callable[..., object]:
+def match_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    """The same of matching markers by their places, which most drafts of a test file have alike."""
+    folder.mkdir(exist_ok=True)
+    monkeypatch.setattr(draft, "matched", _remembering(draft.matched, folder))
+
+
+def _remembering(fit: Callable[..., object], folder: Path) -> Callable[..., object]:
     def known(*given: object) -> object:
         kept = folder / hashlib.sha256(pickle.dumps(given)).hexdigest()
         if not kept.exists():

@@ -86,7 +86,7 @@ def muscles(
         typer.Option("--out", "-o", help="Folder to write; FOLDER/muscles.", show_default=False),
     ] = None,
 ) -> None:
-    """Muscle activations and forces, and what hip, knee, patella and ankle carry.
+    """Muscle activations and forces, what hip, knee, patella and ankle carry, what walking costs.
 
     Static optimisation over 40 muscles a leg, from the moments of the import or the walk. One cycle
     of one side suffices. Writes muscles.html, muscles.pdf, curves.csv, muscles.json, and for each
@@ -97,6 +97,7 @@ def muscles(
     from gaitval.apps.muscles.sources import motions_in
     from gaitval.apps.muscles.write import PAGE, RESULT, write_muscles
     from gaitval.folder_lock import locked
+    from gaitval.quantities.metabolic_cost import metabolic_cost
 
     settings = MuscleSettings(
         criterion=criterion,
@@ -111,15 +112,18 @@ def muscles(
     motions = motions_in(folder, height=height)
     shared = shared_motions(motions, settings)
     found = shared.muscles
+    cost = metabolic_cost(motions, found)
     target = folder / "muscles" if out is None else out
     with locked(target):
-        written = write_muscles(target, shared, settings, motions[0])
+        written = write_muscles(target, shared, settings, motions[0], cost)
     if found.legs:
         display.print_rows(_contact_rows(found), found.title())
     else:
         display.plain(f"{found.title()}: over time only, for no gait cycle is whole.")
     if shared.seen:
         display.print_rows(_seen_rows(shared), "Beside electromyograms")
+    if cost is not None:
+        display.plain(cost.title())
     for remark in found.remarks:
         display.plain(remark)
     page = target / (f"{PAGE}.html" if found.legs else RESULT)

@@ -46,6 +46,10 @@ AXES: Final = ("OALP", "XYZ")
 """Last letters of the points that draw the axes of a segment: of Vicon, all four; of others."""
 
 
+MIDDLE: Final = {"PSIS": "Sacrum"}
+"""Where the one marker is whose name is that of two places, and says no side."""
+
+
 @dataclass(frozen=True)
 class ParsedName:
     """What a name says: the side ("R", "L"; "" where it says none) and the places, if any."""
@@ -139,7 +143,8 @@ def _parsed(name: str, right: str, left: str) -> ParsedName:
             places = _places(name[: at + 1] + name[at + 1 + len(word) :]) if len(word) == 1 else ()
             if places and not _places(name):
                 return ParsedName(side, places)
-    return ParsedName("", _places(name))
+    said = _places(name)
+    return ParsedName("", (*said, *(MIDDLE[place] for place in said if place in MIDDLE)))
 
 
 def _places(stem: str) -> tuple[str, ...]:
