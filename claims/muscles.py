@@ -140,7 +140,7 @@ def measured_people(given: Given) -> list[Claim]:
     """The walk of Rajagopal et al. (2016) and two people of Arnold et al. (2013), imported: muscles
     beside their own electromyograms and Perry's, hips, reserves.
     """
-    from gaitval.mocap.electromyograms import read_electromyograms
+    from gaitval.gait.electromyograms import read_electromyograms
     from gaitval.musculature.electromyography import seen_activations
     from gaitval.musculature.gait import muscles_of
 

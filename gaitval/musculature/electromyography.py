@@ -13,7 +13,7 @@ import numpy as np
 
 from gaitval.arrays import Array, Flags
 from gaitval.coordinates import Side
-from gaitval.mocap.electromyograms import Channel, Electromyograms
+from gaitval.gait.electromyograms import Channel, Electromyograms
 from gaitval.musculature.forces import RecordedActivation
 from gaitval.musculature.gait import LoadedMotion, MuscleGait
 from gaitval.musculature.paths import table

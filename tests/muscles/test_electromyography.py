@@ -9,8 +9,8 @@ from known_walk import known_walk
 import gaitval as gv
 from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
 from gaitval.errors import ConfigurationError, RecordError
+from gaitval.gait.electromyograms import muscle_of, read_electromyograms
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
-from gaitval.mocap.electromyograms import muscle_of, read_electromyograms
 from gaitval.mocap.mot_writing import StorageTable, write_storage
 from gaitval.musculature.electromyography import DELAY
 from gaitval.musculature.gait import LoadedMotion, muscles_of

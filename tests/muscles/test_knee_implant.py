@@ -16,8 +16,8 @@ import pytest
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
 from gaitval.errors import RecordError
+from gaitval.gait.electromyograms import read_electromyograms
 from gaitval.importing.importing import request_of, work_out
-from gaitval.mocap.electromyograms import read_electromyograms
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.musculature import share

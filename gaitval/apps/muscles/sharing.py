@@ -8,7 +8,7 @@ from typing import Final
 
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ConfigurationError
-from gaitval.mocap.electromyograms import Electromyograms, read_electromyograms
+from gaitval.gait.electromyograms import Electromyograms, read_electromyograms
 from gaitval.musculature.electromyography import (
     SeenActivation,
     recorded_activations,
