@@ -11,7 +11,7 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.identification import shared_errors
 from gaitval.identification.body_fit import BodyFit
 from gaitval.identification.prior import prior_sd
-from gaitval.identification.shared_errors import NAMES, SharedFit, identified
+from gaitval.identification.shared_errors import NAMES, SharedFit, identified, tempered
 from gaitval.model.parameters import PARAMETERS, nominal_parameters
 from gaitval.reference import dynamic_fit
 from gaitval.reference.dynamic_fit import weighted_laws
@@ -122,3 +122,21 @@ def test_a_belt_that_runs_fast_and_a_small_hip_move_the_leg_by_less_than_one_sd(
     lengths = slice(3, 5)
     moved = (again.posterior.mean - found.posterior.mean)[lengths]
     assert np.abs(moved / found.posterior.sd[lengths]).max() < 1.0
+
+
+def test_of_a_record_s_information_a_share_counts():
+    """As if the record were so many of as many: a likelihood to a power."""
+    prior = np.array([1.0, 2.0, 1.0])
+    said = np.array([[3.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 0.0]])
+    score = np.array([1.0, -0.4, 0.1])
+
+    def posterior(share):
+        covariance = np.linalg.inv(np.diag(prior**2) + share * said)
+        return covariance @ (share * score), covariance
+
+    whole = posterior(1.0)
+    for share in (1.0, 0.6, 0.0):
+        mean, covariance = tempered(*whole, prior, share)
+        np.testing.assert_allclose(mean, posterior(share)[0], atol=1e-12)
+        np.testing.assert_allclose(covariance, posterior(share)[1], atol=1e-12)
+    np.testing.assert_allclose(tempered(*whole, prior, 0.0)[0], 0.0, atol=1e-12)
