@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from drawn_svg import drawn
 from matplotlib.figure import Figure
-from test_light_figures import drawn
 
 from gaitval.reporting import light_axes
 from gaitval.reporting.drawing import new_figure, svg
