@@ -48,11 +48,11 @@ def test_a_knee_marker_18_mm_back_in_all_trials_is_seen(identifier, side):
     found = points(identifier)
     line = found[f"{side}.Knee"] - found[f"{side}.Knee.Medial"]
     back = np.cross([0.0, 0.0, 1.0], line) * (1 if side == "R" else -1)
-    found[f"{side}.Knee"] = found[f"{side}.Knee"] + 0.02 * back / np.linalg.norm(back)
+    found[f"{side}.Knee"] = found[f"{side}.Knee"] + 0.018 * back / np.linalg.norm(back)
     (flag,) = odd_sides(found)
     assert flag.where == "Knee to Knee.Medial"
     assert flag.unit == "deg"
-    assert 8.5 < flag.value < 16.0
+    assert 7.5 < flag.value < 16.0
 
 
 @pytest.mark.parametrize("identifier", ["S01", "S05", "S08"])
