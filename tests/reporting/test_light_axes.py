@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from test_light_figures import drawn
+from painted import drawn
 
 from gaitval.reporting import light_axes
 from gaitval.reporting.drawing import new_figure, svg
@@ -40,30 +40,32 @@ def pair() -> tuple[list, list]:
 
 
 def test_every_text_and_mark_stands_where_matplotlib_puts_it(pair) -> None:
-    light, plain = pair
     for kind in ("text", "ML"):
         ours, theirs = (
-            sorted(
-                (*np.round(points, 2).ravel(), words)
-                for letters, points, _, _, words in of if letters == kind
-            )
-            for of in (light, plain)
-        )  # fmt: skip
+            [(words, points.ravel()) for letters, points, _, _, words in of if letters == kind]
+            for of in pair
+        )
         assert len(ours) == len(theirs) > 20
-        for one, other in zip(ours, theirs, strict=True):
-            assert one[-1] == other[-1]
-            np.testing.assert_allclose(one[:-1], other[:-1], atol=0.02)
+        for words, place in theirs:
+            near = [each for each in ours if each[0] == words]
+            assert min(np.abs(each[1] - place).max() for each in near) <= 0.1
 
 
 def test_curves_and_bands_have_fewer_points_and_lie_on_the_same_line(pair) -> None:
-    curves = [[points for letters, points, *_ in of if len(letters) > 20] for of in pair]
-    assert len(curves[0]) == len(curves[1]) == 8
-    assert sum(map(len, curves[0])) < 0.7 * sum(map(len, curves[1]))
-    for light, plain in zip(*curves, strict=True):
-        steps = np.linspace(0.0, 1.0, 50)[:, None]
-        dense = np.concatenate([a + steps * (b - a) for a, b in pairwise(light)])
-        far = np.min(np.linalg.norm(plain[:, None] - dense[None], axis=-1), axis=1)
-        assert far.max() <= 0.25
+    light, plain = (
+        [points for letters, points, *_ in of if len(letters) > few]
+        for of, few in zip(pair, (2, 5), strict=True)  # a curve that is flat keeps three
+    )
+    assert len(plain) > 5
+    assert sum(map(len, light)) < 0.7 * sum(map(len, plain))
+    steps = np.linspace(0.0, 1.0, 50)[:, None]
+    lines = [np.concatenate([a + steps * (b - a) for a, b in pairwise(each)])
+             for each in light if len(each) > 1]  # fmt: skip
+    for curve in plain:
+        assert min(
+            np.linalg.norm(curve[:, None] - line[None], axis=-1).min(axis=1).max()
+            for line in lines
+        ) <= 0.25  # fmt: skip
 
 
 def test_what_leaves_its_axes_is_cut_and_nothing_else_is(pair) -> None:
