@@ -334,7 +334,7 @@ def _font_faces() -> str:
 
 def counted(name: str) -> dict[str, Any]:
     """For a page whose angles are counted by the convention of this `name`: it, and by how much
-    others are less.
+    others are more.
     """
     convention = convention_of(name)
     return {"convention": convention, "beside_convention": beside(convention)}
