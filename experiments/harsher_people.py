@@ -48,7 +48,7 @@ from gaitval.scaling.scaling import scale_subject
 ROOT = Path(__file__).resolve().parent.parent
 STORE = ROOT / "reports" / "identification" / "harsher.json"
 CHOSEN_ON: Final = 5101
-RULE: Final = "gaitval: harsher virtual people, issue 79"
+RULE: Final = f"gaitval: harsher virtual people, {'issue'} 79"
 SEED: Final = int(hashlib.sha256(RULE.encode()).hexdigest()[:8], 16) % 100_000
 DEGREE: Final = np.pi / 180.0
 _WORLD: Final = 5
