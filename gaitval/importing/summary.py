@@ -20,7 +20,7 @@ from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
 from gaitval.metrics.tolerances import Verdict, evaluate, measured
 from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.reporting import recording_report as page
-from gaitval.session.loaded import loaded_motion
+from gaitval.session.loaded import loaded_motion, measured_knees
 from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
@@ -189,7 +189,13 @@ def found_muscles(found: Import) -> MuscleGait | None:
     motions = []
     for walk in found.trials:
         motion = loaded_motion(
-            walk, found.body.model, height=request.height_m, prosthesis=request.prosthesis
+            walk,
+            found.body.model,
+            height=request.height_m,
+            prosthesis=request.prosthesis,
+            knees=measured_knees(
+                found.body.model, found.body.markers, found.session.marker_set.landmarks
+            ),
         )
         if motion is not None:
             few = {side: _middle(cycles) for side, cycles in motion.cycles.items()}

@@ -309,7 +309,7 @@ def _resource(name: str) -> str:
 _FONT_SCHEME: Final = "gaitval-font:"
 
 
-class _OwnFiles(URLFetcher):
+class _OwnFiles(URLFetcher):  # type: ignore[misc]
     """Fetches what a page contains, and the fonts of `_FONTS` by their names; nothing else."""
 
     def fetch(self, url: str, headers: Mapping[str, str] | None = None) -> URLFetcherResponse:

@@ -124,6 +124,14 @@ def figures(
     return draws, tables
 
 
+def notes(metrics: Metrics) -> list[str]:
+    """What a reader of the tables must know: of quantities with curves of their own, and of what
+    joints carry, where it is shown.
+    """
+    shown = [each.note for each in grids.FURTHER]
+    return shown if walked_muscles(metrics) is None else [*shown, JOINT_CONTACT.note]
+
+
 def walked_muscles(metrics: Metrics) -> DrawnMuscles | None:
     """Activations and contact forces of the walk; None in a file of before there were any."""
     activation, contact = (

@@ -54,6 +54,7 @@ def test_laws_change_with_an_error_as_its_derivatives_say(fit, fixed, name):
     assert off.mean() < 0.002
 
 
+@pytest.mark.slow  # two fits
 def test_without_shared_errors_it_is_the_plain_posterior(fit, fixed):
     none = SharedFit(fit, np.zeros(len(NAMES)))
     found, mode = none.solve(fixed), fit.mode(fixed)
@@ -68,6 +69,7 @@ def found(fit, fixed):
     return identified(fit, fixed)
 
 
+@pytest.mark.slow  # two fits; of time alone
 def test_small_matrices_do_not_spin_on_two_threads(fit, fixed, monkeypatch):
     """On a busy machine that took twenty times the processor's time."""
     seen = []

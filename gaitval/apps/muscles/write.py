@@ -1,11 +1,13 @@
 """Files of the muscles of a gait: tables, OpenSim's storage files, figures, a page."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
+from gaitval.apps.muscles.sharing import MuscleSettings, Shared
 from gaitval.artefacts import versions, write_json
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ContactSettings
@@ -29,16 +31,23 @@ _SUFFIXES: Final = {"BW": "bw", "1": "1", "W/kg": "w_kg"}
 
 def write_muscles(
     folder: Path,
-    found: MuscleGait,
-    about: dict[str, Any],
+    shared: Shared,
+    settings: MuscleSettings,
     motion: LoadedMotion,
     cost: MetabolicCost | None = None,
 ) -> list[Path]:
-    """Write everything of `found` into `folder`; returns the files. `about` says what was asked
+    """Write everything of `shared` into `folder`; returns the files. `settings` say what was asked
     for; `motion` has the body, which becomes an OpenSim model with muscles; `cost` is what the walk
     costs, where that is known. Raises ArtefactError if it cannot be written to.
     """
     from gaitval.reporting.page import write_page
+
+    found = shared.muscles
+    about = {
+        "strength": settings.strength,
+        "activation_dynamics": settings.activation_dynamics,
+        "emg_weight": settings.emg_weight,
+    }
 
     folder.mkdir(parents=True, exist_ok=True)
     written = list(write_storages(folder, found))
@@ -59,6 +68,7 @@ def write_muscles(
             "drawings": {"activations": drawn.activations, "contacts": drawn.contacts},
             "data": drawn.tables(),
             "reserves": reserves(found),
+            "seen": shared.seen,
             "cost": cost,
             "left_out": LEFT_OUT,
             "model_titles": {**TITLES, JOINTS: "Joints alone"},
@@ -68,8 +78,21 @@ def write_muscles(
         }
         write_page(folder, PAGE, "gaitval.apps.muscles:muscles.html.j2", context)
         written += [folder / f"{PAGE}.html", folder / f"{PAGE}.pdf"]
-    write_json(folder / RESULT, result(found, about) | {"metabolic": cost_result(cost)})
+    more = {"electromyograms": _seen(shared), "metabolic": cost_result(cost)}
+    write_json(folder / RESULT, result(found, about) | more)
     return [*written, folder / RESULT]
+
+
+def _seen(shared: Shared) -> list[dict[str, Any]]:
+    """Every channel; a correlation of what does not vary is null."""
+    return [
+        {
+            **asdict(each),
+            "muscles": list(each.muscles),
+            "correlation": each.correlation if np.isfinite(each.correlation) else None,
+        }
+        for each in shared.seen
+    ]
 
 
 def cost_result(cost: MetabolicCost | None) -> dict[str, Any] | None:
