@@ -153,7 +153,7 @@ def drawn_faults(random: np.random.Generator, number: int) -> HarsherFaults:
         shank_by_load=pair(0.7 * DEGREE),
         wobble=pair(0.5 * DEGREE, 1.0 * DEGREE),
         belt=0.02,
-        axes=tuple(tuple(one(axes) for _ in range(3)) for _ in range(2)),  # type: ignore[arg-type]
+        axes=tuple(tuple(one(axes) for _ in range(3)) for _ in range(2)),
         pelvis=one(1.4 * DEGREE),
         sole=(
             float(random.uniform(np.log(0.35), np.log(2.0))),
