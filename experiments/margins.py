@@ -35,7 +35,7 @@ from gaitval.metrics.results import (
     read_metrics,
 )
 from gaitval.metrics.rollouts import Rollouts, started_walk
-from gaitval.metrics.validation import validate
+from gaitval.metrics.validation import StageResults, validate
 from gaitval.model.urdf import read_urdf
 from gaitval.policy.rollouts import RolloutPool
 from gaitval.simulation.walker import WalkingTask
@@ -102,8 +102,7 @@ def _walks(run: Run, numbers: range) -> Iterator[tuple[int, Metrics]]:
                 nominal,
                 _walk(run, validated_task(run)[0], which["identified"], number),
                 run.configuration,
-                identification=identification,
-                correction=correction,
+                StageResults(identification=identification, correction=correction),
                 others=builtin_subjects(),
             ),
         )

@@ -5,13 +5,10 @@
 PERRY.csv has EMG of 29 muscles over the gait cycle (Perry and Burnfield 2010, as digitised for
 Moco's paper; `percent_gait_cycle`, then a column a muscle). The walks are those of the ten built-in
 people's stored policies. `gaitval.musculature.sharing.CRITERIA` has its weights of contact forces
-from
-here. Minutes.
+from here. Minutes. `claims.muscles.measured_people` has people with electromyograms of their own.
 """
 
 import argparse
-import csv
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import gaitval as gv
+from claims.muscle_measures import MUSCLES, as_implants_say, on_and_off, perry
 from gaitval.arrays import Array, runs
 from gaitval.gait.filters import low_pass
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
@@ -29,40 +27,6 @@ from gaitval.musculature import CRITERIA, Criterion, share
 CYCLES, SETTLED = 4, 0.35
 """Gait cycles of a walk, and the part of it that does not count."""
 RATE, MOTION_HZ, FORCE_HZ, LEAST_N = 100.0, 8.0, 10.0, 30.0
-DELAY = 4
-"""% of the cycle from EMG to what a muscle without dynamics would have to do."""
-ON, OF_PEAK, OF_EMG = 0.02, 0.25, 5.0
-"""A muscle is on above the first two, activation and part of its peak; EMG above the last, %."""
-
-MUSCLES: Mapping[str, tuple[str, ...]] = {
-    "AdductorLongus": ("addlong",),
-    "AdductorMagnus": ("addmagDist", "addmagIsch", "addmagMid", "addmagProx"),
-    "BicepsFemorisLongHead": ("bflh",),
-    "BicepsFemorisShortHead": ("bfsh",),
-    "ExtensorDigitorumLongus": ("edl",),
-    "ExtensorHallucisLongus": ("ehl",),
-    "FlexorDigitorumLongus": ("fdl",),
-    "FlexorHallucisLongus": ("fhl",),
-    "Gastrocnemius": ("gasmed", "gaslat"),
-    "GluteusMaximusLower": ("glmax3",),
-    "GluteusMaximusUpper": ("glmax1",),
-    "GluteusMedius": ("glmed1", "glmed2", "glmed3"),
-    "Gracilis": ("grac",),
-    "Iliacus": ("iliacus",),
-    "PeroneusBrevis": ("perbrev",),
-    "PeroneusLongus": ("perlong",),
-    "RectusFemoris": ("recfem",),
-    "Sartorius": ("sart",),
-    "Semimembranosus": ("semimem",),
-    "Semitendinosus": ("semiten",),
-    "Soleus": ("soleus",),
-    "TensorFasciaLata": ("tfl",),
-    "TibialisAnterior": ("tibant",),
-    "TibialisPosterior": ("tibpost",),
-    "VastusIntermedius": ("vasint",),
-    "VastusLateralis": ("vaslat",),
-    "VastusMedialisLongus": ("vasmed",),
-}
 
 
 @dataclass(frozen=True)
@@ -108,22 +72,15 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("emg", type=Path)
-    with parser.parse_args().emg.open() as file:
-        rows = list(csv.DictReader(file))
-    percent = np.array([float(row["percent_gait_cycle"]) for row in rows])
-    grid = np.arange(101.0)
-    emg = {
-        name: np.roll(np.interp(grid, percent, [float(row[name] or 0) for row in rows]), DELAY)
-        for name in MUSCLES
-    }
+    emg, grid = perry(parser.parse_args().emg), np.arange(101.0)
     walks = [walk_of(subject) for subject in range(1, 11)]
     weights = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
     criteria = [Criterion(f"contact {w:g}", knee=w, hip=w) for w in weights]
-    criteria += [CRITERIA[name] for name in ("cubes", "volume", "spared knee")]
+    criteria += [CRITERIA[name] for name in ("cubes", "volume", "spared knee", "contact by volume")]
     print("criterion: r to EMG (mean), on and off agree (by chance), peaks of hip and knee in BW")
     for criterion in criteria:
         curves: dict[str, list[Array]] = {name: [] for name in MUSCLES}
-        hips, knees = [], []
+        hips, knees, implants = [], [], []
         for walk in walks:
             found = share(
                 walk.model, walk.positions, walk.dynamics, height=walk.height, criterion=criterion
@@ -138,6 +95,8 @@ def main() -> None:
                 names = leg.muscles.names
                 late = strikes[strikes > SETTLED * found.time[-1]]
                 for start, end in pairwise(late):
+                    span = (float(start), float(end))
+                    implants.append(as_implants_say(leg, found.time, span, found.body_weight))
                     at = start + (end - start) * grid / 100
                     for name, parts in MUSCLES.items():
                         which = [names.index(part) for part in parts]
@@ -149,15 +108,15 @@ def main() -> None:
             mean = np.mean(each, axis=0)
             flat = np.ptp(mean) < 1e-9
             correlation.append(0.0 if flat else np.corrcoef(mean, emg[name])[0, 1])
-            on, message = mean > max(ON, OF_PEAK * mean.max()), emg[name] > OF_EMG
-            agree.append((on == message).mean())
-            both = on.mean() * message.mean() + (1 - on.mean()) * (1 - message.mean())
+            same, both = on_and_off(mean, emg[name])
+            agree.append(same)
             chance.append(both)
         hip, knee = (np.reshape(v, (-1, 2)).mean(axis=1) for v in (hips, knees))
         print(
             f"{criterion.name}: {np.mean(correlation):.2f}, {np.mean(agree):.3f} "
             f"({np.mean(chance):.3f}), hip {hip.mean():.2f} ({hip.min():.2f} to {hip.max():.2f}), "
-            f"knee {knee.mean():.2f} ({knee.min():.2f} to {knee.max():.2f})",
+            f"knee {knee.mean():.2f} ({knee.min():.2f} to {knee.max():.2f}), "
+            f"hip as implants say {np.mean(implants):.2f}",
             flush=True,
         )
 

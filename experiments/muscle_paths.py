@@ -36,7 +36,7 @@ from scipy.linalg import solve
 from scipy.stats import qmc
 
 from gaitval.musculature.paths import COORDINATES, KNEE
-from gaitval.scaling.joint_centres import hip_joint_centre
+from gaitval.scaling.hip_regressions import hip_joint_centre
 
 RANGES = np.radians([[-45, 70], [-32, 32], [-35, 35], [-15, 95], [-45, 40], [-35, 35]])
 """Range of each coordinate: of people's gait, and 20 degrees beyond (less where joints end)."""

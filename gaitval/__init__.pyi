@@ -1,7 +1,9 @@
+from gaitval.interface.balance import perturb as perturb
 from gaitval.interface.bodies import scale as scale
 from gaitval.interface.changes import against_healthy as against_healthy
 from gaitval.interface.changes import change as change
 from gaitval.interface.limits import limits as limits
+from gaitval.interface.metabolic import metabolic_cost as metabolic_cost
 from gaitval.interface.motions import inverse_dynamics as inverse_dynamics
 from gaitval.interface.motions import inverse_kinematics as inverse_kinematics
 from gaitval.interface.muscle_forces import muscles as muscles

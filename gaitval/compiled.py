@@ -61,9 +61,10 @@ _settings.reload_config()
 @cache
 def _sources() -> str:
     """A hash of all sources, for numba does not record which compiled function calls which: an edit
-    of one file must discard every function that might have inlined it.
+    of one file must discard every function that might have inlined it. And of numba's version, so
+    that installations with another one do not overwrite each other's.
     """
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(numba.__version__.encode())
     for name in SOURCES:
         digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()[:16]

@@ -86,13 +86,29 @@ def _make(path: Path) -> None:
         made.unlink()
 
 
+_PACKAGE: Final = Path(__file__).parent
+
+
 class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):
-    """Where a function's files are: in a folder that is given, whatever numba's settings say."""
+    """Where a function's files are: in a folder that is given, whatever numba's settings say.
+
+    A function of this package is known by its file within it, for the folder is that of all its
+    sources (`compiled.SOURCES`): another installation or checkout of the same has nothing to
+    compile. Any other is known by the path and the contents of its file.
+    """
 
     def __init__(self, function: Any, file: str, folder: Path) -> None:
         self._py_file = file
         self._lineno = function.__code__.co_firstlineno
-        self._folder = folder / self.get_suitable_cache_subpath(file)  # type: ignore[no-untyped-call]
+        self._ours = Path(file).is_relative_to(_PACKAGE)
+        if self._ours:
+            part = "_".join(Path(file).parent.relative_to(_PACKAGE.parent).parts)
+        else:
+            part = self.get_suitable_cache_subpath(file)  # type: ignore[no-untyped-call]
+        self._folder = folder / part
+
+    def get_source_stamp(self) -> Any:
+        return "" if self._ours else super().get_source_stamp()  # type: ignore[no-untyped-call]
 
     def get_cache_path(self) -> str:
         return str(self._folder)

@@ -18,12 +18,15 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     ValidationError,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
 from gaitval.artefacts import parse_toml, read_toml
+from gaitval.conventions import OWN, convention_of
 from gaitval.errors import ConfigurationError
 
 NAMED = Path(__file__).parent / "configurations"
@@ -233,6 +236,10 @@ class EnvironmentSettings(Section):
     """... or turned this far from its reference, rad, ..."""
     drift_tolerance: Positive = 0.8
     """... or this far from its reference position, along the walkway or sideways, m."""
+    observation_delay: float = Field(0.0, ge=0.0, le=1.0)
+    """s, by which the policy sees its body late, as through nerves: what joints, feet and trunk do,
+    not its own clock, its last action and what it knows of itself. Rounded to whole actions. People
+    need 50 to 150 ms. 0: what is seen is of now."""
     initial_noise: NotNegative = 0.02
     """Standard deviation of joint angles (rad) at the start of an episode."""
     push_probability: Fraction = 0.8
@@ -256,6 +263,16 @@ class EnvironmentSettings(Section):
     def slowest_pace(self) -> float:
         """The slowest pace that an action can choose."""
         return 1.0 - self.pace_scale * self.action_limit
+
+    @model_serializer(mode="wrap")
+    def _as_before_it_was_known(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without a delay the settings are written as before there was one, so that no stage runs
+        again for it.
+        """
+        values: dict[str, Any] = write(self)
+        if not self.observation_delay:
+            values.pop("observation_delay", None)
+        return values
 
     @model_validator(mode="after")
     def _goes_forward(self) -> "EnvironmentSettings":
@@ -420,6 +437,8 @@ class IdentificationSettings(Section):
     parameters: Literal["paper", "extended"] = "paper"
     """`paper`: its 14. `extended`: contact, ends of the sole and difference of the legs are also
     identified (`gaitval.model.extended`) and reported, but not used by the walker."""
+    two_legs: bool = False
+    """The walker walks on legs that differ by what was found; else both are the mean."""
     population: int = Field(8, ge=4, le=10_000)
     """The paper's 8."""
     generations: int = Field(400, ge=1, le=REPEATS)
@@ -564,14 +583,28 @@ def _has_a_catalogue(language: str) -> str:
     return language
 
 
+def _is_a_convention(name: str) -> str:
+    try:
+        convention_of(name)
+    except ConfigurationError as error:
+        raise ValueError(str(error)) from None
+    return name
+
+
 class ReportSettings(Section):
-    """Language and paper of the pages; no number depends on them."""
+    """Language and paper of the pages, and how their angles are counted; no file but a page's
+    figures and their tables depends on them.
+    """
 
     language: Annotated[str, AfterValidator(_has_a_catalogue)] = "en"
     """Language of the pages. Citations, licences, rows that quote the project's evidence, and the
     decisions and findings of an import are always in English."""
     paper: Literal["a4", "letter"] = "a4"
     """Sheets of the PDF."""
+    convention: Annotated[str, AfterValidator(_is_a_convention)] = OWN
+    """What joint angles are called zero by, in the figures of imports and reports: isb,
+    plug-in-gait, rajagopal2016, gait2392, or the forward tilt, in degrees, of the plane of ASIS and
+    PSIS in another model's zero (`gaitval.conventions`)."""
 
 
 class Configuration(Section):

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from gaitval.apps.balance.results import PERTURB_VERSION, PerturbResult
 from gaitval.apps.changes.results import CHANGE_VERSION, ChangeResult
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.importing.results import IMPORT_VERSION, ImportResult
@@ -39,6 +40,9 @@ def schemas() -> dict[Path, dict[str, Any]]:
         ),
         PACKAGE / "apps/changes/change.schema.json": schema(
             ChangeResult, name="change", version=CHANGE_VERSION
+        ),
+        PACKAGE / "apps/balance/perturb.schema.json": schema(
+            PerturbResult, name="perturb", version=PERTURB_VERSION
         ),
         PACKAGE / "importing/import.schema.json": schema(
             ImportResult, name="import", version=IMPORT_VERSION

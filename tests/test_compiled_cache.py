@@ -76,6 +76,19 @@ def test_what_we_compiled_is_loaded(place):
     assert (folder / "key").stat().st_mode & 0o777 == 0o600
 
 
+def test_another_checkout_of_the_same_has_nothing_to_compile(place, monkeypatch):
+    """Of a file of the package; of others, only those at the same place are the same."""
+    package = place / "one" / "gaitval"
+    shutil.copytree(place, package, ignore=lambda *_: ["one", "cache"])
+    monkeypatch.setattr(compiled_cache, "_PACKAGE", package)
+    assert again(package) == (0, 2)
+    assert again(place) == (0, 2)
+    another = place / "two" / "gaitval"
+    shutil.copytree(package, another)
+    monkeypatch.setattr(compiled_cache, "_PACKAGE", another)
+    assert again(another) == (2, 0)
+
+
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
 @pytest.mark.parametrize("keeps", [0, 32])
 def test_a_file_of_somebody_else_is_not_unpickled(place, ending, keeps):

@@ -10,7 +10,11 @@ from gaitval.checks.force_checks import (
     place_warnings,
     whole_stances,
 )
-from gaitval.checks.marker_checks import foot_marker_warnings, trajectory_warnings
+from gaitval.checks.marker_checks import (
+    foot_marker_warnings,
+    pelvis_marker_warnings,
+    trajectory_warnings,
+)
 from gaitval.checks.motion_checks import (
     aid_warnings,
     motion_warnings,
@@ -48,6 +52,7 @@ def marker_warnings(
             "one of the two has moved, or is not the same marker; left as it is: check the labels",
         )  # fmt: skip
     yield from foot_marker_warnings(standing, walking, landmarks)
+    yield from pelvis_marker_warnings(standing, walking, landmarks)
 
 
 def trial_warnings(
@@ -88,7 +93,7 @@ def trial_warnings(
             OUTSIDE in one.action and one.names[0] == f"plate {plate.name}" for one in findings
         )
         used = sum(stance.plate == plate.name for stance in stances)
-        of_plates += place_warnings(plate.name, outside, used)
+        of_plates += place_warnings(plate, outside, used)
     of_motion = motion_warnings(needed, loads, stances, forces.rate, mass_kg)
     contacts = [*contact_warnings(forces, marker_events(recording, landmarks=landmarks))]
     # What was lost, not a plate, makes events differ; looking for it takes a while.

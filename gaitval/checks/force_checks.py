@@ -20,7 +20,13 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.errors import count_of
 from gaitval.gait.events import DRAGGED, foot_contacts
 from gaitval.gait.quality_flags import QualityFlag
-from gaitval.mocap.force_plates import CERTAIN_LOAD_N, LONGEST_LEVER_M, plate_axes
+from gaitval.mocap.force_plates import (
+    CERTAIN_LOAD_N,
+    LONGEST_LEVER_M,
+    RENUMBER,
+    numbered_other_way,
+    plate_axes,
+)
 from gaitval.mocap.recording import FootForces, Plate, Recording
 
 LEAST_BRAKING: Final = 0.02
@@ -320,15 +326,23 @@ def _cut_below(plate: Plate, where: str) -> Iterator[QualityFlag]:
     if nothing.mean() < NOTHING_SHARE or not (~nothing).any():
         return
     begins, ends = runs(~nothing)
-    edges = np.concatenate([size[begins[begins > 0]], size[ends[ends < len(size)] - 1]])
-    least = float(np.median(edges)) if len(edges) >= FEWEST_EDGES else 0.0
-    if least > LARGEST_CUT_N and edges.min(initial=np.inf) > LARGEST_CUT_N / 2:
+    long = ends - begins > 1
+    begins, ends = begins[long & (begins > 0)], ends[long & (ends < len(size))] - 1
+    up = np.abs(plate.force[:, 2])
+    edges = np.concatenate([up[begins], up[ends]])
+    if len(edges) < FEWEST_EDGES:
+        return
+    # What was set to zero is below the smallest of them, and above what a straight line through the
+    # first two says of the sample before: at a low rate a force rises much from one to the next.
+    before = 2 * edges - np.concatenate([up[begins + 1], up[ends - 1]])
+    least = float(edges.min())
+    if least > LARGEST_CUT_N and np.median(before) > LARGEST_CUT_N / 2:
         yield QualityFlag(
             "forces cut off", where, least, LARGEST_CUT_N, "N",
-            f"its forces begin and end at about {least:.0f} N, and are exactly 0 beside: a program "
-            "set smaller ones to zero. Strikes come late and toe-offs early, and the rise of the "
-            "force is missing: export the forces as they were recorded, or with a threshold of at "
-            f"most {LARGEST_CUT_N:.0f} N",
+            f"its forces begin and end at {least:.0f} N or more, and are exactly 0 beside: a "
+            "program set smaller ones to zero. Strikes come late and toe-offs early, and the rise "
+            "of the force is missing: export the forces as they were recorded, or with a "
+            f"threshold of at most {LARGEST_CUT_N:.0f} N",
             plate=plate.name,
         )  # fmt: skip
 
@@ -395,16 +409,20 @@ def _dead_vertical(plate: Plate, where: str) -> Iterator[QualityFlag]:
         )  # fmt: skip
 
 
-def place_warnings(plate: str, outside: int, used: int) -> Iterator[QualityFlag]:
+def place_warnings(plate: Plate, outside: int, used: int) -> Iterator[QualityFlag]:
     """Warning about a centre of pressure that is not under the foot in most contacts with a
-    `plate`, by its name: `outside` contacts were left out for that reason, `used` stances were not.
+    `plate`: `outside` contacts were left out for that reason, `used` stances were not.
     """
     if outside > used:
+        why = (
+            f"the plate's corners are {RENUMBER}"
+            if numbered_other_way(plate)
+            else "the plate's corners, origin or moments are wrong, or somebody else was on it"
+        )
         yield QualityFlag(
-            "centre of pressure under the foot", f"plate {plate}", outside, used, "contacts",
+            "centre of pressure under the foot", f"plate {plate.name}", outside, used, "contacts",
             f"the centre of pressure is outside the foot in {outside} of {outside + used} "
-            "contacts, whose forces are not used: the plate's corners, origin or moments are "
-            "wrong, or somebody else was on it", plate=plate,
+            f"contacts, whose forces are not used: {why}", plate=plate.name,
         )  # fmt: skip
 
 

@@ -120,6 +120,12 @@ def _patients() -> Added:
     return patients
 
 
+def _perturb() -> Added:
+    from gaitval.apps.balance.command import perturb
+
+    return perturb
+
+
 def _predict() -> Added:
     from gaitval.cli.predict import predict
 
@@ -158,6 +164,7 @@ TABLE: Final[dict[str, Callable[[], Added]]] = {
     "markers": _markers,
     "muscles": _muscles,
     "patients": _patients,
+    "perturb": _perturb,
     "predict": _predict,
     "screen": _screen,
     "virtual": _virtual,

@@ -15,7 +15,8 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.compiled import njit, njit_borrowing
-from gaitval.contact.law import ContactLaw, sphere_force
+from gaitval.contact.law import ContactLaw, further, sphere_force
+from gaitval.contact.law import place as place_of
 from gaitval.lanes import everywhere
 from gaitval.model.tree import (
     DOF_COUNT,
@@ -105,17 +106,18 @@ def contact_forces(
         for i in range(3):
             r[i] = rotation[s, i, 0] * p[0] + rotation[s, i, 1] * p[1] + rotation[s, i, 2] * p[2]
         radius = tree.sphere_radius[n]
-        height = origin[s, 2] + r[2]
-        # The force acts in the middle of the overlap, as in OpenSim: half the penetration deep.
-        r[2] = 0.5 * (height - radius) - origin[s, 2]
+        # The right foot's spheres come first in `BodyModel.spheres`.
+        side = 0 if n < spheres // 2 else 1
+        x, z = origin[s, 0] + r[0], origin[s, 2] + r[2]
+        height, acting = place_of(law, side, x, z, radius)
+        r[2] = acting - origin[s, 2]
         w, v = frames.angular[s], frames.linear[s]
         # Velocity of that point: v + ω × r.
         velocity[0] = v[0] + w[1] * r[2] - w[2] * r[1]
         velocity[1] = v[1] + w[2] * r[0] - w[0] * r[2]
         velocity[2] = v[2] + w[0] * r[1] - w[1] * r[0]
         normal, friction = sphere_force(law, radius, height, velocity, force[n])
-        # The right foot's spheres come first in `BodyModel.spheres`.
-        side = 0 if n < spheres // 2 else 1
+        normal, friction = further(law, side, x, z, radius, velocity, force[n], normal, friction)
         slope[side, 0] += normal
         slope[side, 1] += friction
     part = slope  # a / (1 + a), the share of the previous step's force

@@ -91,3 +91,62 @@ def _force_of_the_type(law, radius, height, velocity, out):  # type: ignore[no-u
         return force(law, radius, height, velocity, out)
 
     return call
+
+
+def _place(law: Any, side: Any, x: Any, z: Any, radius: Any) -> Any:
+    """Of a sphere's centre at `x`, `z` (m, world) of the right (0) or left (1) foot: its height
+    above the ground, and the height in the world at which the force on it acts, m. A law that has
+    no `place` is of level ground at z = 0; the force acts in the middle of the overlap, as in
+    OpenSim: half the penetration deep.
+    """
+    if hasattr(law, "place"):
+        return law.place(side, x, z, radius)
+    return z, 0.5 * (z - radius)
+
+
+def _further(
+    law: Any,
+    side: Any,
+    x: Any,
+    z: Any,
+    radius: Any,
+    velocity: Any,
+    out: Any,
+    normal: Any,
+    friction: Any,
+) -> Any:
+    """What a law with `further` does to a sphere beside its `force`, which is in `out` (3,) N and
+    is changed there: the slopes of `ContactLaw.force`, now of both; `side`, `x`, `z` and `radius`
+    as in `place`, and `velocity` (3,) m/s of where the force acts.
+    """
+    if hasattr(law, "further"):
+        return law.further(side, x, z, radius, velocity, out, normal, friction)
+    return normal, friction
+
+
+place: Any = _place
+further: Any = _further
+
+
+@overload(place, jit_options=_BORROWING)
+def _place_of_the_type(law, side, x, z, radius):  # type: ignore[no-untyped-def]
+    own = getattr(law.instance_class, "place", None)
+    if own is None:
+        return lambda law, side, x, z, radius: (z, 0.5 * (z - radius))
+    return lambda law, side, x, z, radius: own(law, side, x, z, radius)
+
+
+@overload(further, jit_options=_BORROWING)
+def _further_of_the_type(  # type: ignore[no-untyped-def]
+    law, side, x, z, radius, velocity, out, normal, friction
+):
+    own = getattr(law.instance_class, "further", None)
+    if own is None:
+        return lambda law, side, x, z, radius, velocity, out, normal, friction: (normal, friction)
+
+    def call(  # type: ignore[no-untyped-def]
+        law, side, x, z, radius, velocity, out, normal, friction
+    ):
+        return own(law, side, x, z, radius, velocity, out, normal, friction)
+
+    return call

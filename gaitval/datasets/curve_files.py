@@ -65,6 +65,9 @@ _LANDED: Final = 0.05
 """Body weights on a foot that has landed; the ten have 0.24 to 0.6 at 3 to 5 % of their cycle."""
 _NONE: Final = 0.05
 """Nm/kg. An ankle of less has no foot on the ground, or its column is empty."""
+_STILL: Final = 0.5
+"""deg. Every angle of pelvis and leg but the tilt spans more over a cycle: those of 104 people,
+healthy and patients, one stride a side, at least 1.0°."""
 
 _NO_TABLES: Final = (".toml", ".c3d", ".trc", ".mot", ".sto", ".osim", ".json", ".xlsx")
 
@@ -337,6 +340,21 @@ def _angle_problems(angles: Mapping[str, Array], unit: AngleUnit) -> list[str]:
             problems.append(
                 f"column angle_ankle_angle_{side}: larger after push-off (57-72 %) than before it. "
                 "Dorsiflexion is positive. Change its sign."
+            )
+    return problems or _still_angles(angles)
+
+
+def _still_angles(angles: Mapping[str, Array]) -> list[str]:
+    """Angles that hardly move on either side, while the knee does: they are in radians."""
+    problems = []
+    for name in dict.fromkeys(name[:-2] for name in angles if "tilt" not in name):
+        spans = [float(np.ptp(angles[f"{name}_{s}"])) for s in "rl" if f"{name}_{s}" in angles]
+        if 0.0 < max(spans) < _STILL and np.degrees(max(spans)) > 2 * _STILL:
+            problems.append(
+                f"columns angle_{name}_r and angle_{name}_l: they span {max(spans):.2g}°, and "
+                "nobody walks with so still a joint; this looks like radians, while other columns "
+                "are in degrees. Write all of them in one unit, or leave out an angle that was not "
+                "measured."
             )
     return problems
 

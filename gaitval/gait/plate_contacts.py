@@ -24,7 +24,7 @@ from gaitval.gait.feet_on_plates import (
     over_plate,
 )
 from gaitval.mocap.findings import Finding, finding
-from gaitval.mocap.force_plates import plate_axes
+from gaitval.mocap.force_plates import RENUMBER, numbered_other_way
 from gaitval.mocap.recording import Event, Plate, Recording
 
 OUTSIDE_FOOT: Final = 0.06
@@ -276,14 +276,9 @@ def _lags(recording: Recording, touched: Flags, events: Sequence[Event]) -> dict
 def _why_exchanged(recording: Recording) -> str:
     """Why plates may show the other foot's forces, the likeliest first, and what to look at."""
     known = [plate for plate in recording.plates if np.isfinite(plate.corners).all()]
-    round_ = [plate.name for plate in known if plate_axes(plate.corners)[2, 2] > 0.0]
+    round_ = [plate.name for plate in known if numbered_other_way(plate)]
     if round_:
-        return (
-            f"The corners of plate {', '.join(round_)} are numbered the other way round than the "
-            "format has them (1 to 4 clockwise, seen from above, from the corner at +x, +y of "
-            "the plate, whose z points down), which mirrors the plate: number them in that order "
-            "(C3D: FORCE_PLATFORM:CORNERS) and export again."
-        )
+        return f"The corners of plate {', '.join(round_)} are {RENUMBER}."
     if known:
         return (
             "The channels of two plates (C3D: FORCE_PLATFORM:CHANNEL), or their corners, are "

@@ -28,11 +28,15 @@ def bars(found: "Shared", model: "BodyModel") -> list[Bar]:
     return [*drawn, ("left leg longer", mean / legs.prior_sd, sd / legs.prior_sd)]
 
 
-def in_words(found: "Shared", model: "BodyModel", method: str) -> dict[str, Any]:
+def in_words(
+    found: "Shared", model: "BodyModel", method: str, *, two_legs: bool = False
+) -> dict[str, Any]:
     """What a study's report says of a body: `said`, the `bars`, and the `method` by which the
-    walker's body was found; other parameters are those of `page.tables`.
+    walker's body was found; other parameters are those of `page.tables`. `two_legs`: the walker
+    has legs that differ.
     """
-    from gaitval.identification.body_words import sentences
+    from gaitval.identification.body_words import sentences, walker_words
 
     shown = [{"name": name, "mean": mean, "sd": sd} for name, mean, sd in bars(found, model)]
-    return {"method": method, "said": sentences(found, model), "bars": shown}
+    said = f"{sentences(found, model)} {walker_words(found, two_legs)}"
+    return {"method": method, "said": said, "bars": shown}

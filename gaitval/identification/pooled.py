@@ -18,7 +18,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from gaitval.arrays import Array
-from gaitval.identification.legs import LegDifference
 from gaitval.identification.shared_errors import SOLE, SOLE_ENDS, Shared
 from gaitval.model.parameters import PARAMETERS
 
@@ -76,7 +75,7 @@ def pooled(found: Sequence[Shared]) -> Shared:
         [np.array([each.legs.found / unit]) for each in found],
         [np.array([[(each.legs.found_sd / unit) ** 2]]) for each in found],
     )
-    legs = LegDifference(unit * float(apart), unit * float(np.sqrt(variance)), unit)
+    legs = replace(first.legs, found=unit * float(apart), found_sd=unit * float(np.sqrt(variance)))
     return replace(
         first, posterior=posterior, values=values, sd=sd, shift=shift, joint=joint, legs=legs
     )

@@ -75,7 +75,7 @@ def write_refusal(
 def _finished(target: Path, progress: ImportProgress) -> list[Path]:
     written: list[Path] = []
     if progress.body is not None and progress.session is not None:
-        written += write_body(target, progress.body, progress.session.marker_set.name)
+        written += write_body(target, progress.body, progress.session.marker_set)
     for number, walk in enumerate(progress.trials, start=1):
         written += write_trial(target, number, walk)
     if progress.trials:

@@ -23,6 +23,7 @@ from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.mot_writing import StorageTable
 from gaitval.model.body import BodyModel
+from gaitval.model.markers import MARKERS
 from gaitval.model.safe_xml import parse_xml
 from gaitval.model.urdf import read_urdf
 from gaitval.musculature.gait import LoadedMotion
@@ -80,7 +81,8 @@ def stored_motions(folder: Path, *, height: float | None = None) -> list[LoadedM
         if not forces.is_file():
             continue
         known = names[number - 1] if number <= len(names) else f"trial{number}"
-        found.append(_motion(target, number, known, table, height=height, prosthesis=prosthesis))
+        motion = _motion(target, number, known, table, height=height, prosthesis=prosthesis)
+        found.append(replace(motion, speed=record.get("walking_speed_m_s")))
     if not found:
         raise RecordError(
             f"{target}: none of {len(paths)} trials has a ground reaction, so there are no moments "
@@ -128,6 +130,7 @@ def _motion(
         ]
         for side in sides
     }
+    markers = target / MARKERS
     return LoadedMotion(
         name=called,
         model=model,
@@ -137,7 +140,20 @@ def _motion(
         cycles=cycles,
         spans=known_spans(motion.time, valid, force[..., 2], model.mass, cycles),
         lost=lost_leg(prosthesis),
+        knees=_knees(markers) if markers.is_file() else {},
     )
+
+
+def _knees(path: Path) -> dict[Side, float]:
+    """Of the markers in `path`; none of a folder that an older version wrote."""
+    values = read_json(path).get("knees", {})
+    try:
+        return {side: float(values[side]) for side in SIDES if side in values}
+    except (TypeError, ValueError):
+        raise ArtefactError(
+            f'{path}: "knees" is {values!r}, where the distance of each knee\'s middle from the '
+            "body's knee centre belongs, in m, by side. Import the session again."
+        ) from None
 
 
 def _with_masses(model: BodyModel, path: Path) -> BodyModel:

@@ -1,6 +1,6 @@
 """What the report and the command line show of an import: limits, tables, figures."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -20,7 +20,7 @@ from gaitval.metrics.recording_limits import CONSISTENT, remedy, state_of
 from gaitval.metrics.tolerances import Verdict, evaluate, measured
 from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.reporting import recording_report as page
-from gaitval.session.loaded import loaded_motion
+from gaitval.session.loaded import loaded_motion, measured_knees
 from gaitval.session.one_side import ONE_SIDE
 from gaitval.session.session import Import
 from gaitval.session.subject import all_cycles, speed
@@ -103,7 +103,7 @@ SPATIOTEMPORAL: Final = {
 def summary_of(found: Import) -> page.RecordingSummary:
     """What the page of the import `found` shows."""
     request, first = found.request, found.trials[0]
-    errors, dynamics = marker_errors(first.kinematics), first.moments
+    errors = marker_errors(first.kinematics)
     limits = {verdict.id: verdict.tolerance for verdict in verdicts(found)}
     seen = np.isfinite(first.kinematics.marker_errors).mean(axis=0)
     changes: list[page.ConsistencyChange] = []
@@ -152,15 +152,7 @@ def summary_of(found: Import) -> page.RecordingSummary:
         | _force_strides(found),
         age=request.age,
         leg_length=found.body.chosen.hip_height,
-        residuals=None
-        if dynamics is None
-        else page.ResidualCurves(
-            time=dynamics.time,
-            force=_where_known(first, dynamics.residual_force),
-            moment=_where_known(first, dynamics.residual_moment),
-            force_limit=limits.get("residual-force-peak", np.nan),
-            moment_limit=limits.get("residual-moment-peak", np.nan),
-        ),
+        residuals=_residual_curves(first, limits),
         spatiotemporal=spatiotemporal_rows(found.trials),
         changes=changes,
         measurement=found.measurement,
@@ -197,7 +189,13 @@ def found_muscles(found: Import) -> MuscleGait | None:
     motions = []
     for walk in found.trials:
         motion = loaded_motion(
-            walk, found.body.model, height=request.height_m, prosthesis=request.prosthesis
+            walk,
+            found.body.model,
+            height=request.height_m,
+            prosthesis=request.prosthesis,
+            knees=measured_knees(
+                found.body.model, found.body.markers, found.session.marker_set.landmarks
+            ),
         )
         if motion is not None:
             few = {side: _middle(cycles) for side, cycles in motion.cycles.items()}
@@ -250,6 +248,20 @@ _DECIDED: Final = ("person", "read", "markers", "axes", "functional", "scaling",
 """Steps of `Import.decisions` that are decisions; the others are findings about the data."""
 _SHOWN_STEPS: Final = (*_DECIDED, "warnings", "uncertainty")
 """Steps that the page says elsewhere than among the findings."""
+
+
+def _residual_curves(walk: WalkingTrial, limits: Mapping[str, float]) -> page.ResidualCurves | None:
+    """Residuals of a `walk` over time and their `limits`; None without moments."""
+    dynamics = walk.moments
+    if dynamics is None:
+        return None
+    return page.ResidualCurves(
+        time=dynamics.time,
+        force=_where_known(walk, dynamics.residual_force),
+        moment=_where_known(walk, dynamics.residual_moment),
+        force_limit=limits.get("residual-force-peak", np.nan),
+        moment_limit=limits.get("residual-moment-peak", np.nan),
+    )
 
 
 def _where_known(walk: WalkingTrial, residual: Array) -> Array:

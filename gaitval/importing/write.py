@@ -40,6 +40,8 @@ from gaitval.reporting.recording_report import (
     quantities_of,
     write_recording_report,
 )
+from gaitval.scaling.marker_set import MarkerSet
+from gaitval.session.loaded import measured_knees
 from gaitval.session.scale import FittedBody
 from gaitval.session.session import Import
 from gaitval.session.subject import PHASE, speed
@@ -104,7 +106,7 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
         for earlier in (folder / SUBJECT, target / RECORD, *refusal_files(target)):
             earlier.unlink(missing_ok=True)
         written = of_import.write_import(target, found, configuration.contact)
-        written += write_body(target, found.body, found.session.marker_set.name)
+        written += write_body(target, found.body, found.session.marker_set)
         written.append(write_table(target / "cycles.csv", cycle_table(found.trials)))
         summary = summary_of(found)
         write_arrays(target / CYCLES, cycle_curves(summary))
@@ -120,10 +122,11 @@ def write_import(folder: Path, found: Import, configuration: Configuration) -> l
     return [*written, target / RECORD]
 
 
-def write_body(target: Path, body: FittedBody, marker_set: str) -> list[Path]:
+def write_body(target: Path, body: FittedBody, marker_set: MarkerSet) -> list[Path]:
     """Write model, table and markers (of `marker_set`) of `body` to `target`; returns the files."""
     write_urdf(body.model, target / "model.urdf")
-    save_markers(target / MARKERS, body.markers, marker_set)
+    knees = measured_knees(body.model, body.markers, marker_set.landmarks)
+    save_markers(target / MARKERS, body.markers, marker_set.name, knees=knees)
     table = write_table(target / "scaling.csv", body.scaled.frame())
     return [table, target / "model.urdf", target / MARKERS]
 

@@ -1,18 +1,19 @@
 """Muscle forces and joint contact forces, from Python."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
 from gaitval.apps.muscles.sources import motions_in
 from gaitval.configuration import Configuration
-from gaitval.coordinates import SIDES, Side
+from gaitval.coordinates import Side
 from gaitval.errors import ConfigurationError
 from gaitval.importing.stored import Session
-from gaitval.interface.arguments import expect, number
+from gaitval.interface.arguments import expect
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.walk_muscles import lost_joints, walk_motion
 from gaitval.model.parameters import apply_parameters
-from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait, muscles_of
+from gaitval.musculature.gait import DEFAULT, LoadedMotion, MuscleGait
 from gaitval.simulation.simulated_walk import SimulatedWalk
 from gaitval.study.stored_policy import StoredPolicy
 
@@ -26,6 +27,9 @@ def muscles(
     side: Side | None = None,
     bands: bool = False,
     activation_dynamics: bool = False,
+    emg: str | Path | Sequence[str | Path] = (),
+    emg_side: Side | None = None,
+    emg_weight: float = 0.0,
     configuration: Configuration | None = None,
 ) -> MuscleGait:
     """Muscle activations and forces, and what joints carry, as `gaitval muscles` finds them.
@@ -34,11 +38,15 @@ def muscles(
     ----------
     of : of `import_session`, a walk of `rollout`, or the folder of an import or a run.
     policy : whose walk it is, if it is one.
-    criterion : what is kept small: "contact", "squares", "cubes", "volume", "spared knee".
+    criterion : what is kept small: "contact", "contact by volume", "squares", "cubes", "volume",
+        "spared knee".
     strength : factor on the strength of all muscles, or of some by name, such as {"soleus": 0.5}.
     side : one leg only.
     bands : of 90 %, by 200 draws.
     activation_dynamics : activations rise and fall no faster than muscles can.
+    emg : C3D or STO files with electromyograms, called as the trials are.
+    emg_side : leg of channels whose names do not say it.
+    emg_weight : how much activations are kept near the electromyograms.
     configuration : that the walk was made with; the defaults when not given.
 
     Returns
@@ -72,25 +80,34 @@ def muscles(
     >>> bool(2.0 < leg.contact["hip"].max() < 6.0)  # body weights
     True
     """
-    if isinstance(of, str | Path):
-        motions = motions_in(Path(of))
-    else:
-        expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
-        motions = (
-            motions_in(of.folder) if isinstance(of, Session) else [_of(of, policy, configuration)]
-        )
-    if side is not None and side not in SIDES:
-        raise ConfigurationError(f'side is {side!r}. Give "right" or "left", or leave it out.')
-    if not isinstance(strength, Mapping):
-        number("strength", strength, 0.05, 5.0, "a factor from 0.05 to 5; 1 is a healthy adult's")
-    return muscles_of(
-        motions,
+    files = (emg,) if isinstance(emg, str | Path) else emg
+    settings = MuscleSettings(
         criterion=criterion,
-        sides=SIDES if side is None else (side,),
+        side=side,
         strength=strength,
-        dynamics_of_activation=activation_dynamics,
-        draws=200 if bands else 0,
+        bands=bands,
+        activation_dynamics=activation_dynamics,
+        emg=tuple(Path(each) for each in files),
+        emg_side=emg_side,
+        emg_weight=emg_weight,
     )
+    return shared_motions(motions_of(of, policy, configuration), settings).muscles
+
+
+def motions_of(
+    of: Session | SimulatedWalk | str | Path,
+    policy: StoredPolicy | None,
+    configuration: Configuration | None,
+) -> list[LoadedMotion]:
+    """The motions with moments that `of` has, as `muscles` takes it. Raises ConfigurationError,
+    ArtefactError or RecordError.
+    """
+    if isinstance(of, str | Path):
+        return motions_in(Path(of))
+    expect("of", of, (Session, SimulatedWalk), "a session, a walk, or a folder")
+    if isinstance(of, Session):
+        return motions_in(of.folder)
+    return [_of(of, policy, configuration)]
 
 
 def _of(

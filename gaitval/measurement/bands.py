@@ -7,7 +7,7 @@ and to the joint centres is what moves the curves.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -23,7 +23,10 @@ from gaitval.inverse.marker_placement import place_markers
 from gaitval.measurement.estimate import Examined
 from gaitval.measurement.expected import USUAL
 from gaitval.measurement.sources import (
+    ANKLE_CENTRES,
+    FLESH,
     HIP_CENTRE,
+    INERTIAS,
     LANDMARKS,
     MASSES,
     NINETY,
@@ -36,7 +39,8 @@ from gaitval.mocap.recording import FootForces
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
-from gaitval.scaling.joint_centres import measure
+from gaitval.scaling.hip_regressions import REGRESSIONS
+from gaitval.scaling.joint_centres import locate, measure
 from gaitval.scaling.scaling import build_body
 from gaitval.session.average import side_angles
 from gaitval.session.session import Import
@@ -62,7 +66,11 @@ REMEDIES: Final = {
     "soft tissue": "clusters of markers on plates of thigh and shank",
 }
 
-LASTING: Final = ("hip centres", "mass of the ")
+HIPS: Final = "hip centres"
+CHOICE: Final = "hip centres, by which regression"
+ANKLES: Final = "ankle centres"
+FLESH_OVER: Final = "flesh over the spines"
+LASTING: Final = (HIPS, ANKLES, FLESH_OVER, "mass of the ")
 """Sources that are the person's, not the session's: what a regression misses by in this body, it
 misses by in every session. All others are counted as new in each, soft tissue and plates too,
 which is the safe side: a change must be larger to be more than re-measuring."""
@@ -90,6 +98,8 @@ class Bands:
         `LASTING` sources.
     at_once : standard deviations of `again` within which 95 % of second sessions are at every
         point of every curve.
+    by_hip : by each regression of the hip centre other than the chosen one, how much each curve
+        would be larger.
     """
 
     half: _BandCurves
@@ -98,6 +108,7 @@ class Bands:
     remedy: tuple[str, float]
     again: _BandCurves
     at_once: float
+    by_hip: Mapping[str, _BandCurves] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -155,6 +166,9 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
         for name in lengths:
             of = of_lengths.setdefault(change.source, {})
             of[name] = of.get(name, 0.0) + (other[name] - lengths[name]) ** 2
+    by_hip = chain.by_hip(base)
+    if by_hip:
+        _add(parts, CHOICE, _farthest(by_hip))
     for source, curves in chain.of_loads(seen):
         moved = {name: curves[name] - base[name] for name in curves}
         _add(parts, source, moved)
@@ -162,7 +176,8 @@ def bands(found: Import, seen: Examined | None) -> Bands | None:
             session.append(moved)
     between = _between_cycles(found)
     _add(parts, "cycle to cycle", between)
-    return _summed(parts, of_lengths, _at_once(session, between))
+    found_bands = _summed(parts, of_lengths, _at_once(session, between))
+    return replace(found_bands, by_hip=by_hip)
 
 
 def _at_once(session: Sequence[_BandCurves], between: _BandCurves) -> float:
@@ -194,6 +209,19 @@ def _at_once(session: Sequence[_BandCurves], between: _BandCurves) -> float:
         peaks = np.abs(drawn[:, known] / deviation[known]).max(axis=1, initial=0.0)
         largest = np.maximum(largest, peaks)
     return float(np.quantile(largest, 0.95))
+
+
+def _farthest(by_hip: Mapping[str, _BandCurves]) -> _BandCurves:
+    """What the regression that is farthest off at each point moves a moment, as a standard
+    deviation of which the band of 90 % holds it: a choice has no chance to be right, so the band
+    holds each. Of an angle it is a convention, which is named beside it (`gaitval.conventions`).
+    """
+    names = set.intersection(*(set(each) for each in by_hip.values()))
+    names = {name for name in names if name.startswith("moment_")}
+    return {
+        name: np.max([np.abs(each[name]) for each in by_hip.values()], axis=0) / NINETY
+        for name in names
+    }
 
 
 def _add(parts: dict[str, _BandCurves], source: str, moved: _BandCurves) -> None:
@@ -303,6 +331,43 @@ class _Chain:
         }
         hip = {s: self.stand[SEGMENTS.index(f"thigh_{s}"), :3, 3] for s in "rl"}
         self.nothing = replace(self.nothing, hips={s.upper(): hip[s] for s in "rl"})
+        self.regressed = self.regression(self.places, found.request.hip_regression)
+
+    def regression(self, places: Mapping[str, Array], name: str) -> dict[str, Array]:
+        """(3,) m, both hips in standing by the regression of this `name`."""
+        landmarks = self.set.on_landmarks({n: at.tolist() for n, at in places.items()})
+        widths = self.found.request.widths | {"hip_regression": name}
+        points = locate(landmarks, **widths)
+        return {side: points[f"{side}.Hip.Centre"] for side in "RL"}
+
+    def moved_hips(self, change: _Change) -> dict[str, Array]:
+        """The hips with a change: a regression goes with the landmarks, a functional centre does
+        not.
+        """
+        hips = dict(change.hips or self.nothing.hips)
+        if change.hips or not change.places or self.found.request.hip_centre == "functional":
+            return hips
+        places = {name: at + change.places.get(name, 0.0) for name, at in self.places.items()}
+        now = self.regression(places, self.found.request.hip_regression)
+        return {side: at + now[side] - self.regressed[side] for side, at in hips.items()}
+
+    def by_hip(self, base: _BandCurves) -> dict[str, _BandCurves]:
+        """What the curves gain with the hips of each regression that was not chosen."""
+        found = {}
+        for name in REGRESSIONS:
+            if name == self.found.request.hip_regression:
+                continue
+            there = self.regression(self.places, name)
+            hips = {
+                side: at + there[side] - self.regressed[side]
+                for side, at in self.nothing.hips.items()
+            }
+            try:
+                curves, _ = self.run(_Change(HIPS, {}, {}, hips))
+            except GaitvalError:  # a body that cannot be
+                continue
+            found[name] = {curve: curves[curve] - base[curve] for curve in base}
+        return found
 
     def body(self, change: _Change) -> tuple[BodyModel, Sequence[ModelMarker], Array]:
         """Model, markers and standing pose with changed landmarks."""
@@ -338,7 +403,7 @@ class _Chain:
 
     def run(self, change: _Change) -> tuple[_BandCurves, dict[str, float]]:
         """Curves and lengths with a change."""
-        change = change if change.hips else replace(change, hips=self.nothing.hips)
+        change = replace(change, hips=self.moved_hips(change))
         model, markers, _ = self.body(change)
         curves: _BandCurves = {}
         for window in self.windows:
@@ -387,7 +452,7 @@ class _Chain:
                 marks = {n: s for n, s in names.items() if n in self.places}
                 for axis in axes:
                     if marks:
-                        word = f"{of[0] if pelvis else ''}{landmark}"
+                        word = f"landmark {of[0] if pelvis else ''}{landmark}"
                         found.append(self.displaced(word, marks, self.stature * deviation * axis))
         for axis in axes:
             turn = self.stand[SEGMENTS.index("pelvis"), :3, :3]
@@ -395,10 +460,37 @@ class _Chain:
                 s: at + turn @ (self.stature * HIP_CENTRE * axis)
                 for s, at in self.nothing.hips.items()
             }
-            found.append(_Change("hip centres", {}, {}, hips))
+            found.append(_Change(HIPS, {}, {}, hips))
+        found += self.definitions()
         for segment, size in TISSUE.items():
             found += [self.tissue(segment, self.stature * size * axis, 0.0) for axis in axes]
         found += [self.tissue(s, np.zeros(3), turn) for s, turn in TISSUE_TURN.items()]
+        return found
+
+    def definitions(self) -> list[_Change]:
+        """Flesh over the spines, and other places of the ankle's centre."""
+        found, lengths = [], self.measured.to_dict()
+        for landmark, thick in FLESH.items():
+            sides = ("",) if landmark == "Sacrum" else ("R.", "L.")
+            marks = {self.set.landmarks.get(f"{s}{landmark}", ""): s for s in sides}
+            marks = {name: s for name, s in marks.items() if name in self.places}
+            if marks:
+                by = self.stature * np.array([thick, 0.0, 0.0])
+                found.append(self.displaced(FLESH_OVER, marks, by))
+        marks = {
+            name: s
+            for s in ("R.", "L.")
+            for each in ("Ankle", "Ankle.Medial")
+            if (name := self.set.landmarks.get(f"{s}{each}", "")) in self.places
+        }
+        shank = float(np.mean([float(str(lengths[f"shank_{side}"])) for side in SIDES]))
+        foot = float(
+            np.mean([each.foot_length for each in (self.measured.right, self.measured.left)])
+        )
+        share = 1.0 / np.sqrt(1.0 + len(ANKLE_CENTRES))
+        for forward, up in ANKLE_CENTRES:
+            by = share * np.array([forward * foot, 0.0, up * shank])
+            found.append(self.displaced(ANKLES, marks, by))
         return found
 
     def displaced(self, word: str, marks: Mapping[str, str], by: Array) -> _Change:
@@ -410,7 +502,7 @@ class _Chain:
             for side, turning in self.turning.items():
                 if name in self.of_marker:
                     walking[side, name] = turning[:, segment] @ by
-        return _Change(f"landmark {word}", places, walking, {})
+        return _Change(word, places, walking, {})
 
     def tissue(self, segment: str, by: Array, turn: float) -> _Change:
         """All markers of a segment move on it with the joint above, and turn about its length."""
@@ -450,10 +542,14 @@ class _Chain:
                 found.append(
                     (f"plates: {split_axis(fault)}", self.curves(window, model, positions, moved))
                 )
-            for segment, share in MASSES.items():
-                heavier = _heavier(model, segment, share)
+            others = [
+                *((segment, share, share) for segment, share in MASSES.items()),
+                *((segment, 0.0, share) for segment, share in INERTIAS.items()),
+            ]
+            for segment, mass, inertia in others:
+                other = _heavier(model, segment, mass, inertia)
                 found.append(
-                    (f"mass of the {segment}", self.curves(window, heavier, positions, None))
+                    (f"mass of the {segment}", self.curves(window, other, positions, None))
                 )
         return found
 
@@ -518,12 +614,12 @@ def _with_fault(loads: FootForces, fault: str, size: float) -> FootForces:
     return replace(loads, force=force + size * force[..., 2:] * np.eye(3)["xy".index(fault[-1])])
 
 
-def _heavier(model: BodyModel, segment: str, share: float) -> BodyModel:
-    """A body with heavier segments of this name."""
+def _heavier(model: BodyModel, segment: str, mass: float, inertia: float) -> BodyModel:
+    """A body whose segments of this name have a mass and an inertia larger by these shares."""
     return replace(
         model,
         segments=tuple(
-            replace(one, mass=(1 + share) * one.mass, inertia=(1 + share) * one.inertia)
+            replace(one, mass=(1 + mass) * one.mass, inertia=(1 + inertia) * one.inertia)
             if split_side(one.name)[1] == segment
             else one
             for one in model.segments

@@ -27,7 +27,10 @@ from gaitval.measurement.page import (
     band_rows,
     curves_with_bands,
     draw_bands,
+    draw_hips,
     fits,
+    hip_curves,
+    hip_rows,
 )
 from gaitval.measurement.standing import standing_of
 from gaitval.session.request import Notify
@@ -50,6 +53,7 @@ class Measurement:
         where a correction was asked for; else empty.
     bands : of the mean curves.
     curves : what is drawn, of `page.curves_with_bands`.
+    hips : hip moments by each regression of the hip centre, of `page.hip_curves`.
     fits : how groups of data fit the noise model.
     template : of this part of the page.
     """
@@ -59,6 +63,7 @@ class Measurement:
     uncorrected: dict[str, AverageCurve | dict[Side, AverageCurve]]
     bands: Bands | None = None
     curves: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+    hips: dict[str, tuple[str, Array, Array | None]] = field(default_factory=dict)
     fits: Sequence[FitRow] = ()
     template: str = "gaitval.measurement:measurement.html.j2"
 
@@ -104,7 +109,12 @@ class Measurement:
 
     def drawings(self) -> dict[str, Callable[[], str]]:
         """The figures of the page."""
-        return {"bands": partial(draw_bands, self.curves)} if self.curves else {}
+        drawn = {"bands": partial(draw_bands, self.curves)} if self.curves else {}
+        return drawn | ({"hips": partial(draw_hips, self.hips)} if self.hips else {})
+
+    def hip_rows(self) -> list[tuple[str, float, float, float]]:
+        """Rows of the page's table of hip centres."""
+        return [] if self.bands is None else hip_rows(self.hips, self.bands)
 
     def band_rows(self) -> list[BandRow]:
         """Rows of the page's table of bands."""
@@ -225,6 +235,7 @@ def measured(found: Import, notify: Notify) -> Import:
             uncorrected,
             around,
             curves_with_bands(result, around),
+            hip_curves(result, around),
             () if seen is None else fits(seen),
         )
     return replace(

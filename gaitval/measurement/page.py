@@ -13,6 +13,7 @@ from gaitval.measurement.balance import FALL, NEWTON, PRESSURE
 from gaitval.measurement.bands import Bands, remedy_of
 from gaitval.measurement.estimate import LEAST_SCALE, Examined, scales
 from gaitval.measurement.standing import KINDS
+from gaitval.scaling.hip_regressions import TITLES as HIP_TITLES
 from gaitval.session.session import Import
 
 SHOWN: Final = ("hip_flexion", "knee_angle", "ankle_angle")
@@ -131,6 +132,77 @@ def draw_bands(curves: _DrawnCurves) -> str:
             axes.set_xlim(0, 100)
             axes.set_xlabel("% of gait cycle")
         return svg(figure, "bands")
+
+
+def hip_curves(found: Import, bands: Bands) -> dict[str, tuple[str, Array, Array | None]]:
+    """Hip flexion moments, Nm/kg, (101,): by "chosen_r" the title, the mean and half of its band,
+    and by "bell_r" and others what the other regressions would make of it.
+    """
+    curves: dict[str, tuple[str, Array, Array | None]] = {}
+    chosen = found.request.hip_centre
+    for side in "rl":
+        name = f"hip_flexion_{side}"
+        moment, half = found.moments.get(name), bands.half.get(f"moment_{name}")
+        if moment is None or half is None:
+            continue
+        title = "functional" if chosen == "functional" else HIP_TITLES[chosen]
+        curves[f"chosen_{side}"] = (title, np.asarray(moment.mean), half)
+        for other, moved in bands.by_hip.items():
+            more = moved.get(f"moment_{name}")
+            if more is not None:
+                curves[f"{other}_{side}"] = (HIP_TITLES[other], moment.mean + more, None)
+    return curves
+
+
+def hip_rows(
+    curves: Mapping[str, tuple[str, Array, Array | None]], bands: Bands
+) -> list[tuple[str, float, float, float]]:
+    """Of each other regression: its title, the largest difference of the hip flexion moment
+    (Nm/kg), and the mean one of the angles of hip and knee, degrees.
+    """
+    rows = []
+    for name, moved in bands.by_hip.items():
+        of = [v for n, v in moved.items() if n.startswith("moment_hip_flexion")]
+        if (of and f"{name}_r" in curves) or f"{name}_l" in curves:
+            largest = max((float(v[np.abs(v).argmax()]) for v in of), key=abs)
+            angles = [
+                float(np.degrees(np.mean([v.mean() for n, v in moved.items() if n[:-2] == joint])))
+                for joint in ("angle_hip_flexion", "angle_knee_angle")
+            ]
+            rows.append((HIP_TITLES[name], largest, angles[0], angles[1]))
+    return rows
+
+
+def draw_hips(curves: Mapping[str, tuple[str, Array, Array | None]]) -> str:
+    """The hip flexion moments by each regression, with the band of the chosen one, as SVG."""
+    # matplotlib is loaded only where a page is written
+    from gaitval.reporting.drawing import new_figure, svg
+    from gaitval.reporting.figures import COLOURS, PERCENT, WALK_WIDTH
+
+    with new_figure(2.2) as figure:
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        for side, axes in zip(SIDES, panels, strict=True):
+            axes.set_title(f"Hip flexion moment, {side}")
+            styles = iter(("--", ":", "-.", (0, (5, 1)), (0, (1, 1))))
+            for name, (title, mean, half) in curves.items():
+                if not name.endswith(f"_{side[0]}"):
+                    continue
+                if half is not None:
+                    axes.fill_between(
+                        PERCENT, mean - half, mean + half, color=COLOURS[side], alpha=0.22,
+                        linewidth=0,
+                    )  # fmt: skip
+                    axes.plot(PERCENT, mean, color=COLOURS[side], linewidth=WALK_WIDTH, label=title)
+                else:
+                    axes.plot(
+                        PERCENT, mean, color="#404040", linewidth=0.8, linestyle=next(styles),
+                        label=title,
+                    )  # fmt: skip
+            axes.set_xlim(0, 100)
+            axes.set_xlabel("% of gait cycle")
+        panels[0].set_ylabel("moment, Nm/kg")
+        panels[0].legend(fontsize=7.0)
+        return svg(figure, "hips")
 
 
 def fits(seen: Examined) -> list[FitRow]:

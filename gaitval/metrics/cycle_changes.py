@@ -1,11 +1,19 @@
 """Which curves of a person differ between two sets of gait cycles: one test of all curves at once.
 
-Cycles change sets (a permutation test); each time the largest |t| of all points of all curves is
-kept, and of their means over the cycle. A point differs where its |t| is above what only a share
-`ALPHA` of the relabellings exceed anywhere, so the probability of calling even one point of one
-curve of the person different by chance is `ALPHA` at most, if cycles of one session are
-exchangeable: a walk that drifts within its session, as on a treadmill that a person is still
-getting used to, is not.
+Cycles change sets (a permutation test); each time the largest |t| of all that is looked at in all
+curves is kept. What is looked at differs where its |t| is above what only a share `ALPHA` of the
+relabellings exceed anywhere, so the probability of calling even one curve of the person different
+by chance is `ALPHA` at most, if cycles of one session are exchangeable: a walk that drifts within
+its session, as on a treadmill that a person is still getting used to, is not.
+
+Looked at are each point, the mean over the cycle, and between them changes as wide as `WIDTHS`
+wherever they may be. Strides differ mostly slowly over the cycle (the whole curve a little higher,
+or later), so a change of a part of it is told from them best by that part less what the rest of the
+curve says of it: the matched filter of a change in noise that hangs together, the change over the
+covariance of the strides. That covariance is of all curves of a kind, whatever session they are of,
+drawn towards white noise as far as the curves disagree about it (Ledoit and Wolf 2004's rule, with
+curves in the place of samples; whatever the filter, the permutations keep the share of false
+alarms). It is worked out once: it does not know which cycle is of which session.
 
 Few cycles show their own spread badly at each point, so the variance of t is the mean of the
 point's and of the whole curve's (a moderated t, in the manner of Tusher et al. 2001, PNAS 98:5116;
@@ -17,10 +25,10 @@ Young 1993 (the largest of all curves).
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -31,6 +39,12 @@ from gaitval.metrics.statistics_results import Region
 PERMUTATIONS: Final = 2_000
 """All are tried where there are at most so many, else so many at random: the SD of an estimated p
 of 0.05 is then 0.005."""
+
+WIDTHS: Final = (10.0, 20.0, 40.0)
+"""% of the cycle at half of its height of a change that is looked for: octaves between a point,
+which curves below 10 Hz do not make narrower than 5 %, and the mean over the cycle."""
+_STEP: Final = 2
+"""Points between two places at which one is looked for."""
 
 _TOGETHER: Final = 50
 """Permutations worked out at a time, so that some MB suffice."""
@@ -44,8 +58,9 @@ class CurveDifference:
     ----------
     t : (n + 1,) moderated t at each point, positive where the second set is larger; the last is
         that of the mean over the cycle.
-    p : of its largest |t|, among the largest of all curves.
-    regions : where it differs; first and last point, and p. All of it where only its mean does.
+    p : of its largest |t|, whatever of it was looked at, among the largest of all curves.
+    regions : where it differs; first and last point, and p. The width of what was found there, all
+        of it where only its mean differs.
     """
 
     t: Array
@@ -90,19 +105,20 @@ def differing_curves(
         if min(sizes) >= 2:
             groups.setdefault((name[-1], *sizes), []).append(name)
     labels = {key: _labels(*key[1:], permutations) for key in groups}
+    cycles = {n: np.concatenate([before[n], after[n]]) for names in groups.values() for n in names}
+    filters = _filters(cycles)
     # All relabellings of one group say no more than so many, whatever the others have.
     count = max((len(each) for each in labels.values()), default=0)
     largest = np.zeros(count)
-    t: dict[str, Array] = {}
+    looked_at: dict[str, _LookedAt] = {}
     for number, (key, names) in enumerate(groups.items()):
-        values = np.stack([np.concatenate([before[n], after[n]]) for n in names], axis=1)
-        # the mean over the cycle is one more point
-        values = np.concatenate([values, values.mean(axis=-1, keepdims=True)], axis=-1)
-        shape = (-1, len(names), values.shape[-1])
-        parts = np.array_split(labels[key], -(-len(labels[key]) // _TOGETHER))
-        found = [_moderated(values, part).reshape(shape) for part in parts]
-        t |= dict(zip(names, found[0][0], strict=True))
-        peaks = np.concatenate([np.abs(each).max(axis=(1, 2)) for each in found])
+        values = {n: cycles[n] for n in names}
+        found = [_of_labels(values, filters, part) for part in _parts(labels[key])]
+        looked_at |= {n: _LookedAt(*(each[0] for each in of)) for n, of in found[0].items()}
+        peaks = np.concatenate(
+            [np.max([np.abs(a).max(axis=1) for of in part.values() for a in of], axis=0)
+             for part in found]
+        )  # fmt: skip
         # Groups are relabelled independently; the first relabelling of each is the data's own.
         order = np.random.default_rng(number).integers(len(peaks), size=count)
         order[0] = 0
@@ -116,18 +132,155 @@ def differing_curves(
         count = 0
     threshold = every.threshold() if count else None
     return FamilyTest(
-        {name: _difference(values, threshold, every) for name, values in t.items()},
+        {
+            name: _difference(
+                each,
+                after[name].mean(axis=0) - before[name].mean(axis=0),
+                filters.get(name.partition("/")[0]),
+                threshold,
+                every,
+            )
+            for name, each in looked_at.items()
+        },
         threshold,
         count,
     )
 
 
-def _difference(t: Array, threshold: float | None, peaks: Peaks) -> CurveDifference:
-    found = beyond(t, threshold)
-    above = found[:-1]
-    if found[-1] and not above.any():  # all of it a little, and no point of it by itself
-        above = np.ones(len(t) - 1, dtype=bool)
-    return CurveDifference(t, peaks.p(float(np.abs(t).max())), regions_of(t, above, peaks.p))
+class _LookedAt(NamedTuple):
+    """t of what is looked at in a curve of n points: each point, the mean and the mean by all that
+    is known of strides (2,), and changes of `_places` (m,); one of 0 where no stride differs.
+    """
+
+    points: Array
+    means: Array
+    changes: Array
+
+
+def _parts(labels: Array) -> list[Array]:
+    return np.array_split(labels, -(-len(labels) // _TOGETHER))
+
+
+def _places(points: int) -> list[tuple[float, float]]:
+    """Middle and width of each change that is looked for, % of a cycle of so many points."""
+    middles = np.linspace(0.0, 100.0, points)[::_STEP]
+    return [(float(middle), width) for width in WIDTHS for middle in middles]
+
+
+def _reach(points: int, middle: float, width: float) -> Array:
+    """(n,) of a change of height one: half of it `width` / 2 from its `middle`, none at `width`."""
+    away = np.abs(np.linspace(0.0, 100.0, points) - middle) / width
+    return np.asarray(0.5 * (1.0 + np.cos(np.pi * np.minimum(away, 1.0))))
+
+
+def _filters(cycles: Mapping[str, Array]) -> dict[str, Array]:
+    """By kind of curve, (m + 1, n) what changes are looked for with: those of `_places`, and of the
+    whole cycle. None of a kind whose curves do not differ from stride to stride.
+    """
+    found = {}
+    for kind in {name.partition("/")[0] for name in cycles}:
+        deviations = []
+        for name, values in cycles.items():
+            own = values - values.mean(axis=0)
+            size = float(np.sqrt(np.mean(own**2)))
+            if name.partition("/")[0] == kind and size > 1e-9 * float(np.abs(values).max()):
+                deviations.append(own / size)
+        if not deviations:
+            continue
+        points = deviations[0].shape[1]
+        changes = [*(_reach(points, *each) for each in _places(points)), np.ones(points)]
+        covariance = _covariance(deviations)
+        filters = np.linalg.solve(covariance, np.transpose(changes)).T
+        # each of the same standard deviation in such strides
+        spread = np.sqrt(np.einsum("ij,jk,ik->i", filters, covariance, filters))
+        found[kind] = filters / spread[:, None]
+    return found
+
+
+def _covariance(deviations: Sequence[Array]) -> Array:
+    """(n, n) of the `deviations` (N, n) of several curves, drawn towards that of white noise."""
+    own = [each.T @ each / len(each) for each in deviations]
+    mean = np.mean(own, axis=0)
+    white = np.trace(mean) / len(mean) * np.eye(len(mean))
+    apart = float(np.sum((mean - white) ** 2))
+    between = sum(float(np.sum((each - mean) ** 2)) for each in own) / len(own) ** 2
+    cycles = np.concatenate(deviations)
+    # of single cycles: the sum of |z z' - C|^2, without the n by n matrix of each
+    within = float(np.sum(np.sum(cycles**2, axis=1) ** 2)) / len(cycles) - float(np.sum(mean**2))
+    share = min(1.0, max(between, within / len(cycles)) / apart) if apart > 0.0 else 1.0
+    return np.asarray((1.0 - share) * mean + share * white)
+
+
+def _of_labels(
+    values: Mapping[str, Array], filters: Mapping[str, Array], second: Array
+) -> dict[str, tuple[Array, Array, Array]]:
+    """What `_LookedAt` has of each curve, (k, n), (k, 2) and (k, m), for each of k labellings."""
+    found: dict[str, tuple[Array, Array, Array]] = {}
+    for kind in {name.partition("/")[0] for name in values}:
+        names = [name for name in values if name.partition("/")[0] == kind]
+        curves = np.stack([values[name] for name in names], axis=1)
+        points = _t(curves, second, moderated=True)
+        means = [curves.mean(axis=-1, keepdims=True)]
+        changes = np.zeros((len(second), len(names), 1))
+        if kind in filters:
+            filtered = curves @ filters[kind].T
+            changes = _t(filtered[..., :-1], second, moderated=True)
+            means.append(filtered[..., -1:])
+        of_means = _t(np.concatenate(means, axis=-1), second, moderated=False)
+        found |= {
+            name: (points[:, i], of_means[:, i], changes[:, i]) for i, name in enumerate(names)
+        }
+    return found
+
+
+def _difference(
+    found: _LookedAt,
+    difference: Array,
+    filters: Array | None,
+    threshold: float | None,
+    peaks: Peaks,
+) -> CurveDifference:
+    count = len(found.points)
+    size = np.abs(found.points)
+    above = beyond(found.points, threshold)
+    shown = above.copy()
+    percent = np.linspace(0.0, 100.0, count)
+    for middle, width, height in _changes(found.changes, difference, filters, threshold):
+        away = np.abs(percent - middle)
+        if not shown[away <= width].any():  # else its points say where it is
+            there = away <= 0.5 * width
+            above |= there
+            size[there] = np.maximum(size[there], abs(height))
+    whole = float(np.abs(found.means).max())
+    if beyond(found.means, threshold).any() and (whole >= size.max() or not above.any()):
+        above[:] = True  # all of it a little
+        size = np.maximum(size, whole)
+    largest = max(float(np.abs(each).max()) for each in found)
+    t = np.append(found.points, found.means[0])
+    return CurveDifference(t, peaks.p(largest), regions_of(size, above, peaks.p))
+
+
+def _changes(
+    t: Array, difference: Array, filters: Array | None, threshold: float | None
+) -> Iterator[tuple[float, float, float]]:
+    """Middle, width and t of the changes beyond the `threshold`, the largest first: each is taken
+    away from the `difference` (n,) of the means before the next, because a filter looks at the rest
+    of the curve, too, and sees it there.
+    """
+    if filters is None or threshold is None:
+        return
+    places = _places(len(difference))
+    left, seen = difference.copy(), filters[:-1] @ difference
+    error = np.where(t == 0.0, np.inf, seen / np.where(t == 0.0, 1.0, t))
+    now = t
+    for _ in places:
+        number = int(np.argmax(np.abs(now)))
+        if not beyond(now[number : number + 1], threshold)[0]:
+            return
+        yield (*places[number], float(now[number]))
+        change = _reach(len(difference), *places[number])
+        left -= float(filters[number] @ left) / float(filters[number] @ change) * change
+        now = (filters[:-1] @ left) / error
 
 
 def _labels(first: int, second: int, permutations: int) -> Array:
@@ -145,21 +298,23 @@ def _labels(first: int, second: int, permutations: int) -> Array:
     return np.concatenate([own[None], drawn])
 
 
-def _moderated(values: Array, second: Array) -> Array:
-    """t (k, curves, n) of cycles `values` (N, curves, n) for each of the labellings `second`."""
+def _t(values: Array, second: Array, *, moderated: bool) -> Array:
+    """t (k, curves, n) of numbers of cycles, `values` (N, curves, n), for each of the labellings
+    `second` (k, N); `moderated`, their variance is the mean of each number's and the curve's.
+    """
     count, curves, points = values.shape
     centred = (values - values.mean(axis=0)).reshape(count, -1)
     sizes = count - second[0].sum(), second[0].sum()
     # centred cycles sum to nothing, so the first set's sum is the second's with another sign
     sums = second @ centred
-    between = sums * (1.0 / sizes[0] + 1.0 / sizes[1])
+    both = 1.0 / sizes[0] + 1.0 / sizes[1]
     squares = np.sum(centred**2, axis=0)
-    within = squares - sums**2 * (1.0 / sizes[0] + 1.0 / sizes[1])
-    within = np.clip(within, 0.0, None).reshape(-1, curves, points) / (count - 2)
-    cycle = within[..., :-1]
-    within[..., :-1] = 0.5 * (cycle + cycle.mean(axis=-1, keepdims=True))
-    error = np.sqrt(within * (1.0 / sizes[0] + 1.0 / sizes[1]))
+    within = np.clip(squares - sums**2 * both, 0.0, None) / (count - 2)
+    within = within.reshape(-1, curves, points)
+    if moderated:
+        within = 0.5 * (within + within.mean(axis=-1, keepdims=True))
+    error = np.sqrt(within * both)
     # what does not move at all differs by rounding only
     still = error <= 1e-9 * np.abs(values).max(axis=(0, 2))[:, None]
-    between = between.reshape(error.shape)
+    between = (sums * both).reshape(error.shape)
     return np.asarray(np.where(still, 0.0, between / np.where(still, 1.0, error)))

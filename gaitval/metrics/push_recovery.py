@@ -150,23 +150,35 @@ def _once(survived: Survived) -> Survived:
 
 @dataclass(frozen=True)
 class PushTrial:
-    """A rollout from phase 0 that is pushed after its settling cycles and followed for `cycles`."""
+    """A rollout from phase 0 that is pushed after its settling cycles and followed for `cycles`.
+
+    Attributes
+    ----------
+    noise : rad, standard deviation of the joint angles at the start.
+    seed : of them.
+    """
 
     policy: Policy
     mu: Array
     push: Push
     settling_cycles: int
     cycles: float
+    noise: float = 0.0
+    seed: int = 0
 
     def settings(self) -> dict[str, Any]:
         """The settings that the rollout starts with."""
-        return {"mu": self.mu, "start_phase": 0.0, "push": self.start()["push"]}
+        push = self.start()["push"]
+        return {
+            "mu": self.mu, "start_phase": 0.0, "push": push, "noise": self.noise, "seed": self.seed
+        }  # fmt: skip
 
     def start(self) -> dict[str, Any]:
         """Where it starts, as options of `WalkingEnvironment.reset`."""
         push = self.push
         return {
             "phase": 0.0,
+            "noise": self.noise,
             "push": (self.settling_cycles + push.phase, push.force, push.direction),
         }
 
@@ -176,27 +188,28 @@ class PushTrial:
 
 
 _walked: Final[WeakKeyDictionary[WalkingGroup, dict[Any, Any]]] = WeakKeyDictionary()
-"""Of groups, by policy and body, and then by the phase at which the first of eight walks was to be
-pushed: how many actions they had taken, and what the next one began with."""
+"""Of groups, by policy, body and start, and then by the phase at which the first of eight walks was
+to be pushed: how many actions they had taken, and what the next one began with."""
 
 
 def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bool]:
-    """Whether the walker survives each of at most eight pushes `tried`, of one policy and body, by
-    a `group` made `without_drift`.
+    """Whether the walker survives each of at most eight pushes `tried`, of one policy, body and
+    start, by a `group` made `without_drift`.
 
     Until the first push all of them are one walk. It is kept, and the next ones begin where it
     came to, bit for bit as if each had walked from its start.
     """
     walker, policy, mu = group.environments[0].walker, tried[0].policy, tried[0].mu
-    options = [
-        {"mu": mu, "noise": 0.0, **tried[min(e, len(tried) - 1)].start()} for e in range(WIDTH)
-    ]
+    options = [{"mu": mu, **tried[min(e, len(tried) - 1)].start()} for e in range(WIDTH)]
+    start = tried[0].noise, tried[0].seed
     group.centre(policy.act, mu, key=policy.key)
-    seen = np.array([group.reset(e, seed=0, options=each) for e, each in enumerate(options)])
+    seen = np.array([group.reset(e, seed=start[1], options=each) for e, each in enumerate(options)])
     rows, first, done = group._arrays, min(each["push"][0] for each in options), 0
     # all that an action begins with, beside what a reset sets
     moving: list[NDArray[Any]] = [*rows.walkers, *rows.episodes, rows.phase, seen]
-    kept = _walked.setdefault(group, {}).setdefault((policy.key, mu.tobytes()), {})
+    kept = _walked.setdefault(group, {}).setdefault((policy.key, mu.tobytes(), *start), {})
+    if group.environments[0].delayed_actions:
+        kept = {}  # what was seen before is not kept
     # who was not pushed before this one's phase was not before a later one's either
     if before := [each for each in kept if each <= first]:
         done, values = kept[max(before)]
@@ -218,7 +231,7 @@ def survive_together(group: WalkingGroup, tried: Sequence[PushTrial]) -> list[bo
             for e in np.flatnonzero(
                 fallen
             ).tolist():  # or it would be simulated lying on the ground
-                seen[e] = group.reset(e, seed=0, options=options[e])
+                seen[e] = group.reset(e, seed=start[1], options=options[e])
         done += 1
     return [bool(each) for each in survived]
 

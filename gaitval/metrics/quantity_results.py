@@ -55,16 +55,24 @@ class WithQuantities(Protocol):
 
 
 def found_quantities(
-    curves: Curves, stride_time: StrideTimes, muscles: MuscleGait | None = None
+    curves: Curves,
+    stride_time: StrideTimes,
+    muscles: MuscleGait | None = None,
+    speed: float | None = None,
 ) -> dict[str, Found]:
     """Every quantity of the `curves` of a walk (n, 101) or a record (101,) that can be had, by
-    name; `stride_time` as in `Quantity.of_curves`. Of its `muscles`, too, where they are known.
+    name; `stride_time` as in `Quantity.of_curves`. Of its `muscles`, too, and over its `speed`,
+    m/s, where they are known.
     """
     found = {each.name: each.of_curves(curves, stride_time) for each in QUANTITIES}
     for each in QUANTITIES:
         if each.of_muscles is not None and muscles is not None:
             found[each.name] = each.of_muscles(muscles)
-    return {name: each for name, each in found.items() if each is not None}
+    return {
+        each.name: each.at_speed(known, speed)
+        for each in QUANTITIES
+        if (known := found[each.name]) is not None
+    }
 
 
 def power_result(found: Mapping[str, Found]) -> JointPower | None:

@@ -51,7 +51,7 @@ def recorded_part(record: GaitRecord, subject: "Subject | None" = None) -> Recor
     right_on = phase <= record.stance_fraction["right"]
     left_on = (phase - record.left_phase) % 1.0 <= record.stance_fraction["left"]
     curves = recorded_curves(record)
-    found = found_quantities(curves, dict.fromkeys("rl", record.stride_time))
+    found = found_quantities(curves, dict.fromkeys("rl", record.stride_time), speed=record.speed)
     power = power_result(found)
     assert power is not None  # a record has a cycle
     plates = None if subject is None else subject.plates

@@ -12,8 +12,9 @@ from itertools import chain
 import numpy as np
 
 from gaitval.arrays import Array
+from gaitval.metrics.comparator import Comparator
 from gaitval.metrics.rollouts import Rollouts, compared_cycles, endurance
-from gaitval.metrics.validation import ENDURANCE, Comparator, measures_of_walk
+from gaitval.metrics.validation import ENDURANCE, measures_of_walk
 from gaitval.metrics.walk_results import Repeat
 from gaitval.policy.rollouts import RolloutPool, in_groups, record_together
 from gaitval.policy.storage import Policy

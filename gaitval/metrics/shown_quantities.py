@@ -44,7 +44,9 @@ def of_record(record: RecordResult, quantity: Quantity) -> Found | None:
     found = stored_quantity(record, quantity) or quantity.of_curves(
         from_kinds(record.curves.items()), times
     )
-    return None if found is None else quantity.again(found)
+    if found is None:
+        return None
+    return quantity.at_speed(quantity.again(found), record.spatiotemporal.walking_speed)
 
 
 def of_walk(walk: WalkPart, quantity: Quantity) -> Found | None:
@@ -55,7 +57,9 @@ def of_walk(walk: WalkPart, quantity: Quantity) -> Found | None:
     found = stored_quantity(walk, quantity) or quantity.of_curves(
         from_kinds((kind, name, mean) for kind, name, mean in means if mean is not None), times
     )
-    return None if found is None else quantity.again(found)
+    if found is None:
+        return None
+    return quantity.at_speed(quantity.again(found), rows.get("walking_speed"))
 
 
 def quantities_of_record(record: RecordResult) -> dict[str, Found]:

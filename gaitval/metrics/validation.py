@@ -3,7 +3,7 @@
 It is long because that file has many parts, and each is made here.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Final
@@ -12,21 +12,21 @@ import numpy as np
 
 from gaitval.arrays import Array, sample_deviation
 from gaitval.artefacts import value_hash, versions
-from gaitval.configuration import Configuration, RecordSettings
+from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.errors import ArtefactError, GaitvalError
-from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.gait.cycle_curves import Curves
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.acceptance import (
-    Opponents,
     accepted,
     against_guesses,
     known_groups,
-    known_to,
     lights,
 )
-from gaitval.metrics.baselines import predicted_parts, skill
+from gaitval.metrics.acceptance_results import CurveLights, KnownTo
+from gaitval.metrics.baselines import skill
+from gaitval.metrics.comparator import Comparator, compared_with
 from gaitval.metrics.comparison import (
     CurveError,
     compare_curve,
@@ -41,7 +41,7 @@ from gaitval.metrics.foot_contact import Stances, foot_contacts
 from gaitval.metrics.hip_centres import hip_centres
 from gaitval.metrics.known_measures import uses
 from gaitval.metrics.learning_gain import LearningGain
-from gaitval.metrics.origin import SKILLS, Origins, record_origins
+from gaitval.metrics.origin import SKILLS, Origins
 from gaitval.metrics.quantity_results import (
     found_quantities,
     power_result,
@@ -55,11 +55,10 @@ from gaitval.metrics.record_results import (
     PredictionResult,
     RecordedFigures,
     RecordResult,
-    SideOrigins,
     UnseenResult,
 )
-from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves, recorded_part
-from gaitval.metrics.repetitions import repeats, repetitions
+from gaitval.metrics.recorded import by_kind, errors_as_measured, mean_curves
+from gaitval.metrics.repetitions import repetitions
 from gaitval.metrics.results import (
     SCHEMA_VERSION,
     CorrectionResult,
@@ -82,12 +81,12 @@ from gaitval.metrics.rollouts import Rollouts
 from gaitval.metrics.side_measures import side_values
 from gaitval.metrics.spread import repeated_values
 from gaitval.metrics.statistics_results import WalkStatistics
-from gaitval.metrics.tolerances import Measure, measured
+from gaitval.metrics.tolerances import Measure, Verdict, measured
 from gaitval.metrics.torques import energy_of, torque_measures
 from gaitval.metrics.typed import number, numbers, rounded
 from gaitval.metrics.unrecorded import step_width_measure, unrecorded
 from gaitval.metrics.verdict_rows import judged, measure_rows, spread_in_repeats, summary
-from gaitval.metrics.walk_muscles import lost_joints, walk_motion
+from gaitval.metrics.walk_muscles import walk_motion
 from gaitval.metrics.walk_results import (
     CountBySide,
     Endurance,
@@ -134,78 +133,30 @@ _SPATIOTEMPORAL_UNITS: Final[Mapping[Spatiotemporal, str]] = {
 
 
 @dataclass(frozen=True)
-class Comparator:
-    """What the walks of a run are measured against.
+class StageResults:
+    """What the stages of a run found beside its walks.
 
     Attributes
     ----------
-    record : with which they are compared.
-    curves : of the record, rad, Nm/kg and body weights.
-    recorded, guesses : its part of `metrics.json`, and that of the predictions without a model.
-    origins : where what is compared comes from.
-    model, leg_length : the body before mu; m.
-    height : of the person, m.
-    lost : coordinates of joints that a prosthesis has, by side.
-    opponents : the guesses that know no more than the run was told.
-    known : what the record itself is known to, in the units of the curves.
+    identification, correction, training, torque_shares : stored unchanged; the shares are of the
+        validated rollout.
+    pushes : of the validated body.
+    second_engine : the compared rollout of that body in the second engine.
+    again : what was measured of repeated walks (`repeats.repeated_walks`).
+    centring : share of the policy's action bias that was removed, if not the configured one.
+    prediction_errors : of held-out trials (`held_out.prediction_errors`), given beside the distance
+        from a prediction.
     """
 
-    record: GaitRecord
-    curves: Curves
-    recorded: RecordResult
-    guesses: Sequence[PredictionResult]
-    origins: Origins
-    model: BodyModel
-    leg_length: float
-    height: float
-    lost: Mapping[Side, Collection[str]]
-    opponents: Opponents
-    known: Mapping[tuple[Kind, str], float]
-
-
-def _own_told(settings: RecordSettings) -> Collection[Kind]:
-    """Kinds of curves of the person's other trials that a run was told: it is predicted from them,
-    or never reads them.
-    """
-    if not is_predicted(settings):
-        return ()
-    told: tuple[Kind, ...] = ("angles", "moments", "forces")
-    return told if settings.use == "all" else told[:1]
-
-
-def compared_with(
-    subject: "Subject",
-    record: GaitRecord,
-    others: Sequence["Subject"],
-    model: BodyModel,
-    configuration: Configuration,
-) -> Comparator:
-    """What the walks of `subject` in a run with `configuration` are measured against: `record`, and
-    predictions without a model from `others`. `model` is the body before mu.
-    """
-    origins = record_origins(subject, configuration.record)
-    curves = recorded_curves(record)
-    stored = {quantity: SideOrigins(**sides) for quantity, sides in origins.items()}
-    # what repeats the walk's own trial measures the same thing again and is no guess, unless it is
-    # all that a prediction knows
-    alone = subject
-    if not is_predicted(configuration.record):
-        other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
-        alone = subject.model_copy(update={"trials": other})
-    guesses = predicted_parts(alone, others, by_kind(curves), origins)
-    return Comparator(
-        record=record,
-        curves=curves,
-        recorded=recorded_part(record, subject).model_copy(update={"origins": stored}),
-        guesses=guesses,
-        origins=origins,
-        model=model,
-        leg_length=subject.leg_length_m,
-        height=subject.height_m,
-        lost=lost_joints(subject),
-        opponents=Opponents(guesses, _own_told(configuration.record), origins),
-        known=known_to(subject.uncertainty),
-    )
+    identification: IdentificationResult | None = None
+    correction: CorrectionResult | None = None
+    training: LearningGain | None = None
+    pushes: PushRecovery | None = None
+    torque_shares: TorqueShares | None = None
+    second_engine: Rollouts | None = None
+    again: Sequence[Repeat] = ()
+    centring: float | None = None
+    prediction_errors: HeldOutErrors | None = None
 
 
 @dataclass(frozen=True)
@@ -260,6 +211,19 @@ def _check_starts(walks: Rollouts, wanted: Sequence[float], which: str) -> None:
             f"{compared:g}, but validation.start_phases is {list(wanted)}: they are from another "
             "configuration. Run `gaitval simulate` again."
         )
+
+
+def _validated(nominal: Rollouts, identified: Rollouts | None, phases: Sequence[float]) -> Rollouts:
+    """The rollouts that tolerances apply to. Raises ArtefactError if they, or those that they are
+    compared with, do not start from the `phases`.
+    """
+    if identified is None:
+        _check_starts(nominal, phases, "nominal")
+        return nominal
+    # nominal walks are then only for comparison, from the first phase
+    _check_starts(nominal, phases[:1], "nominal")
+    _check_starts(identified, phases, "identified")
+    return identified
 
 
 def skill_measures(errors: CurveErrors, guesses: Sequence[PredictionResult]) -> list[Measure]:
@@ -321,6 +285,7 @@ def _walk(
         compared.curves,
         {"r": stride["stride_time_right"], "l": stride["stride_time_left"]},
         muscles,
+        stride.get("walking_speed"),
     )
     walk = WalkResult(
         mu=rollout.mu.tolist(),
@@ -500,6 +465,54 @@ def provenance_of(
     )
 
 
+def _person(subject: "Subject") -> SubjectResult:
+    return SubjectResult(
+        identifier=subject.identifier,
+        source=subject.described,
+        citation=subject.citation,
+        licence=subject.licence,
+    )
+
+
+@dataclass(frozen=True)
+class _Judgement:
+    """What is said of a walk by limits, guesses and the second engine."""
+
+    verdicts: list[Verdict]
+    lights: CurveLights
+    known_to: list[KnownTo]
+    second_engine: SecondEngineResult | None
+
+
+def _judgement(
+    measures: Sequence[Measure],
+    walk: WalkResult,
+    starts: Sequence[Endurance],
+    of: Comparator,
+    by: StageResults,
+    configuration: Configuration,
+) -> _Judgement:
+    """The judgement of a `walk` with these `measures`, which began from the first of `starts`."""
+    repeated = repeated_values(by.again)
+    rows = [
+        each.model_copy(update={"spread": spread_in_repeats(each, repeated, by.pushes, starts)})
+        for each in judged(measures, of.origins)
+    ]
+    guesses = against_guesses(walk.errors, repeated, of.opponents)
+    verdicts = accepted(rows, guesses, of.known, of.opponents)
+    errors = curves = second = None
+    if by.second_engine is not None:
+        there, measured_there = _measured(by.second_engine, of, configuration)
+        errors, curves = there.errors, there.curves
+        second = _second_engine(by.second_engine, measured_there, of.origins)
+    return _Judgement(
+        verdicts,
+        lights(walk.errors, verdicts, of.known, of.opponents, errors, by.prediction_errors),
+        known_groups(walk.curves, curves, of.known, of.origins),
+        second,
+    )
+
+
 def validate(
     subject: "Subject",
     record: GaitRecord,
@@ -507,119 +520,69 @@ def validate(
     nominal: Rollouts,
     identified: Rollouts | None,
     configuration: Configuration,
+    by: StageResults | None = None,
     *,
-    identification: IdentificationResult | None = None,
-    correction: CorrectionResult | None = None,
-    training: LearningGain | None = None,
-    pushes: PushRecovery | None = None,
     others: Sequence["Subject"] = (),
-    torque_shares: TorqueShares | None = None,
-    second_engine: Rollouts | None = None,
-    again: Sequence[Repeat] = (),
-    centring: float | None = None,
-    prediction_errors: HeldOutErrors | None = None,
 ) -> Metrics:
     """Compare rollouts with the record: the contents of `metrics.json`.
 
     The rollout from the first start phase is compared curve by curve; those from all phases must
     reach the number of cycles without a fall. Tolerances are applied to an identified body if any.
-    Equal rollouts give equal bytes. It is long because the file has many parts, listed only here.
+    Equal rollouts give equal bytes.
 
     Parameters
     ----------
+    subject, record : whom and what they are compared with, in the `configuration` of the run.
     model : the body before mu.
     nominal, identified : rollouts without pushes with the nominal and identified body parameters.
         The validated ones start from each of `validation.start_phases`; nominal ones that are only
         compared start from the first.
-    subject, record : whom and what they are compared with, in the `configuration` of the run.
-    identification, correction, training : stored unchanged.
-    pushes : of the validated body.
+    by : what further stages found.
     others : people from whom predictions without a model are made.
-    torque_shares : of the validated rollout.
-    second_engine : the compared rollout of that body in the second engine.
-    again : what was measured of repeated walks (`repeats.repeated_walks`).
-    centring : share of the policy's action bias that was removed, if not the configured one.
-    prediction_errors : of held-out trials (`held_out.prediction_errors`), given beside the distance
-        from a prediction.
 
     Raises
     ------
     ArtefactError : the rollouts do not start from the configured phases.
     """
+    by = by or StageResults()
     of = compared_with(subject, record, others, model, configuration)
-    known = uses(subject, configuration, trained=training is None or training.samples > 0)
+    known = uses(subject, configuration, trained=by.training is None or by.training.samples > 0)
     unrecorded_speed = is_unrecorded(configuration.record)
-    last, final = (nominal, "nominal") if identified is None else (identified, "identified")
-    phases = configuration.validation.start_phases
-    # nominal walks are then only for comparison, from the first phase
-    if identified is not None:
-        _check_starts(nominal, phases[:1], "nominal")
-    _check_starts(last, phases, final)
+    last = _validated(nominal, identified, configuration.validation.start_phases)
     compared = _compared(last.compared, of, configuration)
     walk, measures = _walk(last, of, compared, _muscles(last.compared, of, compared))
-    measures += push_measures(pushes)
-    repeated = repeated_values(again)
-    verdicts = accepted(
-        [
-            each.model_copy(
-                update={"spread": spread_in_repeats(each, repeated, pushes, last.starts)}
-            )
-            for each in judged(measures, of.origins)
-        ],
-        against_guesses(walk.errors, repeated, of.opponents),
-        of.known,
-        of.opponents,
-    )
+    measures += push_measures(by.pushes)
+    found = _judgement(measures, walk, last.starts, of, by, configuration)
     recorded = rounded(of.recorded)
-    there = None if second_engine is None else _measured(second_engine, of, configuration)
     return rounded(
         Metrics(
             schema_version=SCHEMA_VERSION,
-            subject=SubjectResult(
-                identifier=subject.identifier,
-                source=subject.described,
-                citation=subject.citation,
-                licence=subject.licence,
-            ),
+            subject=_person(subject),
             units=CurveUnits(angles="deg", moments="Nm/kg", forces="% BW"),
-            method=_method(record, model, configuration, centring),
+            method=_method(record, model, configuration, by.centring),
             record=recorded,
             recorded=[] if unrecorded_speed else list(quantities_recorded(subject)),
             told=known,
             predictions=list(of.guesses),
             unseen=[] if is_predicted(configuration.record) else _unseen(subject, walk),
-            prediction_errors=prediction_errors,
+            prediction_errors=by.prediction_errors,
             walks=WalkResults(
                 nominal=walk if identified is None else _measured(nominal, of, configuration)[0],
                 identified=None if identified is None else walk,
             ),
-            final=final,
+            final="nominal" if identified is None else "identified",
             measures=measure_rows(measures, known, of.origins),
-            tolerances=verdicts,
-            summary=summary(verdicts),
-            lights=lights(
-                walk.errors,
-                verdicts,
-                of.known,
-                of.opponents,
-                None if there is None else there[0].errors,
-                prediction_errors,
-            ),
-            known_to=known_groups(
-                walk.curves,
-                None if there is None else there[0].curves,
-                of.known,
-                of.origins,
-            ),
-            push_recovery=pushes,
-            torque_shares=torque_shares,
+            tolerances=found.verdicts,
+            summary=summary(found.verdicts),
+            lights=found.lights,
+            known_to=found.known_to,
+            push_recovery=by.pushes,
+            torque_shares=by.torque_shares,
             curve_statistics=_statistics(last.compared, compared, of, subject.age_years),
-            witness=None
-            if second_engine is None or there is None
-            else _second_engine(second_engine, there[1], of.origins),
-            identification=identification,
-            correction=correction,
-            training=training,
+            witness=found.second_engine,
+            identification=by.identification,
+            correction=by.correction,
+            training=by.training,
             provenance=provenance_of(
                 subject.to_toml(), configuration.model_dump(mode="json"), recorded
             ),

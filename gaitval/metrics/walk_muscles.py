@@ -10,7 +10,7 @@ from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.subject import Subject
 from gaitval.gait.filters import low_pass_simulated
 from gaitval.inverse.inverse_dynamics import InverseDynamics, inverse_dynamics
-from gaitval.metrics.cycles import GaitCycles, step_of
+from gaitval.metrics.cycles import GaitCycles, step_of, walking_speed
 from gaitval.model.body import BodyModel
 from gaitval.musculature.gait import RATE, LoadedMotion
 from gaitval.musculature.paths import COORDINATES
@@ -47,14 +47,15 @@ def walk_motion(
     name: str = "walk",
     lost: Mapping[Side, Collection[str]] | None = None,
     torques: Array | None = None,
+    laden: BodyModel | None = None,
 ) -> LoadedMotion:
     """The `cycles` of a `rollout` of the body `model`, with its parameters mu, of a person of
-    `height` m.
+    `height` m; `laden` is the body with what the person wears, whose moments the muscles make.
 
     `lost` are coordinates of joints that a prosthesis has. `torques` (T, 25) Nm are of devices at
     the joints; the muscles have to make what is left.
     """
-    dynamics, positions = walk_dynamics(rollout, model)
+    dynamics, positions = walk_dynamics(rollout, model if laden is None else laden)
     assist = None
     if torques is not None:
         given = low_pass_simulated(torques, step=step_of(rollout), frequency=CUTOFF)
@@ -75,6 +76,7 @@ def walk_motion(
         },
         lost=lost or {},
         assist=assist,
+        speed=walking_speed(rollout, cycles),
     )
 
 

@@ -9,8 +9,8 @@ from gaitval.arrays import Array
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents, check_frames, check_size, labels_of, read_contents
 from gaitval.mocap.c3d_plates import read_plates
+from gaitval.mocap.c3d_units import length_unit
 from gaitval.mocap.recording import Event, Recording
-from gaitval.mocap.units import METRES, unit_factor
 
 # What a list of points may contain besides markers: results of the laboratory's own software.
 _RESULTS: Final = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
@@ -86,7 +86,7 @@ def _markers(path: Path, contents: Contents) -> tuple[tuple[str, ...], Array]:
             f"{path}: {count} points but {len(labels)} names (POINT:LABELS). Label the markers "
             "in the program that recorded them and export again."
         )
-    metres = unit_factor(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
+    metres = length_unit(path, contents)
     groups = (*_RESULTS, "MODELED_MARKERS")
     results = {name for group in groups for name in labels_of(contents, "POINT", group)}
     # With an alignment device (KAX) on a knee, Plug-in Gait says where its marker will be (KNE).

@@ -10,6 +10,7 @@ import numpy as np
 from gaitval.arrays import Array, runs
 from gaitval.errors import RecordError
 from gaitval.mocap.c3d_contents import Contents, labels_of
+from gaitval.mocap.c3d_units import length_unit
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import (
     CALIBRATIONS,
@@ -79,7 +80,7 @@ def _plate(
     kind, numbers = _channel_numbers(where, contents, index)
     if not numbers:
         return None
-    metres = unit_factor(path, contents.text("POINT", "UNITS"), METRES, "POINT:UNITS")
+    metres = length_unit(path, contents)
     corners = _corners(where, contents, index, metres)
     centre = corners.mean(axis=0)
     # The person is above the plate, whichever way the plate's own z points.

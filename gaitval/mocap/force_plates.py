@@ -75,6 +75,21 @@ def plate_axes(corners: Array) -> Array:
     return np.column_stack([axis / np.linalg.norm(axis) for axis in (x, y, z)])
 
 
+def numbered_other_way(plate: Plate) -> bool:
+    """Whether the corners of a `plate`, in axes whose z points up, are numbered the other way round
+    than C3D has them: then it is mirrored.
+    """
+    return bool(np.isfinite(plate.corners).all() and plate_axes(plate.corners)[2, 2] > 0.0)
+
+
+RENUMBER: Final = (
+    "numbered the other way round than the format has them (1 to 4 clockwise, seen from above, "
+    "from the corner at +x, +y of the plate, whose z points down), which mirrors the plate: "
+    "number them in that order (C3D: FORCE_PLATFORM:CORNERS) and export again"
+)
+"""What is said of such corners."""
+
+
 def plate_wrench(
     kind: int, channels: Array, origin: Array, calibration: Array | None = None
 ) -> tuple[Array, Array]:

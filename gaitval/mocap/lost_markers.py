@@ -5,7 +5,7 @@ it was last seen, is a reflection, or has another marker's place does not.
 """
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,9 @@ HELD_AWAY_M: Final = 0.08
 """m, likewise, of a marker that rests: feet bend by 0.03 m."""
 SAME_AWAY_M: Final = 0.015
 """m, likewise, of one that is exactly where it was."""
+ONE_AWAY_M: Final = 0.04
+"""m, likewise, of such a one, from one other marker of its segment that moves: a foot bends by
+0.03 m."""
 LEAVES_M: Final = 0.03
 """m. On its way from the body and back it is left out from this on."""
 RESTS: Final = 0.05
@@ -66,6 +69,16 @@ def without_fill_values(recording: Recording) -> Recording:
     return recording.with_markers(recording.names, np.where(filled[..., None], np.nan, markers))
 
 
+class _Away(NamedTuple):
+    """(T,) m by which the distances of a marker from the others of its segment differ from what
+    they usually are: `most` of them differ by at least so much, `own` is the largest of its own
+    segment. 0 where they are not known.
+    """
+
+    most: Array
+    own: Array
+
+
 def leave_out_lost(
     recording: Recording,
     markers: Array,
@@ -83,20 +96,24 @@ def leave_out_lost(
     """
     rate, names = recording.marker_rate, recording.names
     places = _places(standing)
+    # A place that a program holds says nothing about where the others are.
+    held = np.stack([_held(markers[:, i], rate) for i in range(len(names))], axis=1)
+    measured = np.where(held[..., None], np.nan, markers)
     away = {
-        name: _away(number, markers, names, segments, places) for number, name in enumerate(names)
+        name: _away(number, markers, measured, names, segments, places)
+        for number, name in enumerate(names)
     }
     seen = seen_frames(markers)
     findings = []
     for number, name in enumerate(names):
-        off = away[name]
-        if off is None or not (off > SAME_AWAY_M).any():
+        distances = away[name]
+        if distances is None or not (np.maximum(*distances) > SAME_AWAY_M).any():
             continue
         path = markers[:, number]
-        lost = _lost(path, off, rate, _elsewhere(number, markers, names, segments))
-        for begin, end in _merged(lost, off, path, rate):
+        lost = _lost(path, distances, rate, _elsewhere(number, markers, names, segments))
+        for begin, end in _merged(lost, distances, path, rate):
             during = slice(begin, end)
-            largest, seconds = float(off[during].max()), (end - begin) / rate
+            largest, seconds = float(np.maximum(*distances)[during].max()), (end - begin) / rate
             how = _how(path[during], markers[during], number, rate)
             until = "from there on" if end == len(markers) else f"for {seconds:.2f} s"
             action = f"{how}: up to {largest:.2f} m off its place on the body; left out {until}"
@@ -131,13 +148,14 @@ def _elsewhere(
 def _away(
     number: int,
     markers: Array,
+    measured: Array,
     names: tuple[str, ...],
     segments: Mapping[str, str],
     places: Mapping[str, Array],
-) -> Array | None:
-    """(T,) m by which most of a marker's distances from the others of its segment differ from what
-    they usually are; 0 where they are not known. Where there is one other, it is joined by the
-    marker of another segment whose distance is the steadiest. None without any other.
+) -> _Away | None:
+    """How far a marker is off its distances from the others, as they are `measured`. Where there
+    is one other in its segment, it is joined by the marker of another segment whose distance is
+    the steadiest. None without any other.
     """
     segment = segments.get(names[number])
     rest = [i for i, name in enumerate(names) if i != number and name in segments]
@@ -146,13 +164,14 @@ def _away(
         return None
     differences, steady = list[tuple[float, Array]](), list[tuple[float, Array]]()
     for other in own if len(own) > 1 else rest:
-        distance = np.linalg.norm(markers[:, number] - markers[:, other], axis=1)
+        distance = np.linalg.norm(markers[:, number] - measured[:, other], axis=1)
         both = [places[names[i]] for i in (number, other) if names[i] in places]
         stands = float(np.linalg.norm(both[0] - both[1])) if len(both) == 2 else None
         usual = _usual(distance, stands if other in own else None)
         if usual is not None:
             found = usual[1], np.abs(distance - usual[0])
             (differences if other in own else steady).append(found)
+    within = [each for _, each in differences]
     if len(own) == 1 and differences and steady:
         differences.append(min(steady, key=lambda each: each[0]))
     if len(differences) < 2:
@@ -164,7 +183,8 @@ def _away(
     ordered = np.sort(np.where(np.isfinite(stacked), stacked, -1.0), axis=0)[::-1]
     place = np.clip(known // 2, 0, len(stacked) - 1)
     middle = np.take_along_axis(ordered, place[None], axis=0)[0]
-    return np.where(known >= 2, np.maximum(middle, 0.0), 0.0)
+    largest = np.nan_to_num(np.stack(within)).max(axis=0)
+    return _Away(np.where(known >= 2, np.maximum(middle, 0.0), 0.0), largest)
 
 
 def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
@@ -187,18 +207,28 @@ def _usual(distance: Array, stands: float | None) -> tuple[float, float] | None:
     return float(known[first : first + count].mean()), float(widths[first])
 
 
-def _lost(path: Array, off: Array, rate: float, elsewhere: Flags) -> Flags:
-    """(T,) whether a marker with the `path` (T, 3) m, which is `off` (T,) m its place and may be at
+def _lost(path: Array, away: _Away, rate: float, elsewhere: Flags) -> Flags:
+    """(T,) whether a marker with the `path` (T, 3) m, which is `away` from its place and may be at
     another's (`elsewhere`), is lost.
     """
+    off = away.most
     step = np.linalg.norm(np.diff(path, axis=0), axis=1)
     step = np.nan_to_num(np.r_[step[:1], step], nan=np.inf)
-    same = _long(step == 0.0, rate)
+    same = _held(path, rate)
     rests = _long(step < RESTS / rate, rate)
-    lost = (
-        (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M)) | (same & (off > SAME_AWAY_M))
-    )
+    lost = (off > AWAY_M) | ((rests | elsewhere) & (off > HELD_AWAY_M))
+    odd = (off > SAME_AWAY_M) | (away.own > ONE_AWAY_M)
+    for begin, end in zip(*runs(same), strict=True):
+        # It is held all the while, also where its distances pass through what they were.
+        if odd[begin:end].any():
+            lost[begin:end] = True
     return _long(lost, rate)
+
+
+def _held(path: Array, rate: float) -> Flags:
+    """(T,) whether a marker with the `path` (T, 3) m is exactly where it was, for some time."""
+    with np.errstate(invalid="ignore"):
+        return _long(np.r_[False, (path[1:] == path[:-1]).all(axis=1)], rate)
 
 
 def _long(flags: Flags, rate: float) -> Flags:
@@ -210,17 +240,24 @@ def _long(flags: Flags, rate: float) -> Flags:
     return kept
 
 
-def _merged(lost: Flags, off: Array, path: Array, rate: float) -> list[tuple[int, int]]:
+def _merged(lost: Flags, away: _Away, path: Array, rate: float) -> list[tuple[int, int]]:
     """First frame and the one after the last of each time in which a marker is lost, with its way
-    from the body and back.
+    from the body and back: there even the nearest of the others is no longer as far as it was.
     """
     found: list[tuple[int, int]] = []
+    off, leaves = away.most, np.maximum(away.most, away.own)
+    margin = int(np.ceil(SHORTEST_S * rate))
     for begin, end in zip(*runs(lost), strict=True):
         first, last = int(begin), int(end)
-        while first > 0 and off[first - 1] > LEAVES_M:
+        while first > 0 and leaves[first - 1] > LEAVES_M:
             first -= 1
-        while last < len(off) and off[last] > LEAVES_M:
+        while last < len(off) and leaves[last] > LEAVES_M:
             last += 1
+        # Who does not leave in a jump was on its way already.
+        if first < begin and _step(path, first) < LEAVES_M:
+            first = max(first - margin, 0)
+        if end < last < len(off) and _step(path, last) < LEAVES_M:
+            last = min(last + margin, len(off))
         # The foot passes by the place where its marker stays.
         while last < len(off) and np.linalg.norm(path[last] - path[last - 1]) < RESTS / rate:
             last += 1
@@ -233,6 +270,11 @@ def _merged(lost: Flags, off: Array, path: Array, rate: float) -> list[tuple[int
         if end - begin > TOGETHER_S * rate:
             found[-1] = begin, len(off)
     return found
+
+
+def _step(path: Array, frame: int) -> float:
+    """m from the frame before to this one; 0 where one of them is not seen."""
+    return float(np.nan_to_num(np.linalg.norm(path[frame] - path[max(frame - 1, 0)])))
 
 
 def _how(path: Array, markers: Array, number: int, rate: float) -> str:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.arrays import Array
+from gaitval.arrays import Array, Flags, Index
 from gaitval.errors import RecordError
 from gaitval.mocap.findings import passed_over
 from gaitval.mocap.force_plates import certain_load, plate_or_fault
@@ -24,6 +24,11 @@ SHORTEST_S: Final = 0.6
 
 LARGEST_DISTANCE_M: Final = 1.0
 """The centre of pressure is at most this far outside the volume that the markers fill, m."""
+
+POINT_UNITS: Final = (("millimetres", 1e3), ("centimetres", 1e2), ("inches", 1 / 0.0254))
+"""Units in which programs write a centre of pressure, and how many a metre has."""
+NEAR_FOOT_M: Final = 0.25
+"""m. A centre of pressure is nearer to one of the foot's markers."""
 
 SMALLEST_COSINE: Final = 0.7
 """Mean cosine, under load, of the angle between the force and the line from its point to the middle
@@ -162,6 +167,24 @@ def _middle(markers: Array) -> Array:
     return middle
 
 
+def _frames(samples: Flags, frames: int) -> Index:
+    """The frame, of so many `frames`, of each of some force `samples` (N,)."""
+    return np.flatnonzero(samples) * frames // len(samples)
+
+
+def _unit_of_points(pressure: Array, markers: Array) -> tuple[str, float] | None:
+    """The unit, with how many of it a metre has, in which the centres of pressure (n, 3) are at
+    markers (n, M, 3) m, as those of the foot are; None if there is none.
+    """
+    off = {}
+    for unit in POINT_UNITS:
+        away = np.linalg.norm(markers - (pressure / unit[1])[:, None], axis=2)
+        seen = away[np.isfinite(away).any(axis=1)]
+        off[unit] = float(np.median(np.nanmin(seen, axis=1))) if len(seen) else np.inf
+    nearest = min(off, key=off.__getitem__)
+    return nearest if off[nearest] < NEAR_FOOT_M else None
+
+
 def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     """The `plate`, of which the forces act under the `markers` (T, M, 3) and push the person up,
     whose `middle` (N, 3) is given for each sample. Raises RecordError where they do not.
@@ -176,11 +199,10 @@ def _placed(plate: Plate, path: Path, markers: Array, middle: Array) -> Plate:
     where = np.median(pressure, axis=0)
     outside = np.maximum(low - where, where - high).max()
     if outside > LARGEST_DISTANCE_M:
-        # If a thousandth of the distances fits, the points are in millimetres.
-        shrunk = np.maximum(low - where / 1e3, where / 1e3 - high).max()
+        unit = _unit_of_points(pressure, markers[_frames(strong, len(markers))])
         why = (
-            "it looks like millimetres: divide the points (px, py, pz) by 1000"
-            if shrunk < LARGEST_DISTANCE_M
+            f"it looks like {unit[0]}: divide the points (px, py, pz) by {unit[1]:g}"
+            if unit is not None
             else "the forces are of another trial or in other axes than the markers, or the "
             "markers are in another unit than their file says. Export both together"
         )

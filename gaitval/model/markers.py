@@ -36,13 +36,16 @@ def save_markers(
     markers: Sequence[ModelMarker],
     marker_set: str,
     standing: Mapping[str, Sequence[float]] | None = None,
+    knees: Mapping[str, float] | None = None,
 ) -> None:
     """Write the `markers` of a body to `path` as JSON, with the name or file of their `marker_set`;
-    none where they are still to be placed by where each was in `standing`, (3,) m.
+    none where they are still to be placed by where each was in `standing`, (3,) m. `knees` m, by
+    side, are where the middles of the knees are (`LoadedMotion.knees`), if markers show it.
     """
     rows = [{**vars(marker), "position": numbers_of(marker.position)} for marker in markers]
     places = {name: numbers_of(place) for name, place in (standing or {}).items()}
-    write_json(path, {"marker_set": marker_set, "markers": rows, "standing": places})
+    values = {"marker_set": marker_set, "markers": rows, "standing": places}
+    write_json(path, values if knees is None else values | {"knees": dict(knees)})
 
 
 def numbers_of(place: Iterable[float]) -> list[float]:

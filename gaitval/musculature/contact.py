@@ -6,7 +6,8 @@ Muscles that cross it without ending nearby count, too.
 
 At the knee the compression is split by what is left of the moment in the frontal plane (muscles
 included; ligaments are not) between two points of contact, as Winby et al. (2009) J Biomech
-42:2294. A plateau that would have to pull lifts off, and the other carries all.
+42:2294. The moment is about the middle of the person's knee, which the markers on its epicondyles
+show. A plateau that would have to pull lifts off, and the other carries all.
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,12 @@ PLATEAUS: Final = 0.040
 """Distance of the points of contact of a knee, m, of a tibia of the published size; 38 to 46 mm in
 people and implants (Winby et al. 2009; Lerner et al. 2015)."""
 
+ASIDE: Final = -0.0068
+"""How far the middle of the knee is to the outer side of the body's knee centre where no marker
+shows it, m, of a leg of the published size: the mean of twenty knees of ten standing people
+(`experiments/knee_middles.py`). They lie inside of the line from the regression's hip to the
+ankle."""
+
 BELOW: Final = 0.019
 """How far the plateau is below the knee's centre in the published model, m."""
 
@@ -36,7 +43,7 @@ class Contact:
     hip, knee, patella, ankle : (T, 3) of the bone before the joint on that beyond it: the pelvis on
         the femur, the femur on the tibia, the femur on the patella, the tibia on the talus. That of
         the knee is in the tibia's axes.
-    knee_moment : (T, 3) Nm about the knee's centre, tibia's axes, that no muscle makes.
+    knee_moment : (T, 3) Nm about the middle of the knee, tibia's axes, that no muscle makes.
     compression : (T,) along the tibia, pressing.
     medial, lateral : (T,) of it.
     lifted : (T,) whether one plateau would have to pull.
@@ -57,19 +64,34 @@ class Contact:
         return np.asarray(np.linalg.norm(getattr(self, joint), axis=-1))
 
 
-def contact(loads: LegLoads, paths: Geometry, force: Array, own: BoneSizes) -> Contact:
+def knee_middle(loads: LegLoads, own: BoneSizes) -> float:
+    """m, `loads.knee_aside`, or what is usual."""
+    return ASIDE * own.tibia if loads.knee_aside is None else loads.knee_aside
+
+
+def contact(
+    loads: LegLoads,
+    paths: Geometry,
+    force: Array,
+    own: BoneSizes,
+    *,
+    wider: float = 1.0,
+) -> Contact:
     """What the joints carry with `loads`, where muscles pull with `force` (T, 40) N along `paths`,
-    in a leg of the sizes `own`.
+    in a leg of the sizes `own`, whose plateaus are `wider` apart than usual.
     """
     left = loads.force - np.einsum("tm,tmjk->tjk", force, paths.pull)
     by_muscles = own.femur * np.einsum("tm,tmk->tk", force, paths.knee_moment)
-    moment = loads.moment[:, JOINTS.index("knee")] - by_muscles
+    at = JOINTS.index("knee")
+    aside = np.array([0.0, 0.0, knee_middle(loads, own)])
+    # Muscles cross the knee where it is; the load's moment is known about the body's centre.
+    moment = loads.moment[:, at] - np.cross(aside, loads.force[:, at]) - by_muscles
     axes = tibia_axes(loads.angles[:, KNEE])
-    knee = np.einsum("tji,tj->ti", axes, left[:, JOINTS.index("knee")])
+    knee = np.einsum("tji,tj->ti", axes, left[:, at])
     moment = np.einsum("tji,tj->ti", axes, moment)
     compression = -knee[:, 1]
     # Lateral less medial, by the moment about the axis forward: up on the outer side is +x.
-    tilt = (moment[:, 0] + BELOW * own.tibia * knee[:, 2]) / (PLATEAUS * own.tibia)
+    tilt = (moment[:, 0] + BELOW * own.tibia * knee[:, 2]) / (wider * PLATEAUS * own.tibia)
     medial, lateral = compression / 2 - tilt, compression / 2 + tilt
     lifted = (medial < 0.0) != (lateral < 0.0)
     within = np.clip(medial, 0.0, np.maximum(compression, 0.0))

@@ -207,6 +207,7 @@ def share(
     dynamics_of_activation: bool = False,
     recorded: Mapping[Side, RecordedActivation] | None = None,
     assist: Array | None = None,
+    knees: Mapping[Side, float] | None = None,
 ) -> MuscleForces:
     """Share the moments of a motion out to the muscles.
 
@@ -226,6 +227,7 @@ def share(
     recorded : activations to stay near, such as of EMG, by side.
     assist : (T, 25) Nm that devices make at the joints (`coordinates.ACTUATED`), which muscles need
         not.
+    knees : `mapping.LegLoads.knee_aside` by side, m.
 
     Raises
     ------
@@ -237,7 +239,8 @@ def share(
     _check_moments(dynamics)
     legs: dict[Side, LegForces] = {}
     for side in sides:
-        loads = leg_loads(model, positions, dynamics, side[0])
+        aside = None if knees is None else knees.get(side)
+        loads = leg_loads(model, positions, dynamics, side[0], knee_aside=aside)
         _check_angles(dynamics.time, loads, side)
         if assist is not None:
             loads = loads.assisted(

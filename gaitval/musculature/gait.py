@@ -18,6 +18,8 @@ from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import BodyModel
 from gaitval.musculature.bands import SPREADS, Draws, Spreads, draw
 from gaitval.musculature.forces import LegForces, MuscleForces, RecordedActivation, share
+from gaitval.musculature.leg_metabolics import leg_rates
+from gaitval.musculature.metabolics import MODELS
 from gaitval.musculature.paths import COORDINATES, table
 from gaitval.musculature.sharing import Criterion
 
@@ -97,6 +99,9 @@ class LoadedMotion:
     spans : s, when a side's moments are known, where there is no cycle.
     lost : coordinates (`paths.COORDINATES`) of joints that a prosthesis has, by side.
     assist : (T, 25) Nm of devices at the joints; None without.
+    knees : m, how far the middle of a knee is to the outer side of the body's knee centre
+        (`mapping.knee_aside`), by side; sides that no marker shows are left out.
+    speed : m/s, of walking; None where it is not known.
     """
 
     name: str
@@ -108,6 +113,8 @@ class LoadedMotion:
     spans: Mapping[Side, Sequence[tuple[float, float]]] = field(default_factory=dict)
     lost: Mapping[Side, Collection[str]] = field(default_factory=dict)
     assist: Array | None = None
+    knees: Mapping[Side, float] = field(default_factory=dict)
+    speed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -123,8 +130,10 @@ class LegGait:
     deviation : (101,) of `contact` between cycles; empty for one cycle.
     activation_band : (2, 40, 101) low and high of 90 %; None if not asked for.
     contact_band : (2, 101) likewise.
-    contributions : share of the variance of the draws of the knee's and the hip's peak that each
-        source alone makes, by name of the contact and of the source.
+    contributions : share of the variance of the draws of the peaks of hip, knee and its medial half
+        that each source alone makes, by name of the contact and of the source.
+    metabolic : (101,) W/kg of the body, metabolic rate of the leg's muscles, by model.
+    metabolic_draws : (D,) W/kg, its mean over the cycle in each draw, by model.
     """
 
     cycles: int
@@ -137,6 +146,8 @@ class LegGait:
     activation_band: Array | None = None
     contact_band: Mapping[str, Array] = field(default_factory=dict)
     contributions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    metabolic: Mapping[str, Array] = field(default_factory=dict)
+    metabolic_draws: Mapping[str, Array] = field(default_factory=dict)
 
     def group(self, name: str) -> Array:
         """(101,) activation of one of `GROUPS`; NaN where the person has none of it."""
@@ -211,6 +222,8 @@ class MuscleGait(Displayed):
                     yield f"force {name}{end}", "BW", leg.force[i], None
             for contact, curve in leg.contact.items():
                 yield f"contact {contact}{end}", "BW", curve, leg.contact_band.get(contact)
+            for model, curve in leg.metabolic.items():
+                yield f"metabolic {model}{end}", "W/kg", curve, None
 
     def to_frame(self) -> "pd.DataFrame":
         """Mean activations (1), muscle forces and contact forces (body weights) at 0, 1, … 100 % of
@@ -335,6 +348,7 @@ def _share_span(
         dynamics_of_activation=dynamics_of_activation,
         recorded=None if recorded is None else {side: recorded},
         assist=None if motion.assist is None else motion.assist[rows],
+        knees=motion.knees,
     )
 
 
@@ -374,6 +388,17 @@ def _leg(
         for name in kept
     }  # fmt: skip
     mean = {name: each.mean(axis=0) for name, each in contact.items()}
+    mass = legs[0][1].mass_kg
+    known = {
+        id(f): leg_rates(f.time, leg) for leg, f in {id(f): (leg, f) for leg, f in legs}.values()
+    }
+    metabolic = {
+        model: np.stack(
+            [np.interp(t, f.time, known[id(f)][model]) / mass
+             for (_, f), t in zip(legs, times, strict=True)]
+        )
+        for model in MODELS
+    }  # fmt: skip
     means = LegGait(
         cycles=len(parts),
         activation=np.mean(activation, axis=0),
@@ -384,6 +409,7 @@ def _leg(
         },
         present=first.muscles.present,
         strengths=first.muscles.max_force,
+        metabolic={model: each.mean(axis=0) for model, each in metabolic.items()},
     )
     if not draws:
         return means
@@ -411,6 +437,10 @@ def _leg(
         ),
         contact_band=bands,
         contributions=_contributions(parts[typical], side, spreads),
+        metabolic_draws={
+            model: drawn.metabolic[model] / mass + float(each.mean() - each[typical].mean())
+            for model, each in metabolic.items()
+        },
     )
 
 
@@ -434,11 +464,12 @@ SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
     "slack lengths": ("slack",),
     "moment arms": ("arms",),
     "hip centre": ("hip",),
+    "knee's middle and plateaus": ("knee", "knee_unseen", "plateaus"),
     "pelvis zero": ("pelvis_zero",),
     "body mass": ("mass",),
     "moments": ("moment",),
     "co-contraction": ("tone",),
-    "such models at implants": ("model_share", "model_force"),
+    "such models at implants": ("model_share", "model_force", "model_split"),
 }
 """What bands are of: names, and what of `Spreads` they are; the cost is among the draws' criteria.
 """
@@ -471,12 +502,13 @@ def _contributions(
     """Share of the variance that each source alone makes, of the sum of all."""
     few = _cycle_of(part, side)
     none = Spreads(**{each.name: 0.0 for each in fields(Spreads)} | {"moment_time": 0.1})
-    variances: dict[str, dict[str, float]] = {"hip": {}, "knee": {}}
+    variances: dict[str, dict[str, float]] = {"hip": {}, "knee": {}, "medial": {}}
     for source, names in SOURCES.items():
         own = replace(none, **{name: getattr(spreads, name) for name in names})
         options = {} if source == "cost" else {"criteria": (few.criterion.name,)}
         found = draw(few, side, draws=_ALONE, spreads=own, seed=3, **options)
-        for joint, values in (("hip", found.hip), ("knee", found.compression)):
+        kinds = (("hip", found.hip), ("knee", found.compression), ("medial", found.medial))
+        for joint, values in kinds:
             variances[joint][source] = float(values.max(axis=1).var())
     totals = {joint: sum(each.values()) or 1.0 for joint, each in variances.items()}
     return {

@@ -8,7 +8,10 @@ femur as it bends, and oblique axes of ankle and subtalar joint:
   the published pelvis is 15 mm nearer to the middle than where gaitval's regression puts it: with
   arms about one point and moments about another the forces would be wrong;
 * knee: the moment that the muscles must make is by virtual work that of the intersegmental moment
-  and force on the tibia, which turns *and shifts* per rate of the angle;
+  and force on the tibia, which turns *and shifts* per rate of the angle. In the body hip, knee and
+  ankle are in a line; a person's knee is up to 2 cm aside of it, which the markers on the
+  epicondyles show (`LegLoads.knee_aside`). What decides how the plateaus share a force is the
+  moment about the person's knee;
 * ankle and subtalar joint: the angles that turn the foot to where it is, as nearly as two axes can;
   the moments are those of the intersegmental moment vector, moved from the ankle's centre to each
   axis, about that axis. The moments of gaitval's own coordinates are not used. What the axes cannot
@@ -17,7 +20,7 @@ femur as it bends, and oblique axes of ankle and subtalar joint:
 A left leg becomes a right one in the mirror.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +29,7 @@ from gaitval.arrays import Array
 from gaitval.coordinates import COORDINATES as ALL
 from gaitval.inverse.inverse_dynamics import InverseDynamics
 from gaitval.model.body import SEGMENTS, BodyModel
+from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
 from gaitval.musculature.paths import COORDINATES, KNEE, MuscleSkeleton, table
 
@@ -87,6 +91,8 @@ class LegLoads:
         `paths.JOINTS`.
     moment : (T, 4, 3) Nm, likewise, about the joints' centres.
     unturned : (T,) rad, by how much the two axes of the foot miss its orientation.
+    knee_aside : m, how far the middle of the knee is to the outer side of the body's knee centre;
+        None where no marker shows it.
     """
 
     angles: Array
@@ -96,6 +102,7 @@ class LegLoads:
     force: Array
     moment: Array
     unturned: Array
+    knee_aside: float | None = None
 
     def assisted(self, torques: Array) -> "LegLoads":
         """The loads of a leg whose devices make `torques` (T, 6) Nm about gaitval's coordinates of
@@ -122,8 +129,17 @@ class LegLoads:
         )
 
 
-def leg_loads(model: BodyModel, positions: Array, dynamics: InverseDynamics, side: str) -> LegLoads:
-    """Loads of the leg `side` ("r" or "l") of a motion `positions` (T, 31) with its `dynamics`."""
+def leg_loads(
+    model: BodyModel,
+    positions: Array,
+    dynamics: InverseDynamics,
+    side: str,
+    *,
+    knee_aside: float | None = None,
+) -> LegLoads:
+    """Loads of the leg `side` ("r" or "l") of a motion `positions` (T, 31) with its `dynamics`.
+    `knee_aside` m as in `LegLoads`.
+    """
     bones, own, index = table().skeleton, sizes(model, side), "rl".index(side)
     frames = segment_frames(model, positions)[..., :3, :3]
     mirror = np.eye(3) if side == "r" else _MIRROR
@@ -151,7 +167,21 @@ def leg_loads(model: BodyModel, positions: Array, dynamics: InverseDynamics, sid
     angles, unturned = _angles(positions, turned, side, bones)
     moments, per_shift = _moments(angles, force, moment, own, bones)
     shift = own.pelvis * bones.hip_from_regression
-    return LegLoads(angles, moments + per_shift @ shift, per_shift, shift, force, moment, unturned)
+    return LegLoads(
+        angles, moments + per_shift @ shift, per_shift, shift, force, moment, unturned, knee_aside
+    )
+
+
+def knee_aside(model: BodyModel, side: str, markers: Sequence[ModelMarker]) -> float:
+    """`LegLoads.knee_aside`, m, of the leg `side` ("r" or "l") of a body whose `markers`, two, are
+    on the epicondyles of a knee, on its thigh or its shank.
+    """
+    centre = model[f"shank_{side}"].joint_position[1]
+    left = [
+        float(each.position[1]) - (centre if each.segment.startswith("thigh") else 0.0)
+        for each in markers
+    ]
+    return float(np.mean(left)) * (1.0 if side == "l" else -1.0)
 
 
 def _angles(

@@ -5,6 +5,7 @@ docs/paper.md: bounded reward kernels (`reward`), an `extended` observation as w
 paper's 71 numbers (`observation`), early termination on the pelvis' height, rotation and drift.
 """
 
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -26,6 +27,7 @@ from gaitval.policy.observation import (
     OBSERVATION_SIZES,
     EpisodeArrays,
     Yardstick,
+    felt_places,
     is_mirrored,
     measure_workspace,
     targets_of,
@@ -89,6 +91,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         ends; the training starts with less than 1.
     walker : the simulated body.
     yardstick, shares, entering, lift : as `judgement` takes them.
+    delayed_actions : actions by which it is seen late.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium's own form)
@@ -134,6 +137,11 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.shares = np.array([self._share_of(name) for name in ACTUATED] + [1.0])
         self.entering = self.constants.entering(self.walker.action_seconds)
         self._steps = 0
+        self.delayed_actions = round(self.constants.observation_delay / self.walker.action_seconds)
+        self._history: deque[tuple[NDArray[np.float32], bool]] = deque(
+            maxlen=self.delayed_actions + 1
+        )
+        self._felt = felt_places(size)
         self._longest = round(self.constants.episode_seconds / self.walker.action_seconds)
         self._push: tuple[float, float, float] | None = None
         self._pushed_again = False
@@ -194,6 +202,7 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         self.walker.reset(positions, rates, phase)
         self.start_phase = phase
         self._steps = 0
+        self._history.clear()
         self._push_left = 0.0
         self.episode.root_force[:], self._pushing = 0.0, False
         # No action has been simulated yet, so the observation has the reference's ground reaction.
@@ -263,7 +272,24 @@ class WalkingEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]
         observation = self.episode.observation
         if self._is_mirrored():
             observation = MIRROR_SIGNS * observation[MIRROR_ORDER]
-        return observation.astype(np.float32)
+        return self.late(observation.astype(np.float32))
+
+    def late(self, seen: NDArray[np.float32]) -> NDArray[np.float32]:
+        """What the policy gets instead of what is `seen` (size,) now: what was seen
+        `observation_delay` ago, or at the start of the episode, but for its own clock, its last
+        action and what it knows of itself. To be called once an action.
+        """
+        if not self.delayed_actions:
+            return seen
+        mirrored = self._is_mirrored()
+        self._history.append((seen, mirrored))
+        old, was_mirrored = self._history[0]
+        if was_mirrored != mirrored:
+            # It was the other leg's half then; seen as that of this one.
+            old = (MIRROR_SIGNS * old[MIRROR_ORDER]).astype(np.float32)
+        found = seen.copy()
+        found[self._felt] = old[self._felt]
+        return found
 
     def _leg_extension(self) -> float:
         """How much higher the pelvis is above the ankles than in the reference's body, m; of legs

@@ -99,20 +99,22 @@ def record_together(
     cycles: float,
     noise: float = 0.0,
     seeds: Sequence[int] | None = None,
+    pushes: Sequence[tuple[float, float, float] | None] | None = None,
 ) -> Iterator[Rollout]:
-    """`record_rollout` of at most eight walks, side by side, without pushes, in a `group` of eight
-    environments, which may have different references. They are simulated when the first one is
-    asked for.
+    """`record_rollout` of at most eight walks, side by side, in a `group` of eight environments,
+    which may have different references. They are simulated when the first one is asked for.
 
     `policy`, without noise, `mu` (14,) and the planned number of gait `cycles` are of all.
     `start_phases` are of each walk; the first one is that of the first environment. `noise` is the
     standard deviation of the joint angles at the start, rad, with `seeds` of each; all 0 if not
-    given.
+    given. `pushes` of each, see `WalkingEnvironment`; none if not given.
     """
     walks = len(start_phases)
     starts = [
-        {"phase": phase, "noise": noise, "seed": seed}
-        for phase, seed in zip(start_phases, seeds or [0] * walks, strict=True)
+        {"phase": phase, "noise": noise, "seed": seed, "push": push}
+        for phase, seed, push in zip(
+            start_phases, seeds or [0] * walks, pushes or [None] * walks, strict=True
+        )
     ]
     actions = max(_longest(each, cycles) for each in group.environments[:walks])
     recording = Trajectory(actions * group.environments[0].walker.steps_per_action, WIDTH)
@@ -157,15 +159,18 @@ def record_rollout(
     start_phase: float,
     cycles: float,
     push: tuple[float, float, float] | None = None,
+    noise: float = 0.0,
+    seed: int = 0,
 ) -> Rollout:
     """Simulate a rollout of the deterministic `policy`, a body `mu` (14,), in the engine of
     `environment`, from `start_phase` of the right gait cycle over the planned gait `cycles`, and
-    keep everything. `push`: see `WalkingEnvironment`; none by default.
+    keep everything. `push`: see `WalkingEnvironment`; none by default. `noise` is the standard
+    deviation of the joint angles at the start, rad, with its `seed`.
     """
     walker = environment.walker
-    options = {"phase": start_phase, "mu": mu, "push": push, "noise": 0.0}
+    options = {"phase": start_phase, "mu": mu, "push": push, "noise": noise}
     environment.centre(policy.act, mu, key=policy.key)
-    observation, _ = environment.reset(seed=0, options=options)
+    observation, _ = environment.reset(seed=seed, options=options)
     actions = _longest(environment, cycles)
     recording = Trajectory(actions * walker.steps_per_action)
     fell = False

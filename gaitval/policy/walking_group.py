@@ -355,6 +355,9 @@ class WalkingGroup:
         seen[:] = self._seen
         for walker, phase in zip(self._walkers, group.phase[:count, 0].tolist(), strict=True):
             walker.phase = phase
+        for e, environment in enumerate(self.environments):
+            if environment.delayed_actions:
+                seen[e] = environment.late(seen[e].copy())
         return group.rewards[:count], group.fell[:count]
 
     @property

@@ -9,6 +9,7 @@ from typing import Final
 
 from gaitval.quantities.joint_contact import JOINT_CONTACT
 from gaitval.quantities.joint_power import JOINT_POWER
+from gaitval.quantities.metabolic_rate import METABOLIC_JOINTS, METABOLIC_MUSCLES
 from gaitval.quantities.muscle_activation import MUSCLE_ACTIVATION
 from gaitval.quantities.quantity import Found, Quantity
 from gaitval.quantities.tendon_force import TENDON_FORCE
@@ -18,6 +19,8 @@ QUANTITIES: Final[tuple[Quantity, ...]] = (
     TENDON_FORCE,
     MUSCLE_ACTIVATION,
     JOINT_CONTACT,
+    METABOLIC_JOINTS,
+    METABOLIC_MUSCLES,
 )
 
 BY_NAME: Final[Mapping[str, Quantity]] = {each.name: each for each in QUANTITIES}
@@ -25,6 +28,8 @@ BY_NAME: Final[Mapping[str, Quantity]] = {each.name: each for each in QUANTITIES
 __all__ = [
     "BY_NAME",
     "JOINT_CONTACT",
+    "METABOLIC_JOINTS",
+    "METABOLIC_MUSCLES",
     "MUSCLE_ACTIVATION",
     "QUANTITIES",
     "Found",

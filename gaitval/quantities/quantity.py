@@ -116,6 +116,7 @@ class Quantity:
     figures : unit of each kind of figure.
     figures_of : figures from its curves (101,), by name with side; those that only `of_curves`
         knows are not among them.
+    per_metre : kinds of figures, a rate each, and what they are called over the walking speed.
     tables : of its figures.
     measures : what a walk is judged by.
     of_time : from a motion (T,), by name with side, in `time_unit`; None if that is not defined.
@@ -132,6 +133,7 @@ class Quantity:
     of_muscles: Callable[[MuscleGait], Found | None] | None = None
     figures: Mapping[str, str] = field(default_factory=dict)
     figures_of: Callable[[Mapping[str, Array]], Figures] = lambda curves: {}
+    per_metre: Mapping[str, str] = field(default_factory=dict)
     tables: tuple[FigureTable, ...] = ()
     measures: tuple[QuantityMeasure, ...] = ()
     of_time: Callable[[OverTime], Mapping[str, Array]] | None = None
@@ -144,3 +146,16 @@ class Quantity:
     def again(self, found: Found) -> Found:
         """The same curves with the figures that follow from them as they are defined now."""
         return Found(found.curves, {**found.figures, **self.figures_of(found.curves)})
+
+    def at_speed(self, found: Found, speed: float | None) -> Found:
+        """The same with its figures over the walking `speed`, m/s, where that is known."""
+        if not self.per_metre or speed is None or not speed > 0.0:
+            return found
+        over = {
+            name: {
+                each: None if value is None else value / speed
+                for each, value in found.figures.get(kind, {}).items()
+            }
+            for kind, name in self.per_metre.items()
+        }
+        return Found(found.curves, {**found.figures, **over})

@@ -9,11 +9,15 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
+from numpy.typing import NDArray
 
 from gaitval.coordinates import Side
+from gaitval.reporting.light_axes import LightFigure
 from gaitval.reporting.words import SOURCE
 
 SETTINGS: Final[Any] = {
@@ -73,7 +77,29 @@ def new_figure(
     with matplotlib.rc_context():
         matplotlib.rcdefaults()  # whatever a file of the user's, or of a folder's, says
         matplotlib.rcParams.update(SETTINGS | {"axes.linewidth": axes_line})
-        yield Figure(figsize=(width, height), layout=None if placed else "constrained")
+        # points, as in what is saved: it is placed by the sizes that its texts have there
+        figure = LightFigure(
+            figsize=(width, height), dpi=72, layout=None if placed else "constrained"
+        )
+        FigureCanvasSVG(figure)
+        yield figure
+
+
+def placed_axes(
+    figure: Figure, rows: int, columns: int, *, top: float, across: float
+) -> NDArray[np.object_]:
+    """Axes (rows, columns) of curves over the same percents in a figure that is `placed`: below a
+    legend of `top` inches, `across` inches apart.
+    """
+    width, height = figure.get_size_inches()
+    left, right, bottom, down = 0.55, 0.1, 0.4, 0.28
+    wide = (width - left - right - across * (columns - 1)) / columns
+    high = (height - bottom - top - down * (rows - 1)) / rows
+    figure.subplots_adjust(
+        left / width, bottom / height, 1.0 - right / width, 1.0 - top / height,
+        across / wide, down / high,
+    )  # fmt: skip
+    return figure.subplots(rows, columns, sharex=True, squeeze=False)
 
 
 def link(
@@ -122,6 +148,11 @@ def svg(figure: Figure, name: str) -> str:
 
         translate(figure, _language.get())
     _fit_legends(figure)
+    if isinstance(figure, LightFigure):
+        figure.painted = True
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)  # all of it would be drawn once more for this
+        figure.set_layout_engine("none")
     buffer = io.StringIO()
     # matplotlib writes the date and its version unless they are None: equal data give equal bytes
     metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))

@@ -16,11 +16,12 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from gaitval.arrays import Array
+from gaitval.conventions import convention_of
 from gaitval.coordinates import Side
 from gaitval.metrics.norms import Norm
 from gaitval.quantities import BY_NAME, QUANTITIES
 from gaitval.quantities.joint_power import BURSTS
-from gaitval.reporting.drawing import link, new_figure, svg
+from gaitval.reporting.drawing import link, new_figure, placed_axes, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import (
     BAND_COLOUR,
@@ -134,6 +135,28 @@ class Panel(NamedTuple):
         return self.name.partition("/")[0]
 
 
+def in_convention(panels: Sequence[Sequence[Panel]], name: str) -> list[list[Panel]]:
+    """The `panels` with their angles, degrees, counted by the convention of this `name`."""
+    convention = convention_of(name)
+
+    def moved(panel: Panel) -> Panel:
+        offset = float(np.degrees(convention.offset(panel.name.partition("/")[2])))
+        if panel.kind != "angles" or not offset:
+            return panel
+        return panel._replace(
+            curves=tuple(
+                each._replace(
+                    mean=each.mean + offset,
+                    strides=None if each.strides is None else each.strides + offset,
+                )
+                for each in panel.curves
+            ),
+            norm=panel.norm and panel.norm._replace(mean=panel.norm.mean + offset),
+        )
+
+    return [[moved(each) for each in row] for row in panels]
+
+
 def title(name: str) -> str:
     """The title of the panel of a quantity `name`, "kind/curve"; its unit is beside the axis."""
     kind, _, curve = name.partition("/")
@@ -196,18 +219,10 @@ def _begins(row: Sequence[Panel], column: int) -> bool:
 
 
 def _subplots(figure: Figure, panels: Sequence[Sequence[Panel]]) -> NDArray[np.object_]:
-    """The axes of `panels`, below a legend of two lines; numbers are inches."""
-    width, height = figure.get_size_inches()
+    """The axes of `panels`, below a legend of two lines."""
     rows, columns = len(panels), len(panels[0])
     units = any(_begins(row, column) for row in panels for column in range(1, columns))
-    left, right, bottom, top, across, down = 0.55, 0.1, 0.4, 0.56, 0.55 if units else 0.42, 0.28
-    wide = (width - left - right - across * (columns - 1)) / columns
-    high = (height - bottom - top - down * (rows - 1)) / rows
-    figure.subplots_adjust(
-        left / width, bottom / height, 1.0 - right / width, 1.0 - top / height,
-        across / wide, down / high,
-    )  # fmt: skip
-    return figure.subplots(rows, columns, sharex=True, squeeze=False)
+    return placed_axes(figure, rows, columns, top=0.56, across=0.55 if units else 0.42)
 
 
 def grid_table(panels: Sequence[Sequence[Panel]], beside: str = "record") -> str:

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from gaitval.arrays import Array
 from gaitval.coordinates import SIDES, Side
 from gaitval.musculature.gait import CONTACTS, GROUPS, USUAL_ON, MuscleGait
-from gaitval.reporting.drawing import new_figure, svg
+from gaitval.reporting.drawing import new_figure, placed_axes, svg
 from gaitval.reporting.figure_data import Column, table
 from gaitval.reporting.figures import COLOURS, PERCENT, STYLES, WALK_WIDTH
 
@@ -76,8 +76,8 @@ def _grid(
     columns: int,
 ) -> str:
     rows = -(-len(titles) // columns)
-    with new_figure(1.45 * rows + 0.35) as figure:
-        every = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    with new_figure(1.45 * rows + 0.35, placed=True) as figure:
+        every = placed_axes(figure, rows, columns, top=0.42, across=0.42)
         for number, (key, title) in enumerate(titles.items()):
             axes = every[number // columns][number % columns]
             _draw(axes, key, curves)
@@ -87,8 +87,8 @@ def _grid(
         for axes in every[-1]:
             axes.set_xlabel("% of gait cycle")
         figure.legend(
-            handles=_handles(curves, usual=name == "activations"), loc="outside upper center",
-            ncols=4,
+            handles=_handles(curves, usual=name == "activations"), loc="upper center", ncols=4,
+            borderaxespad=0.0,
         )  # fmt: skip
         return svg(figure, name)
 

@@ -17,10 +17,11 @@ import matplotlib
 import weasyprint
 from markupsafe import Markup, escape
 from weasyprint.text.fonts import FontConfiguration
-from weasyprint.urls import URLFetcher
+from weasyprint.urls import URLFetcher, URLFetcherResponse
 
 from gaitval.artefacts import replacing, scratch, write_text
 from gaitval.configuration import ReportSettings
+from gaitval.conventions import beside, convention_of
 from gaitval.memory import without_search
 from gaitval.number_text import number, rough
 from gaitval.policy.processes import kept_workers
@@ -255,7 +256,7 @@ def _drawings(draws: Mapping[str, Draw], language: str) -> Callable[[], dict[str
 def _printer(paper: str, own: Path) -> Callable[[str], weasyprint.Document]:
     """What lays a page out on sheets of a size; fonts are prepared in the folder `own`."""
     # only what the page itself contains: no file and no network, whatever the inputs say
-    fetcher = URLFetcher(allowed_protocols=("data",))
+    fetcher = _OwnFiles(allowed_protocols=("data",))
     fonts = FontConfiguration()
     fonts._folder = own  # else in the system's temporary files, where a kill leaves it
     sheets = [
@@ -305,14 +306,35 @@ def _resource(name: str) -> str:
     return resources.files(package or "gaitval.reporting").joinpath(file).read_text("utf-8")
 
 
+_FONT_SCHEME: Final = "gaitval-font:"
+
+
+class _OwnFiles(URLFetcher):  # type: ignore[misc]
+    """Fetches what a page contains, and the fonts of `_FONTS` by their names; nothing else."""
+
+    def fetch(self, url: str, headers: Mapping[str, str] | None = None) -> URLFetcherResponse:
+        """What a `url` stands for."""
+        name = url.removeprefix(_FONT_SCHEME)
+        if name in _FONTS.values():
+            font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name
+            return URLFetcherResponse(url, font.read_bytes(), {"Content-Type": "font/ttf"})
+        return super().fetch(url, headers)
+
+
 def _font_faces() -> str:
-    """CSS that embeds the fonts of the figures and of code, which ship with matplotlib."""
-    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    faces = []
-    for (family, weight, style), name in _FONTS.items():
-        data = base64.b64encode((folder / name).read_bytes()).decode("ascii")
-        faces.append(
-            f'@font-face {{ font-family: "{family}"; font-weight: {weight}; font-style: {style}; '
-            f'src: url("data:font/ttf;base64,{data}"); }}'
-        )
-    return "\n".join(faces)
+    """CSS that embeds the fonts of the figures and of code, which ship with matplotlib. By name: as
+    text their two megabytes would be read letter by letter.
+    """
+    return "\n".join(
+        f'@font-face {{ font-family: "{family}"; font-weight: {weight}; font-style: {style}; '
+        f'src: url("{_FONT_SCHEME}{name}"); }}'
+        for (family, weight, style), name in _FONTS.items()
+    )
+
+
+def counted(name: str) -> dict[str, Any]:
+    """For a page whose angles are counted by the convention of this `name`: it, and by how much
+    others are more.
+    """
+    convention = convention_of(name)
+    return {"convention": convention, "beside_convention": beside(convention)}

@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.configuration import ReportSettings
+from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES, Side
 from gaitval.datasets.plausible import ADULT
 from gaitval.gait.cycle_curves import Curves
@@ -30,7 +31,7 @@ from gaitval.reporting.drawing import Draw
 from gaitval.reporting.figure_data import table
 from gaitval.reporting.measurement_part import MeasurementPart
 from gaitval.reporting.muscle_figures import DrawnMuscles
-from gaitval.reporting.page import write_page
+from gaitval.reporting.page import counted, write_page
 from gaitval.reporting.recording_figures import MeanAndDeviation
 from gaitval.reporting.tables import tables_of
 from gaitval.scaling.segments import ScaledSegment
@@ -288,6 +289,7 @@ def write_recording_report(
     The HTML needs no other file. Equal summaries give equal HTML.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    convention = OWN if settings is None else settings.convention
     context = {
         "summary": summary,
         "sides": SIDES,
@@ -296,7 +298,8 @@ def write_recording_report(
         "left_out": summary.left_out[:LEFT_OUT_SHOWN],
         "case": _case(summary),
         "left_out_reasons": Counter(one.reason for one in summary.left_out).most_common(),
-        **_drawings(summary),
+        **counted(convention),
+        **_drawings(summary, convention),
     }
     write_page(folder, "recording", "recording.html.j2", context, settings)
 
@@ -354,8 +357,10 @@ def _marker_rows(summary: RecordingSummary) -> list[dict[str, Any]]:
     ]
 
 
-def _drawings(summary: RecordingSummary) -> dict[str, Any]:
-    """What draws each figure, its table, and the names of the figures of each section."""
+def _drawings(summary: RecordingSummary, convention: str = OWN) -> dict[str, Any]:
+    """What draws each figure, its table, and the names of the figures of each section; angles are
+    counted by a `convention`.
+    """
     normal: Mapping[str, Norm] = {}
     if summary.leg_length is not None and np.isfinite(summary.walking_speed):
         normal = norms_at(summary.walking_speed, summary.leg_length, summary.age)
@@ -378,7 +383,7 @@ def _drawings(summary: RecordingSummary) -> dict[str, Any]:
         },
         "forces": rows(summary.forces, kind="forces", factor=100.0),
     }
-    every = {kind: each for kind, each in every.items() if each}
+    every = {kind: grids.in_convention(each, convention) for kind, each in every.items() if each}
     for name in quantities:
         if BY_NAME[name].of_muscles is not None:
             every.pop(name, None)
@@ -446,7 +451,7 @@ def quantities_of(summary: RecordingSummary) -> dict[str, Found]:
             for each in (summary.angles, summary.moments, summary.forces)
         )
     )
-    return found_quantities(means, seconds, summary.muscles)
+    return found_quantities(means, seconds, summary.muscles, summary.walking_speed)
 
 
 def _residual_table(left: ResidualCurves) -> str:

@@ -13,6 +13,7 @@ from gaitval import file_gate
 from gaitval.arrays import Array
 from gaitval.artefacts import read_json, write_text
 from gaitval.configuration import Configuration, load_configuration
+from gaitval.conventions import OWN
 from gaitval.coordinates import split_side
 from gaitval.datasets.subject import Subject
 from gaitval.datasets.subject_file import load_subject
@@ -50,7 +51,6 @@ from gaitval.reporting import (
     curve_statistics,
     figure_data,
     figures,
-    grids,
     prediction_part,
     run_grids,
     tables,
@@ -58,7 +58,7 @@ from gaitval.reporting import (
 from gaitval.reporting.drawing import Draw
 from gaitval.reporting.facts import measured_force
 from gaitval.reporting.findings import findings
-from gaitval.reporting.page import write_page
+from gaitval.reporting.page import counted, write_page
 from gaitval.reporting.replay import SCRIPTS, walk_pictures
 from gaitval.reporting.sheet import sheet
 
@@ -377,15 +377,18 @@ def _walked(folder: Path) -> Subject:
     return subject.model_copy(update={"walking_speed_m_s": speed})
 
 
-def _context(folder: Path) -> dict[str, Any]:
-    """Everything that the template shows, read from the run folder."""
+def _context(folder: Path, convention: str = OWN) -> dict[str, Any]:
+    """Everything that the template shows, read from the run folder, with the angles of figures
+    counted by a `convention`.
+    """
     subject = _walked(folder)
     metrics = read_metrics(folder / METRICS)
     training = _training(folder / "policy" / "training.csv")
     traces = _traces(folder / "push.json")
     walk, whole = metrics.walk, metrics.curve_statistics
     before = credibility.provenance_before(folder)
-    drawn, data = run_grids.figures(metrics, subject, run_grids.strides_of(folder, metrics))
+    strides = run_grids.strides_of(folder, metrics)
+    drawn, data = run_grids.figures(metrics, subject, strides, convention)
     predicted, of_prediction, numbers = prediction_part.shown(metrics)
     drawn, data = drawn | of_prediction, data | numbers
     body, bars = None, list[Bar]()
@@ -419,7 +422,7 @@ def _context(folder: Path) -> dict[str, Any]:
         "second_engine": tables.second_engine(metrics),
         "as_measured": tables.as_measured(metrics),
         "figure_tables": tables.figure_tables(metrics),
-        "quantity_notes": [each.note for each in grids.FURTHER],
+        "quantity_notes": run_grids.notes(metrics),
         "body": body,
         "shared": shared,
         "parameters": _parameters(metrics.identification, bars if shared else ()),
@@ -466,8 +469,8 @@ def write_report(folder: Path, settings: Sequence[str] = ()) -> None:
     like `report.language=de`, take precedence over the run's configuration. Raises ArtefactError if
     `metrics.json` is missing or an input is damaged, SubjectError if `subject.toml` cannot be used.
     """
-    context = _context(folder)
+    looks = _configuration(folder, settings).report
+    context = _context(folder, looks.convention) | counted(looks.convention)
     write_text(folder / credibility.CLAIMS, credibility.claims_text())
     checklist.write_checklist(folder, context["checks"])
-    looks = _configuration(folder, settings).report
     write_page(folder, "report", TEMPLATE, context, looks, scripts=SCRIPTS, beside=DETAILS)

@@ -10,6 +10,7 @@ import numpy as np
 
 from gaitval.arrays import Array, sample_deviation
 from gaitval.configuration import load_configuration
+from gaitval.conventions import OWN
 from gaitval.coordinates import SIDES
 from gaitval.datasets.subject import Subject
 from gaitval.gait.record import LowPass
@@ -74,15 +75,16 @@ def strides_of(folder: Path, metrics: Metrics) -> dict[str, Array]:
 
 
 def figures(
-    metrics: Metrics, subject: Subject, strides: Mapping[str, Array]
+    metrics: Metrics, subject: Subject, strides: Mapping[str, Array], convention: str = OWN
 ) -> tuple[dict[str, Draw], dict[str, str]]:
     """What draws the figures of curves of a run of `subject` with the results `metrics`, by name,
-    the small one of the sheet and the grids, and their tables; `strides` as `strides_of`.
+    the small one of the sheet and the grids, and their tables; `strides` as `strides_of`. Angles
+    are counted by a `convention` (`gaitval.conventions`).
     """
     normal = norms(subject)
     panel = partial(_panel, metrics, subject, strides, normal)
     rows = {
-        name: [[panel(each) for each in row] for row in names]
+        name: grids.in_convention([[panel(each) for each in row] for row in names], convention)
         for name, names in (
             ("curves", grids.SAGITTAL),
             ("kinematics", grids.KINEMATICS),
@@ -120,6 +122,14 @@ def figures(
         draws |= {"activations": shown.activations, "contacts": shown.contacts}
         tables |= shown.tables()
     return draws, tables
+
+
+def notes(metrics: Metrics) -> list[str]:
+    """What a reader of the tables must know: of quantities with curves of their own, and of what
+    joints carry, where it is shown.
+    """
+    shown = [each.note for each in grids.FURTHER]
+    return shown if walked_muscles(metrics) is None else [*shown, JOINT_CONTACT.note]
 
 
 def walked_muscles(metrics: Metrics) -> DrawnMuscles | None:

@@ -24,6 +24,7 @@ import numpy as np
 
 from gaitval.arrays import Array
 from gaitval.coordinates import Side
+from gaitval.scaling.hip_regressions import HARRINGTON, TITLES, PelvisSize, hip_centre
 from gaitval.scaling.landmarks import (
     Place,
     Width,
@@ -49,23 +50,6 @@ ACROMION_TO_SHOULDER = 0.17
 LARGEST_ELEVATION = 45.0
 """Elevation of the upper arm, degrees, up to which the acromia show where the shoulders are; above
 it the shoulder girdle moves up and in."""
-
-
-def hip_joint_centre(pelvic_width: float, pelvic_depth: float) -> Array:
-    """Right hip joint centre from the middle of the ASIS, m, in the pelvis axes (x forward, y left,
-    z up), shape (3,); mirror y for the left one.
-
-    `pelvic_width` PW is the distance between the ASIS, `pelvic_depth` PD that between the middle of
-    the ASIS and of the PSIS, m. Harrington et al. (2007) J Biomech 40:595-602, the regressions on
-    one variable, in mm: x = -0.24 PD - 9.9, up = -0.30 PW - 10.9, lateral = 0.33 PW + 7.3.
-    """
-    return np.array(
-        [
-            -0.24 * pelvic_depth - 0.0099,
-            -(0.33 * pelvic_width + 0.0073),
-            -0.30 * pelvic_width - 0.0109,
-        ]
-    )
 
 
 def pelvis_frame(right_asis: Array, left_asis: Array, middle_psis: Array) -> Array:
@@ -134,7 +118,12 @@ def measure(
         pelvic_tilt=float(np.arcsin(-frame[2, 0])),
         one_sided=one_sided,
         **_shoulders(points),
-        sources=_sources(markers, points, functional=bool(hip_centres)),
+        sources=_sources(
+            markers,
+            points,
+            functional=bool(hip_centres),
+            hip=TITLES[widths.get("hip_regression", HARRINGTON)],
+        ),
     )
 
 
@@ -156,6 +145,7 @@ def _standing(
     knee_width: Width = None,
     ankle_width: Width = None,
     elbow_width: Width = None,
+    hip_regression: str = HARRINGTON,
 ) -> tuple[Array, dict[str, Array]]:
     """The person's axes, (3, 3) with x (facing), y and z as columns, and all landmarks and joint
     centres in these axes.
@@ -171,10 +161,7 @@ def _standing(
     asis = points["R.ASIS"], points["L.ASIS"]
     middle_asis = (asis[0] + asis[1]) / 2
     frame = pelvis_frame(*asis, points["Mid.PSIS"])
-    right_hip = hip_joint_centre(
-        float(np.linalg.norm(asis[1] - asis[0])),
-        float(np.linalg.norm(middle_asis - points["Mid.PSIS"])),
-    )
+    right_hip = hip_centre(hip_regression, _pelvis_size(points, ankle_width))
     mirror = np.array([1.0, -1.0, 1.0])
     points["R.Hip.Centre"] = middle_asis + frame @ right_hip
     points["L.Hip.Centre"] = middle_asis + frame @ (mirror * right_hip)
@@ -194,6 +181,23 @@ def _standing(
             )
     points.update(_arm_centres(points, elbow_width))
     return heading, points
+
+
+def _pelvis_size(points: Mapping[str, Array], ankle_width: Width) -> PelvisSize:
+    """What the regressions of the hip centre go by."""
+    asis = {side: points[f"{side}.ASIS"] for side in "RL"}
+    # The medial malleolus; without a marker on it the width puts it beside the lateral one.
+    legs = []
+    for side, spine in asis.items():
+        lateral = points[f"{side}.Ankle"]
+        width = width_of(ankle_width, side) or 0.0
+        inwards = np.array([0.0, width if side == "R" else -width, 0.0])
+        legs.append(np.linalg.norm(points.get(f"{side}.Ankle.Medial", lateral + inwards) - spine))
+    return PelvisSize(
+        width=float(np.linalg.norm(asis["L"] - asis["R"])),
+        depth=float(np.linalg.norm((asis["R"] + asis["L"]) / 2 - points["Mid.PSIS"])),
+        leg=float(np.mean(legs)),
+    )
 
 
 def _hinge(
@@ -263,11 +267,13 @@ def _shoulders(points: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _sources(
-    markers: Mapping[str, Place], points: Mapping[str, Array], *, functional: bool
+    markers: Mapping[str, Place], points: Mapping[str, Array], *, functional: bool, hip: str
 ) -> dict[str, str]:
     """How the rows of the scaling table were measured, if not by a marker on each landmark."""
     sources = {}
-    hip = "functional" if functional else "after Harrington"
+    hip = "functional" if functional else f"after {hip}"
+    if not functional and hip != f"after {TITLES[HARRINGTON]}":
+        sources["thigh"] = sources["hips"] = f"markers, hip {hip}"
     if functional:
         sources["thigh"] = sources["hips"] = "markers, hip functional (Ehrig 2006)"
     chord = [

@@ -46,11 +46,14 @@ Width = float | tuple[float, float] | None
 
 
 class Widths(TypedDict, total=False):
-    """Widths of the joints, as keyword arguments."""
+    """Widths of the joints, and by which regression hips are found (`hip_regression`), as keyword
+    arguments.
+    """
 
     knee_width: Width
     ankle_width: Width
     elbow_width: Width
+    hip_regression: str
 
 
 def width_of(width: Width, side: str) -> float | None:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from gaitval.scaling.anthropometry import WINTER
-from gaitval.scaling.joint_centres import hip_joint_centre
+from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.measurements import Limbs, Measurements
 
 THIGH: Final = 0.2284

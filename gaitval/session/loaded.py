@@ -1,6 +1,6 @@
 """A walking trial as a motion whose moments are known, for its muscles."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -9,7 +9,9 @@ from gaitval.arrays import Array, Flags, runs
 from gaitval.constants import GRAVITY
 from gaitval.coordinates import SIDES, Side
 from gaitval.model.body import BodyModel
+from gaitval.model.markers import ModelMarker
 from gaitval.musculature.gait import LoadedMotion
+from gaitval.musculature.mapping import knee_aside
 from gaitval.musculature.paths import COORDINATES
 from gaitval.session.trial import WalkingTrial, valid_cycles
 
@@ -26,10 +28,11 @@ def loaded_motion(
     *,
     height: float,
     prosthesis: str | None = None,
+    knees: Mapping[Side, float] | None = None,
 ) -> LoadedMotion | None:
     """The trial `walk` of the scaled body `model`, of a person of `height` m; None without moments.
     The leg of a `prosthesis` ("right", "left") has no muscles here: how much of it is left is not
-    known.
+    known. `knees` are `measured_knees`.
     """
     if walk.moments is None or walk.loads is None:
         return None
@@ -50,7 +53,24 @@ def loaded_motion(
             walk.moments.time, walk.loads.valid, walk.loads.force[..., 2], own.mass, cycles
         ),
         lost=lost_leg(prosthesis),
+        knees=knees or {},
     )
+
+
+def measured_knees(
+    model: BodyModel, markers: Sequence[ModelMarker], landmarks: Mapping[str, str]
+) -> dict[Side, float]:
+    """`LoadedMotion.knees` of a body with `markers`, by side; a knee whose two epicondyles have no
+    markers (`landmarks` names them) is left out.
+    """
+    placed = {each.name: each for each in markers}
+    found: dict[Side, float] = {}
+    for side in SIDES:
+        names = [landmarks.get(f"{side[0].upper()}.{place}") for place in ("Knee", "Knee.Medial")]
+        both = [placed[name] for name in names if name in placed]
+        if len(both) == len(names):
+            found[side] = knee_aside(model, side[0], both)
+    return found
 
 
 def lost_leg(prosthesis: str | None) -> dict[Side, Collection[str]]:

@@ -46,10 +46,11 @@ class WithSpines:
 def completed(
     marker_set: MarkerSet, standing: Recording, walking: Sequence[Recording]
 ) -> WithSpines:
-    """The trials, named after `marker_set`, with the spines that it says no marker for, from its
-    crests; and with those of the pelvis that are taken off after standing, carried by the markers
-    that stay. Raises RecordError if crests without a rear are all that there is.
+    """The trials, named after `marker_set`, with the spines that no trial has a marker for, from
+    its crests; and with those of the pelvis that are taken off after standing, carried by the
+    markers that stay. Raises RecordError if crests without a rear are all that there is.
     """
+    marker_set = _without_absent_spines(marker_set, (standing, *walking))
     landmarks = marker_set.landmarks
     pelvis = [name for name, each in marker_set.markers.items() if each.segment == "pelvis"]
     found: Spines | None = None
@@ -80,14 +81,34 @@ def completed(
         name
         for at, name in marker_set.landmarks.items()
         if at in (*SPINES, *_REAR)
-        and marker_set.markers[name].static_only
-        and name in standing.names
+        and _seen(standing, name)
+        and (marker_set.markers[name].static_only or not all(_seen(w, name) for w in walking))
     ]
     if off:
         shape = _shape(standing, {name: name for name in pelvis})
         places = {name: shape.pop(name) for name in off if name in shape}
         walking = [_carried(walk, shape, places) for walk in walking]
     return WithSpines(marker_set, standing, tuple(walking), {}, ())
+
+
+def _seen(recording: Recording, name: str) -> bool:
+    """Whether a trial ever shows the marker `name`."""
+    return name in recording.names and bool(np.isfinite(recording.marker(name)).any())
+
+
+def _without_absent_spines(marker_set: MarkerSet, trials: Sequence[Recording]) -> MarkerSet:
+    """The set without the markers of the spines, if no trial has one of them and the crests are
+    there, as where a belt or a belly covers the spines.
+    """
+    landmarks = marker_set.landmarks
+    spines = {landmarks[at] for at in SPINES if at in landmarks}
+    crests = [landmarks[at] for at in CRESTS if at in landmarks]
+    if any(_seen(trial, name) for trial in trials for name in spines) or not (
+        len(crests) == len(CRESTS) and all(_seen(trials[0], name) for name in crests)
+    ):
+        return marker_set
+    kept = {name: each for name, each in marker_set.markers.items() if name not in spines}
+    return replace(marker_set, markers=kept)
 
 
 def _doubt(found: Spines) -> QualityFlag:

@@ -17,6 +17,7 @@ from gaitval.errors import RecordError, RecordWarning, ScalingError, count_of
 from gaitval.gait.cycles import PLAUSIBLE_STRIDE
 from gaitval.gait.events import FOOT_CUTOFF_HZ
 from gaitval.gait.quality_flags import QualityFlag
+from gaitval.gait.raised_plates import without_raised
 from gaitval.mocap.axes import LaboratoryAxes, detect_axes, turn_to_walking_direction
 from gaitval.mocap.cleaning import clean
 from gaitval.mocap.findings import Finding
@@ -113,6 +114,11 @@ def read_session(
             for warning in _doubts_beside(request, marker_set, standing, recording, named_walk):
                 notify("warnings", f"{request.called(number)}: {warning}")
                 flags.append((request.called(number), warning))
+            if recording.plates and not request.kinematics_only:
+                recording, raised = without_raised(recording, marker_set.landmarks, aid=request.aid)
+                for warning in raised:
+                    notify("warnings", f"{request.called(number)}: {warning}")
+                    flags.append((request.called(number), warning))
             _check_plates(request, recording)
         turned.append(recording)
     return SessionRecordings(

@@ -22,8 +22,18 @@ if TYPE_CHECKING:
 
 Notify = Callable[[str, str], None]
 
-_HipCentreMethod = Literal["regression", "functional"]
-"""Where the hip centres of the standing trial come from."""
+
+def _method(given: object) -> object:
+    """Files of before there were several regressions say "regression"."""
+    return "harrington" if given == "regression" else given
+
+
+_HipCentreMethod = Annotated[
+    Literal["harrington", "bell", "hara", "rajagopal2016", "gait2392", "functional"],
+    BeforeValidator(_method),
+]
+"""Where the hip centres of the standing trial come from: a regression of
+`gaitval.scaling.hip_regressions`, or a range-of-motion trial."""
 Halves = Literal["odd-even", "first-last"]
 """How gait cycles are shared out to two trials."""
 
@@ -151,8 +161,10 @@ class ImportOptions(BaseModel):
     functional: Files = ()
     """Range-of-motion trials of the same session: functional hip centres and knee axes are compared
     with those of the standing trial."""
-    hip_centre: _HipCentreMethod = "regression"
-    """Use the functional hip centres of --functional where their error is small."""
+    hip_centre: _HipCentreMethod = "harrington"
+    """Where hip centres are: by the regression of Harrington (2007), Bell (1989) or Hara (2016), as
+    in OpenSim's generic models (rajagopal2016, gait2392), or functional, of --functional where the
+    error is small; the page shows the hip moments by each."""
     age: float | None = None
     """Years; below 16 a child's segment masses are taken. Left out if the C3D file knows it."""
     aid: Aid | None = None
@@ -260,7 +272,13 @@ class Request(ImportOptions):
             "knee_width": self.knee_width,
             "ankle_width": self.ankle_width,
             "elbow_width": self.elbow_width,
+            "hip_regression": self.hip_regression,
         }
+
+    @property
+    def hip_regression(self) -> str:
+        """The regression by which hip centres are found where no trial shows them."""
+        return "harrington" if self.hip_centre == "functional" else self.hip_centre
 
     @property
     def who(self) -> Identity:

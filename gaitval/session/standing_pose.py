@@ -18,7 +18,8 @@ from gaitval.gait.events import marker_events
 from gaitval.gait.quality_flags import QualityFlag
 from gaitval.mocap.recording import Recording
 from gaitval.scaling.anthropometry import WINTER
-from gaitval.scaling.joint_centres import hip_joint_centre, pelvis_frame
+from gaitval.scaling.hip_regressions import hip_joint_centre
+from gaitval.scaling.joint_centres import pelvis_frame
 from gaitval.scaling.landmarks import middle_psis
 from gaitval.scaling.marker_set import MarkerSet
 from gaitval.scaling.scaling import HIGHEST_BARE_ANKLE

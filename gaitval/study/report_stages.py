@@ -41,7 +41,7 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
     from gaitval.metrics.learning_gain import LearningGain
     from gaitval.metrics.results import CorrectionResult, IdentificationResult
     from gaitval.metrics.rollouts import Rollouts
-    from gaitval.metrics.validation import validate
+    from gaitval.metrics.validation import StageResults, validate
     from gaitval.prediction.known import is_predicted, is_unrecorded
     from gaitval.simulation.rollout import Rollout
 
@@ -64,18 +64,20 @@ def metrics_of(run: Run, *, pushes: "PushRecovery | None") -> "Metrics":
         nominal,
         rollouts(ROLLOUTS["identified"], walks.identified),
         run.configuration,
-        identification=stored(run, "identification.json", IdentificationResult)
-        if walks.identified
-        else None,
-        correction=stored(run, "correction.json", CorrectionResult),
-        pushes=pushes,
+        StageResults(
+            identification=stored(run, "identification.json", IdentificationResult)
+            if walks.identified
+            else None,
+            correction=stored(run, "correction.json", CorrectionResult),
+            training=stored(run, f"policy/{GAIN}", LearningGain),
+            pushes=pushes,
+            torque_shares=walks.torque_shares,
+            second_engine=rollouts(SECOND_ENGINE, [walks.witness] if walks.witness else None),
+            again=[Repeat.model_validate(each) for each in repeats],
+            centring=walks.centring,
+            prediction_errors=expected_errors,
+        ),
         others=people,
-        torque_shares=walks.torque_shares,
-        second_engine=rollouts(SECOND_ENGINE, None if walks.witness is None else [walks.witness]),
-        again=[Repeat.model_validate(each) for each in repeats],
-        centring=walks.centring,
-        prediction_errors=expected_errors,
-        training=stored(run, f"policy/{GAIN}", LearningGain),
     )
     if is_predicted(settings):
         from gaitval.metrics.held_out import predicted_curves, with_predicted

@@ -131,8 +131,8 @@ def repeat_stage(run: Run, *, predicted: bool = False) -> Stage:
     """
 
     def repeat() -> None:
+        from gaitval.metrics.comparator import compared_with
         from gaitval.metrics.repeats import repeated_walks
-        from gaitval.metrics.validation import compared_with
 
         if predicted:
             from gaitval.study.predicted_tasks import predicted_task

@@ -149,6 +149,7 @@ def later(percent):
         (change("angle_hip_flexion_l", np.negative), "hip_flexion_l: largest .* Change its sign"),
         (change("angle_ankle_angle_r", np.negative), "ankle_angle_r: larger after push-off"),
         (change("angle_knee_angle_l", np.radians), "looks like radians. Give --angle-unit rad"),
+        (every("angle_pelvis_", np.pi / 180), "angle_pelvis_rotation_r .*looks like radians"),
         (change("moment_ankle_angle_r", np.negative), "moment_ankle_angle_r: .* Change its sign"),
         (change("moment_ankle_angle_l", lambda m: 65 * m), "looks like Nm. Divide moments by the"),
         (every("moment_", 1000), r"reaches 1\d*; this looks like Nmm/kg. Divide moments by 1000:"),

@@ -1,9 +1,17 @@
 """Legs that differ: what a fit's prior draws in is taken out again; weighed against people's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from gaitval.identification.legs import ODDS, LegDifference
+from gaitval.identification.legs import (
+    LABORATORY,
+    ODDS,
+    LegDifference,
+    causes,
+    held,
+)
 
 PRIOR, NOISE = 0.0086, 0.004
 
@@ -51,3 +59,35 @@ def test_a_record_that_says_nothing_of_the_legs_does_not_call_them_different():
     blind = LegDifference(1e-6, 0.9999 * PRIOR, PRIOR)
     assert blind.odds > ODDS
     assert not blind.differ
+
+
+def test_causes_widen_what_the_record_alone_says_and_draw_its_estimate_in():
+    sharp, honest = of(0.018), replace(of(0.018), causes=0.01)
+    assert honest.alone[0] == sharp.alone[0]
+    assert honest.alone[1] == pytest.approx(np.hypot(NOISE, 0.01))
+    assert honest.estimate[1] > 1.5 * sharp.estimate[1]
+    assert abs(honest.estimate[0]) < abs(sharp.estimate[0])
+
+
+def test_a_knee_held_flexed_is_a_cause_where_the_other_is_not():
+    """S08's: 20 and 4 degrees at most extended, half a leg of 42 cm."""
+    bent, straight = np.radians(20.0), np.radians(4.0)
+    alone = held({"l": bent, "r": straight}, 0.84)
+    assert alone == pytest.approx(0.42 * np.sin(bent / 2) * 0.5 * (bent - straight))
+    assert 0.008 < alone < 0.012
+    assert held({"l": bent, "r": bent}, 0.84) == 0.0
+    assert held({"l": -0.1, "r": -0.2}, 0.84) == 0.0
+
+
+def test_only_real_laboratories_err_on_everybody():
+    even = {"l": 0.1, "r": 0.1}
+    assert causes(even, 0.84, laboratory=False) == 0.0
+    assert causes(even, 0.84, laboratory=True) == pytest.approx(LABORATORY)
+
+
+def test_a_record_of_which_nothing_counts_leaves_what_people_s_legs_are():
+    silent = LegDifference(0.0, PRIOR, PRIOR, causes=0.005)
+    mean, sd = silent.estimate
+    assert mean == 0.0
+    assert PRIOR < sd < 0.025  # between people's and legs that differ by 2 cm beside
+    assert not silent.differ

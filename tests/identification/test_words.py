@@ -1,9 +1,12 @@
 """Sentences on a body: their numbers, and what they say of legs that differ."""
 
+from dataclasses import replace
+
 import pytest
 from body_result import MODEL, made_up
 
-from gaitval.identification.body_words import NEXT, next_trials, sentences
+from gaitval.identification.body_words import NEXT, helps, next_trials, sentences, walker_words
+from gaitval.identification.shared_errors import LARGEST_DEVIANCE
 
 
 def test_the_legs_are_said_in_centimetres_before_and_after():
@@ -25,7 +28,7 @@ def test_a_side_is_named_only_where_the_record_knows_it(difference, shown):
     message = sentences(made_up(0.5, difference), MODEL)
     assert "leg is longer" not in message
     text = f"Whether the legs differ in length cannot be seen (left less right {shown} ± 4 mm)."
-    assert message.endswith(text)
+    assert text in message
 
 
 def test_legs_that_differ_are_said_with_what_else_it_may_be():
@@ -40,3 +43,21 @@ def test_a_range_of_motion_trial_tells_most_of_the_thigh():
     thigh = header.index("thigh_length")
     assert float(own[thigh]) == pytest.approx(0.8)
     assert float(moved[thigh]) < float(again[thigh]) < float(own[thigh])
+
+
+def test_a_record_that_does_not_fit_says_so_and_changes_nothing():
+    odd = replace(made_up(0.5, 0.009), cost=LARGEST_DEVIANCE + 214.0)
+    message = sentences(odd, MODEL)
+    assert f"{odd.cost:.0f}" in message
+    assert f"{LARGEST_DEVIANCE:.0f}" in message
+    assert f"{100 * MODEL.leg_length:.1f} cm" in message
+    assert "±" not in message
+    assert not helps(odd)
+    assert "as scaled" in walker_words(odd, True)
+
+
+def test_goodness_of_fit_and_the_walker_s_body_are_said():
+    found = made_up(0.5, 0.009)
+    assert f"deviance {found.cost:.0f}, at most {LARGEST_DEVIANCE:.0f}" in sentences(found, MODEL)
+    assert "equal legs" in walker_words(found, False)
+    assert "legs that differ" in walker_words(found, True)

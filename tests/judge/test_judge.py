@@ -25,7 +25,7 @@ from gaitval.apps.judge.request import JudgeRequest
 from gaitval.apps.judge.skeleton import skeleton
 from gaitval.apps.judge.write import result_of, write_judgement
 from gaitval.coordinates import RANGES
-from gaitval.errors import GaitvalError, RecordError, RecordWarning
+from gaitval.errors import ConfigurationError, GaitvalError, RecordError, RecordWarning
 from gaitval.folder_lock import locked
 from gaitval.metrics.tolerances import JUDGED_UNITS, load_registry, measured
 from gaitval.mocap.mot import read_storage
@@ -557,6 +557,14 @@ def test_exit_codes_say_fine_failed_and_unusable(everything, tmp_path):
     assert code == 2
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"mass": 170.0, "height": 70.0}, {"mass": 7000.0}, {"height": 172.0}]
+)
+def test_a_person_in_other_units_is_refused_in_python_too(wrong):
+    with pytest.raises(ConfigurationError, match=f"{next(iter(wrong.values())):g}"):
+        judge(JudgeRequest(Path("model.osim"), **wrong))
+
+
 def test_half_of_the_moments_is_noticed_at_the_ankle(everything, tmp_path):
     """Their shape is right, and the band of the shape holds them."""
 
@@ -736,3 +744,62 @@ def test_what_a_reader_passes_over_is_a_sentence(everything, judged_files, tmp_p
     found = judge(replace(everything, ik=tmp_path / "ik.mot"))
     assert any("count of rows" in one for one in found.findings)
     assert not [each for each in recwarn if issubclass(each.category, RecordWarning)]
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1 / 64.95, "Nm/kg"), (1e3, "Nmm")])
+def test_moments_in_another_unit_are_refused_with_its_name(judged_files, tmp_path, factor, unit):
+    other = with_columns(
+        judged_files / "id.sto", tmp_path / "id.sto", lambda _, values: factor * values
+    )
+    request = JudgeRequest(
+        model=judged_files / "model.osim",
+        ik=judged_files / "ik.mot",
+        id=other,
+        external_loads=judged_files / "loads.xml",
+    )
+    with pytest.raises(RecordError, match=re.escape(f"in {unit} they would be like theirs")):
+        judge(request)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e3, "millimetres"), (100.0, "centimetres")])
+def test_a_root_that_is_not_in_metres_is_refused(judged_files, tmp_path, factor, unit):
+    def change(name, values):
+        return factor * values if name.startswith("pelvis_t") and len(name) == 9 else values
+
+    other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
+    request = JudgeRequest(
+        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
+    )
+    with pytest.raises(RecordError, match=f"look like {unit}"):
+        judge(request)
+
+
+def test_knees_of_a_model_with_the_other_sign_are_named_before_the_forces(judged_files, tmp_path):
+    def change(name, values):
+        return -values if name.startswith("knee_angle") else values
+
+    other = with_columns(judged_files / "ik.mot", tmp_path / "ik.mot", change)
+    request = JudgeRequest(
+        model=judged_files / "model.osim", ik=other, grf=judged_files / "grf.mot"
+    )
+    with pytest.raises(RecordError, match=r"knee_angle_r and knee_angle_l .*Gait2392"):
+        judge(request)
+
+
+def test_forces_in_other_axes_than_the_motion_are_named(judged_files, tmp_path):
+    table = read_storage(judged_files / "grf.mot")
+    values = table.values.copy()
+    of = {name: table.columns.index(name) for name in table.columns}
+    for side in "rl":
+        for kind in "vp":
+            x, y, z = (of[f"ground_force_{side}_{kind}{axis}"] for axis in "xyz")
+            values[:, [x, y, z]] = values[:, [z, x, y]]
+    write_storage(tmp_path / "grf.mot", replace(table, values=values))
+    request = JudgeRequest(
+        model=judged_files / "model.osim",
+        ik=judged_files / "ik.mot",
+        grf=tmp_path / "grf.mot",
+    )
+    with pytest.raises(RecordError, match="other axes than the markers") as error:
+        judge(request)
+    assert not error.value.goes_on

@@ -28,6 +28,11 @@ from gaitval.scaling.markers.names import computed, likelihoods, read_names
         ("RIIT", "LIIT", "R.MT2"),
         ("RVMH", "LVMH", "R.MT5"),
         ("RA", "LA", "R.Acromion"),
+        ("RMA", "LMA", "R.Ankle.Medial"),
+        ("R.FM", "L.FM", "R.MT1"),
+        ("R.VM", "L.VM", "R.MT5"),
+        ("Großzehengrundgelenk_re", "Großzehengrundgelenk_li", "R.MT1"),
+        ("Kleinzehe_Grundgelenk_re", "Kleinzehe_Grundgelenk_li", "R.MT5"),
     ],
 )
 def test_a_name_and_its_partner_say_a_place_on_both_sides(
@@ -39,6 +44,15 @@ def test_a_name_and_its_partner_say_a_place_on_both_sides(
     assert second.side == "L"
     assert name in first.places
     assert name in second.places
+
+
+def test_a_rear_spine_without_a_side_is_the_middle_of_both() -> None:
+    """As LAMB has it."""
+    middle, right = read_names(["Psis", "RPSIS"])
+    assert middle.side == ""
+    assert middle.places == ("Sacrum",)
+    fitting = {site.label for site in sites() if right.fits(site)}
+    assert fitting == {"R.PSIS"}
 
 
 @pytest.mark.parametrize("marker_set", builtin_marker_sets(), ids=lambda each: each.name)

@@ -127,9 +127,15 @@ def test_figures_of_a_known_stance():
 
 
 def test_a_centre_of_pressure_that_is_nowhere_under_the_foot():
-    assert not list(place_warnings("1", outside=2, used=3))
-    (warning,) = place_warnings("1", outside=3, used=2)
+    down = np.array([[0.5, 1.0, 0.0], [-0.5, 1.0, 0.0], [-0.5, -1.0, 0.0], [0.5, -1.0, 0.0]])[::-1]
+    assert plate_axes(down)[2, 2] == -1.0
+    plate = replace(waves(), corners=down)
+    assert not list(place_warnings(plate, outside=2, used=3))
+    (warning,) = place_warnings(plate, outside=3, used=2)
     assert "3 of 5" in warning.message
+    assert "CORNERS" not in warning.message
+    (warning,) = place_warnings(replace(plate, corners=down[::-1]), outside=3, used=2)
+    assert "FORCE_PLATFORM:CORNERS" in warning.message
 
 
 NO_CORNERS = np.full((4, 3), np.nan)

@@ -1,5 +1,6 @@
 """Faults of measurements that were silent: each is said, and sound ones are not."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -65,6 +66,19 @@ def plate(least: float) -> Plate:
 )
 def test_forces_that_were_cut_off_are_said(least, message):
     assert ("forces cut off" in checks(channel_warnings(plate(least), 500.0))) == message
+
+
+def test_a_first_sample_above_a_low_threshold_is_no_high_one():
+    """At 100 Hz a force rises by 31 N from one sample to the next."""
+    sampled = [plate(20.0).during(slice(first, None, 5)) for first in range(5)]
+    slow = sampled[0]
+    slow = replace(slow, **{
+        name: np.concatenate([getattr(each, name) for each in sampled])
+        for name in ("force", "centre_of_pressure", "free_moment")
+    })  # fmt: skip
+    first = slow.force[1:, 2][(slow.force[1:, 2] > 0.0) & (slow.force[:-1, 2] == 0.0)]
+    assert np.median(first) > 35.0 > first.min()
+    assert "forces cut off" not in checks(channel_warnings(slow, 100.0))
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.04, 0.3])

@@ -15,10 +15,11 @@ from gaitval.metrics.acceptance import (
     time_steps,
 )
 from gaitval.metrics.baselines import others_line
+from gaitval.metrics.comparator import compared_with
 from gaitval.metrics.groups import GROUPS
 from gaitval.metrics.origin import everything
 from gaitval.metrics.results import HeldOutError, HeldOutErrors
-from gaitval.metrics.validation import compared_with, validate
+from gaitval.metrics.validation import validate
 from gaitval.metrics.verdicts import failed_limits, limit_verdicts, sentence
 
 WALKED = synthetic_record()

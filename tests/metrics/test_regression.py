@@ -17,7 +17,7 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.errors import ArtefactError
 from gaitval.metrics.results import metrics_from
 from gaitval.metrics.tolerances import load_registry
-from gaitval.metrics.validation import validate
+from gaitval.metrics.validation import StageResults, validate
 from gaitval.metrics.walk_results import PushRecovery
 
 
@@ -45,7 +45,7 @@ def metrics():
         walks,
         None,
         configuration,
-        pushes=PushRecovery.model_validate(pushes),
+        StageResults(pushes=PushRecovery.model_validate(pushes)),
         others=builtin_subjects(),
     ).as_dict()
     # as if the person's own step width had been recorded too

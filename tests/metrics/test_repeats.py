@@ -5,9 +5,10 @@ import pytest
 from simulation_fixtures import changed
 
 from gaitval.datasets.subject_file import load_subject
+from gaitval.metrics.comparator import compared_with
 from gaitval.metrics.repeats import repeated_walks
 from gaitval.metrics.spread import repeated_values
-from gaitval.metrics.validation import ENDURANCE, compared_with
+from gaitval.metrics.validation import ENDURANCE
 from gaitval.model.parameters import nominal_parameters
 from gaitval.study.stored_policy import general_walker
 

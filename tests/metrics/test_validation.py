@@ -26,7 +26,7 @@ from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.groups import group_rows
 from gaitval.metrics.results import SpatiotemporalResult, metrics_from
 from gaitval.metrics.rollouts import Rollouts
-from gaitval.metrics.validation import spatiotemporal_measures, validate
+from gaitval.metrics.validation import StageResults, spatiotemporal_measures, validate
 from gaitval.metrics.walk_results import Endurance, PushRecovery
 
 RECORD = synthetic_record()
@@ -44,8 +44,8 @@ def _walks(rollouts):
     return walks_of(rollouts, CONFIGURATION)
 
 
-def _validate(nominal, identified=None, **further):
-    return validate(SUBJECT, RECORD, MODEL, nominal, identified, CONFIGURATION, **further).as_dict()
+def _validate(nominal, identified=None, by=None):
+    return validate(SUBJECT, RECORD, MODEL, nominal, identified, CONFIGURATION, by).as_dict()
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +196,7 @@ def test_pushes_are_judged_phase_by_phase(walks):
         "criterion_directions": [0.0, 90.0, -90.0],
         "survived": [[True, True, True], [True, False, True]],
     }
-    metrics = _validate(walks, pushes=PushRecovery.model_validate(pushes))
+    metrics = _validate(walks, by=StageResults(pushes=PushRecovery.model_validate(pushes)))
     rows = [row for row in metrics["tolerances"] if row["id"] == "push-survival"]
     assert [row["target"] for row in rows] == ["phase 0", "phase 0.5"]
     assert [row["value"] for row in rows] == [100.0, pytest.approx(200 / 3, rel=1e-5)]

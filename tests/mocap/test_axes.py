@@ -388,7 +388,22 @@ class TestWalkingDirection:
         with pytest.raises(RecordError, match="these are stairs"):
             turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
 
-    @pytest.mark.parametrize("what", ["sits down, stands up", "right foot .* stands on one leg"])
+    @pytest.mark.parametrize(("drop", "words"), [(-0.3, "jumps down"), (0.25, "gets onto")])
+    def test_a_box_is_no_slope(self, drop, words):
+        recording = walking(0.6, belt=False)
+        markers = recording.markers.copy()
+        for i, name in enumerate(recording.names):
+            # In the swing of each foot that begins after the first stride.
+            late = 0.5 if name[0] == "L" else 0.0
+            begin = 1.0 + (0.6 - late) % 1.0
+            markers[:, i, 2] += drop * np.clip((recording.time - begin) / 0.4, 0, 1)
+        with pytest.raises(RecordError, match=f"two levels that are .*{words}"):
+            turn_to_walking_direction(recording.with_markers(recording.names, markers), LANDMARKS)
+
+    @pytest.mark.parametrize(
+        "what",
+        ["sits down, stands up", "right foot .* stands on one leg", "jumps", "steps on the spot"],
+    )
     def test_who_does_not_walk_is_told_what_is_seen(self, what):
         still = walking(0.0, belt=False)
         markers = np.tile(np.array(list(PERSON.values())), (len(still.time), 1, 1))
@@ -397,6 +412,11 @@ class TestWalkingDirection:
                 markers[:, i, 2] -= 0.2 * (1 - np.cos(2 * np.pi * still.time / 5.0))
             if "one leg" in what and name.startswith("R_") and not name.endswith("SIS"):
                 markers[:, i, 2] += 0.15 * ((still.time > 2) & (still.time < 8))
+            if what == "jumps":
+                markers[:, i, 2] += np.clip(0.3 * np.sin(2 * np.pi * still.time), 0.0, None)
+            if "spot" in what and not name.endswith("SIS"):
+                turn = np.sin(2 * np.pi * still.time) * (1 if name[0] == "R" else -1)
+                markers[:, i, 2] += np.clip(0.2 * turn, 0.0, None)
         with pytest.raises(RecordError, match=what):
             turn_to_walking_direction(still.with_markers(still.names, markers), LANDMARKS)
 

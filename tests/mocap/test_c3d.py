@@ -25,6 +25,7 @@ from gaitval.mocap.force_plates import certain_load, plate_axes
 from gaitval.mocap.mot import read_storage
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.recording import Event
+from gaitval.mocap.units import METRES
 
 # A laboratory with y up; plates with z down, one turned by 180 degrees about the vertical.
 CORNERS = np.array([[1.6, 0, 0.3], [1.6, 0, 0.9], [1.0, 0, 0.9], [1.0, 0, 0.3]])
@@ -854,10 +855,17 @@ class TestRefusals:
                 refused += 1
         assert refused > 0  # else nothing was damaged that matters
 
-    @pytest.mark.parametrize(("unit", "words"), [(None, "is missing"), ("furlong", "'furlong'")])
-    def test_unit_of_length(self, tmp_path, unit, words):
-        path = write(tmp_path / "a.c3d", unit="" if unit is None else unit)
-        self.refuse(path, "POINT:UNITS", words, "mm")
+    def test_unit_of_length(self, tmp_path):
+        self.refuse(write(tmp_path / "a.c3d", unit="furlong"), "POINT:UNITS", "'furlong'", "mm")
+
+    @pytest.mark.parametrize("scale", [5e-5, 20.0, 0.07])
+    def test_no_unit_of_length_and_no_size_of_a_person(self, tmp_path, scale):
+        """0.04 and 16,000, which are no size in any unit; and 56, in inches or of a child in cm."""
+        markers = scale * np.tile(
+            [[1200.0, 900, 400], [1200, 900, 700], [1300, 100, 500]], (8, 1, 1)
+        )
+        path = write(tmp_path / "a.c3d", unit="", markers=markers)
+        self.refuse(path, "POINT:UNITS is missing", "spread over", "mm")
 
     def test_wrong_unit(self, tmp_path):
         self.refuse(write(tmp_path / "a.c3d", unit="m"), "spread", "millimetres that are called m")
@@ -1010,3 +1018,13 @@ def test_more_frames_than_a_header_counts_are_not_left_out(tmp_path, last):
     (tmp_path / "a.c3d").write_bytes(content)
     with pytest.raises(RecordError, match=r"about 69939 frames, .* in parts of at most 65535 fr"):
         read_c3d(tmp_path / "a.c3d")
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("mm", 1.0), ("cm", 0.13), ("m", 1e-3)])
+def test_a_missing_unit_of_length_is_told_by_the_size_of_a_person(tmp_path, unit, scale):
+    """800 mm; 104 cm, which in inches would be a giant; 0.8 m."""
+    markers = scale * np.tile([[1200.0, 900, 400], [1200, 900, 700], [1300, 100, 500]], (8, 1, 1))
+    path = write(tmp_path / "a.c3d", unit="", markers=markers)
+    with pytest.warns(RecordWarning, match=f"UNITS is missing.* in {unit}, which is taken"):
+        found = read_recording(path)
+    assert found.markers.max() == pytest.approx(markers.max() * METRES[unit], rel=1e-5)

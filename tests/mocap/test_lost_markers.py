@@ -124,3 +124,43 @@ def test_a_place_on_the_diagonal_is_no_fill_value():
     recording = walked()
     recording.markers[50, 0] = 0.1
     assert without_fill_values(recording) is recording
+
+
+def test_markers_held_together_are_found_by_those_that_are_not():
+    """Most of a foot's markers in their last places tell nothing about each other."""
+    walk = walked()
+    markers = walk.markers.copy()
+    held = ["mt1", "mt5", "heel2"]
+    names = (*walk.names, "heel2", "mt2")
+    foot = markers[:, [0, 1]] + np.array([0.0, 0.02, 0.02])
+    markers = np.concatenate([markers, foot], axis=1)
+    for name in held:
+        # In swing, where the foot moves on.
+        markers[170:182, names.index(name)] = markers[169, names.index(name)]
+    segments = {**SEGMENTS, "heel2": "foot_r", "mt2": "foot_r"}
+    findings, kept = found_in(Recording("walk.trc", "project", names, markers, RATE), segments)
+    assert sorted(found.names[0] for found in findings) == sorted(held)
+    assert np.isfinite(kept[:, names.index("heel")]).all()
+
+
+def test_a_held_marker_beside_one_other_of_its_segment_is_found():
+    walk = walked()
+    names = ("heel", "mt1", "mt5", "shank1", "shank2")
+    markers = walk.columns(names).copy()
+    markers[170:182, 4] = markers[169, 4]
+    (found,), _ = found_in(Recording("walk.trc", "project", names, markers, RATE))
+    assert (found.names, found.first, found.last) == (("shank2",), 170, 181)
+
+
+def test_a_fall_is_left_out_from_its_beginning():
+    """On its way down the knee marker passes by other markers of the leg."""
+    walk = walked()
+    markers = walk.markers.copy()
+    number = walk.names.index("shank1")
+    fall = np.maximum(markers[200, number, 2] - 4.9 * (np.arange(200) / RATE) ** 2, 0.01)
+    markers[200:, number, :2] = markers[200, number, :2]
+    markers[200:, number, 2] = fall + np.random.default_rng(2).normal(0, 2e-4, 200)
+    (found,), kept = found_in(Recording("walk.trc", "project", walk.names, markers, RATE))
+    assert found.names == ("shank1",)
+    assert 196 <= found.first <= 207
+    assert np.isnan(kept[210:, number]).all()

@@ -1,6 +1,6 @@
 """Muscle forces of a known walk balance its moments, and the joints carry what is left."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,12 +11,14 @@ from gaitval.coordinates import ACTUATED, mirrored
 from gaitval.errors import ModelError, RecordError
 from gaitval.inverse.inverse_dynamics import inverse_dynamics
 from gaitval.model.body import SEGMENTS
+from gaitval.model.markers import ModelMarker
 from gaitval.model.tree import segment_frames
 from gaitval.musculature import CRITERIA, share
 from gaitval.musculature.bands import Spreads, draw
+from gaitval.musculature.contact import ASIDE, PLATEAUS
 from gaitval.musculature.curves import tendon_strain
-from gaitval.musculature.mapping import leg_loads
-from gaitval.musculature.paths import COORDINATES, JOINTS, geometry
+from gaitval.musculature.mapping import knee_aside, leg_loads, sizes, tibia_axes
+from gaitval.musculature.paths import COORDINATES, JOINTS, KNEE, geometry
 
 
 @pytest.fixture(scope="module")
@@ -242,3 +244,71 @@ def test_a_pose_that_no_path_reaches_is_refused(walk, dynamics):
     bent[10:20, 6 + ACTUATED.index("knee_angle_l")] = np.radians(130.0)
     with pytest.raises(RecordError, match=r"knee_angle of the left leg is 13\d deg"):
         share(walk.model, bent, dynamics, height=1.75)
+
+
+def test_a_knee_further_inside_loads_its_outer_half(walk, dynamics):
+    """By the load's arm: force across the shift, over the distance of the plateaus."""
+    inside = 0.01
+    in_line, shifted = (
+        share(
+            walk.model, walk.positions, dynamics, height=1.75, sides=("right",),
+            knees={"right": aside},
+        ).legs["right"]
+        for aside in (0.0, -inside)
+    )  # fmt: skip
+    np.testing.assert_array_equal(in_line.contact.compression, shifted.contact.compression)
+    np.testing.assert_array_equal(in_line.activation, shifted.activation)
+    kept = ~(in_line.contact.lifted | shifted.contact.lifted)
+    kept &= in_line.contact.compression > 500.0
+    assert kept.sum() > 10
+    force = shifted.loads.force[:, JOINTS.index("knee")]
+    # About the axis forward of the tibia, into which the femur's turns with the knee.
+    turned = np.einsum(
+        "tji,tj->ti",
+        tibia_axes(shifted.loads.angles[:, KNEE]),
+        np.cross([0.0, 0.0, inside], force),
+    )
+    expected = turned[:, 0] / (PLATEAUS * shifted.muscles.sizes.tibia)
+    gained = shifted.contact.lateral - in_line.contact.lateral
+    np.testing.assert_allclose(gained[kept], expected[kept], atol=1e-6)
+    assert gained[kept & (force[:, 1] < -300.0)].min() > 0.0
+
+
+def test_where_no_marker_shows_the_knee_the_usual_place_counts(walk, dynamics):
+    given = {"height": 1.75, "sides": ("left",)}
+    unseen, usual = (
+        share(walk.model, walk.positions, dynamics, knees=knees, **given).legs["left"]
+        for knees in (None, {"left": ASIDE * sizes(walk.model, "l").tibia})
+    )
+    np.testing.assert_allclose(unseen.contact.medial, usual.contact.medial, atol=1e-9)
+
+
+@pytest.mark.parametrize(("side", "out"), [("r", -1.0), ("l", 1.0)])
+def test_the_middle_of_a_knee_is_between_its_markers(walk, side, out):
+    """On the thigh or the shank; y is to the left."""
+    knee = walk.model[f"shank_{side}"].joint_position
+    lateral = ModelMarker("a", f"thigh_{side}", knee + np.array([0.0, 0.050 * out, 0.0]))
+    medial = ModelMarker("b", f"shank_{side}", np.array([0.0, -0.070 * out, 0.0]))
+    assert knee_aside(walk.model, side, [lateral, medial]) == pytest.approx(-0.010)
+
+
+def test_bands_know_less_of_a_knee_without_markers(found):
+    """And of its halves more than of both together: a plateau errs by itself, too."""
+    only = {each.name: 0.0 for each in fields(Spreads)} | {"moment_time": 0.1}
+    few = replace(
+        found,
+        time=found.time[::10],
+        legs={"right": found.legs["right"].part(np.arange(len(found.time))[::10])},
+    )
+    seen = replace(few.legs["right"], loads=replace(few.legs["right"].loads, knee_aside=-0.007))
+    spreads = Spreads(**only | {"knee": 0.005, "knee_unseen": 0.010})
+
+    def spread(leg):
+        drawn = draw(
+            replace(few, legs={"right": leg}), "right", draws=40, spreads=spreads,
+            criteria=("squares",),
+        )  # fmt: skip
+        assert np.ptp(drawn.compression, axis=0).max() < 1e-6
+        return drawn.medial.std(axis=0).max()
+
+    assert spread(few.legs["right"]) == pytest.approx(2.0 * spread(seen), rel=0.25)

@@ -1,8 +1,9 @@
 """Contact force of a knee that measures it: three walks of one man, through the import.
 
-He has an instrumented left knee (Fregly et al. 2012, J Orthop Res 30:503; 75 kg, 1.80 m). Nothing
-was chosen on him: the criterion's weights are of ten other people. His trials show one cycle of the
-left side.
+He has an instrumented left knee (Fregly et al. 2012, J Orthop Res 30:503; 75 kg, 1.80 m). His
+trials show one cycle of the left side. No number was fitted to his forces: the criterion's weights
+and where knees usually are come of ten other people, where his knee is of the markers on it. But
+that contact forces belong in a criterion at all was seen on him, too (`sharing.CRITERIA`).
 """
 
 import csv
@@ -14,10 +15,16 @@ import pytest
 
 from gaitval.configuration import load_configuration
 from gaitval.constants import GRAVITY
+from gaitval.errors import RecordError
+from gaitval.gait.electromyograms import read_electromyograms
 from gaitval.importing.importing import request_of, work_out
 from gaitval.mocap.reading import read_recording
 from gaitval.mocap.trc_writing import write_trc
 from gaitval.musculature import share
+from gaitval.musculature.bands import draw
+from gaitval.musculature.electromyography import seen_activations
+from gaitval.musculature.gait import _cycle_of, muscles_of
+from gaitval.session.loaded import loaded_motion, measured_knees
 from gaitval.session.request import ImportOptions, checked, silent
 from gaitval.session.session import ImportProgress
 
@@ -112,30 +119,51 @@ def _measured(folder: Path, trial: str) -> dict[str, np.ndarray]:
     return found | {"expert": np.array([float(row["expert_knee_bw"]) for row in rows])}
 
 
+@pytest.fixture(scope="module")
+def knees(progress) -> dict[str, float]:
+    landmarks = progress.session.marker_set.landmarks
+    return measured_knees(progress.body.model, progress.body.markers, landmarks)
+
+
+PARTS = (("total", "compression"), ("medial", "medial"), ("lateral", "lateral"))
+
+
+def _computed(progress, data: Path, trial: str, knees: dict[str, float]):
+    """What is found of a trial, and its curves over the measured cycle, body weights."""
+    walk = progress.trials[TRIALS.index(trial)]
+    found = share(
+        progress.body.model,
+        walk.positions,
+        walk.dynamics,
+        height=HEIGHT,
+        criterion="contact",
+        sides=("left",),
+        knees=knees,
+    )
+    phase, contact = _cycle(data, trial, found.time), found.legs["left"].contact
+    curves = {
+        name: np.interp(phase, found.time, getattr(contact, of)) / found.body_weight
+        for name, of in PARTS
+    }
+    return found, phase, curves
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
 @pytest.mark.slow
-def test_the_knee_carries_what_it_measures(progress, gait_data):
+def test_the_knee_carries_what_it_measures(progress, gait_data, knees):
     """Nearer than OpenSim by an expert (.31, .34 BW), but for the trial whose plates err."""
     errors, correlations = {}, []
-    for trial, walk in zip(TRIALS, progress.trials, strict=True):
+    for trial in TRIALS:
         measured = _measured(gait_data / "knee_implant", trial)
-        found = share(
-            progress.body.model,
-            walk.positions,
-            walk.dynamics,
-            height=HEIGHT,
-            criterion="contact",
-            sides=("left",),
-        )
+        found, _, computed = _computed(progress, gait_data / "knee_implant", trial, knees)
         leg = found.legs["left"]
         assert leg.solved.all()
         assert (leg.reserve_share() < 0.02).all()
         assert not leg.outside.any()
-        phase = _cycle(gait_data / "knee_implant", trial, found.time)
-        computed = {
-            name: np.interp(phase, found.time, getattr(leg.contact, of)) / found.body_weight
-            for name, of in (("total", "compression"), ("medial", "medial"), ("lateral", "lateral"))
-        }
-        errors[trial] = {n: np.sqrt(np.mean((v - measured[n]) ** 2)) for n, v in computed.items()}
+        errors[trial] = {n: _rms(v - measured[n]) for n, v in computed.items()}
         correlations.append(np.corrcoef(computed["total"], measured["total"])[0, 1])
         if trial != "ss3":
             assert abs(computed["total"].max() / measured["total"].max() - 1) < 0.15
@@ -144,10 +172,65 @@ def test_the_knee_carries_what_it_measures(progress, gait_data):
     # The import says of ss3 that both feet are on one plate in early stance; the expert is .49 off.
     assert np.mean([each["total"] for each in errors.values()]) < 0.35
     assert np.mean([errors[n]["total"] for n in ("ss1", "ss11")]) < 0.28
-    assert np.mean([each["lateral"] for each in errors.values()]) < 0.30
-    assert np.mean([each["medial"] for each in errors.values()]) < 0.39
+    assert np.mean([each["lateral"] for each in errors.values()]) < 0.27
+    assert np.mean([each["medial"] for each in errors.values()]) < 0.28
     assert np.mean(correlations) > 0.92
     assert min(correlations) > 0.89  # of ss3
+
+
+@pytest.mark.slow
+def test_the_markers_of_his_knee_say_how_its_halves_share(progress, gait_data, knees):
+    """They lie 14 mm inside of the line from hip to ankle. In that line, or on the other side of
+    it, the medial half would carry too much.
+    """
+    assert -0.017 < knees["left"] < -0.012
+    data, trial = gait_data / "knee_implant", "ss1"
+    measured = _measured(data, trial)
+    off = {
+        place: _rms(_computed(progress, data, trial, given)[2]["medial"] - measured["medial"])
+        for place, given in (
+            ("as marked", knees),
+            ("in line", {"left": 0.0}),
+            ("outside", {"left": -knees["left"]}),
+        )
+    }
+    assert off["as marked"] < 0.7 * off["in line"] < 0.6 * off["outside"]
+
+
+@pytest.mark.slow
+def test_bands_hold_what_the_knee_measures(progress, gait_data, knees):
+    """90 % bands. What shows as a pull (down to .23 BW in swing) no plateau can do: it is 0 here,
+    and as measured the medial half is inside in 75 % of the cycle.
+    """
+    inside: dict[str, list[float]] = {name: [] for name, _ in PARTS}
+    data = gait_data / "knee_implant"
+    for trial in TRIALS:
+        found, phase, _ = _computed(progress, data, trial, knees)
+        few = _cycle_of((found, phase[0], phase[-1]), "left")
+        drawn, measured = draw(few, "left"), _measured(data, trial)
+        for name, of in PARTS:
+            low, high = (np.interp(phase, few.time, e) / found.body_weight for e in drawn.band(of))
+            seen = np.maximum(measured[name], 0.0)
+            inside[name].append(100 * float(((low <= seen) & (seen <= high)).mean()))
+    for name, shares in inside.items():
+        assert 75 <= np.mean(shares) <= 98, (name, shares)
+
+
+@pytest.mark.slow
+def test_his_electromyograms_are_read_beside_his_muscles(progress, gait_data):
+    """16 of 36 channels of a C3D file are named by muscles, without a side."""
+    path = gait_data / "knee_implant" / "PS_ss1.c3d"
+    with pytest.raises(RecordError, match=r"--emg-side"):
+        read_electromyograms(path)
+    seen = read_electromyograms(path, "left")
+    assert len(seen.channels) == 16
+    walk = progress.trials[0]
+    motion = loaded_motion(walk, progress.body.model, height=HEIGHT)
+    rows = seen_activations(muscles_of([motion], sides=("left",)), {motion.name: seen})
+    by_name = {each.channel: each for each in rows}
+    assert by_name.keys() == {each.name for each in seen.channels}
+    assert np.nanmean([each.correlation for each in rows]) > 0.2
+    assert by_name["soleus"].correlation > 0.5
 
 
 @pytest.mark.slow

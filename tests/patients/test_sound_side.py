@@ -86,6 +86,7 @@ def test_a_moment_ends_where_it_has_fallen_to_a_twentieth():
     assert sound_sides.ends(moment) == pytest.approx(0.7 - 0.2 * sound_sides.ENDED)
 
 
+@pytest.mark.slow  # of eighteen people, and they change with the data alone
 def test_the_shipped_figures_are_those_of_the_data(gait_data):
     for name, make in (
         (TABLE, sound_sides.sound_sides),

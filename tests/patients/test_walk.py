@@ -35,6 +35,7 @@ def test_a_person_walks_from_angles_alone_and_is_not_walked_twice(
     assert walked(patients, tmp_path, messages.append) == [stored]
 
 
+@pytest.mark.slow  # six fits of one person
 def test_a_sound_foot_carries_until_it_leaves_the_ground(gait_data):
     """TF07's angles have it leave 0.03 of the cycle earlier; fits that begin from the angles alone
     end with hips, knees and ankles that are 3.6 degrees off.

@@ -22,20 +22,25 @@ def test_a_list_of_fonts_without_the_figures_own_is_completed(monkeypatch, caplo
     assert len(font_manager.fontManager.ttflist) == added
 
 
+WORDS = "10 gesunde Erwachsene, ± SD"
+
+
 @pytest.mark.parametrize("placed", [True, False])
 def test_a_legend_of_long_words_is_not_cut_off(placed):
     """That of the grids was 15 % wider than the page in German and in Portuguese."""
     with new_figure(2.0, placed=placed) as figure:
         axes = figure.subplots()
         for k in range(8):
-            axes.plot([k], label="10 gesunde Erwachsene")
+            axes.plot([k], label=WORDS)
         handles, labels = axes.get_legend_handles_labels()
         where: Any = "upper center" if placed else "outside upper center"
         figure.legend(handles, labels, loc=where, ncols=4, fontsize=9.0)
         svg(figure, "a")
         (legend,) = figure.legends
         assert legend.get_window_extent().width <= figure.bbox.width
-        assert [each.get_text() for each in legend.get_texts()] == ["10 gesunde Erwachsene"] * 8
+        assert [each.get_text() for each in legend.get_texts()] == [
+            "10 gesunde Erwachsene, ± SD"
+        ] * 8
         small = float(legend.get_texts()[0].get_fontsize())
         assert 6.0 < small < 9.0
         svg(figure, "a")  # one that fits stays as it is

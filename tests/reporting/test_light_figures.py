@@ -54,10 +54,15 @@ def drawn(text: str) -> list[tuple[str, np.ndarray, dict[str, str], tuple[str, .
         if tag == "use":
             shift = np.array([float(node.get("x")), float(node.get("y"))])
             yield from walk(named[node.get(XLINK)[1:]], at + shift, look, clips)
-        elif tag == "path":
+        elif tag == "path" and (look.get("fill") != "none" or "stroke" in look):  # else unseen
             numbers = np.array(re.findall(r"-?\d[\d.]*", node.get("d")), dtype=float)
             letters = "".join(re.findall("[A-Za-z]", node.get("d")))
-            yield letters, numbers.reshape(-1, 2) + at, look, clips, ""
+            # marks of one line are as many paths, or one
+            ends = [i for i, each in enumerate(letters.lower().replace("z", "")) if each == "m"]
+            parts = zip(ends, [*ends[1:], None], strict=True) if letters == "ML" * len(ends) else ()
+            for first, end in parts or [(0, None)]:
+                part = slice(first, end)
+                yield letters[part], numbers.reshape(-1, 2)[part] + at, look, clips, ""
         elif tag == "text":
             yield "text", at[None], look, clips, node.text
         for child in node:

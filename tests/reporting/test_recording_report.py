@@ -15,7 +15,7 @@ from verdict_words import LANGUAGES, headline, rows_of, says, word
 
 from gaitval.configuration import ReportSettings
 from gaitval.metrics.norms import Norm
-from gaitval.quantities import BY_NAME, JOINT_CONTACT, MUSCLE_ACTIVATION
+from gaitval.quantities import BY_NAME
 from gaitval.reporting import grids
 from gaitval.reporting import recording_figures as figures
 from gaitval.reporting.figures import COLOURS, WALK_WIDTH
@@ -39,7 +39,7 @@ HOSTILE = "<script>alert('x')</script><img src=http://evil.example/x>{{ 7 * 7 }}
 NAN = float("nan")
 
 
-OF_MUSCLES = {MUSCLE_ACTIVATION.name, JOINT_CONTACT.name}
+OF_MUSCLES = {name for name, each in BY_NAME.items() if each.of_muscles is not None}
 """Quantities that need muscles, which the recording here does not have."""
 
 

@@ -3,9 +3,9 @@ import pytest
 
 from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ScalingError
+from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import (
     MARKER_OFFSET,
-    hip_joint_centre,
     locate,
     measure,
     pelvis_frame,

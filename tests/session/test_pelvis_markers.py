@@ -101,6 +101,28 @@ def test_spines_from_crests_are_within_what_is_said(session):
     assert found.marker_set.landmarks["R.ASIS"] == "R.ASIS"
 
 
+def test_a_set_whose_spines_nobody_marked_takes_its_crests(session):
+    """As it is shipped: the set names the spines, and the trials have none."""
+    stand, walk = read(session)
+    found = completed(load_marker_set("wbds"), without(stand, *SPINES), [without(walk, *SPINES)])
+    assert [flag.check for flag in found.flags] == [FROM_CRESTS]
+    for name in SPINES:
+        assert distance(found.walking[0], walk, name) < 2.5 * found.placement_sd[name]
+    whole = completed(load_marker_set("wbds"), stand, [walk])
+    assert not whole.flags
+    assert whole.walking == (walk,)
+
+
+def test_spines_that_one_trial_lacks_are_carried(session):
+    """A set does not say of every marker that somebody may take off that it stays on."""
+    stand, walk = read(session)
+    found = completed(load_marker_set("wbds"), stand, [walk, without(walk, *SPINES)])
+    assert not found.flags
+    assert found.walking[0] is walk
+    for name in SPINES:
+        assert distance(found.walking[1], walk, name) < 0.002
+
+
 def test_crests_beside_spines_change_nothing(session):
     stand, walk = read(session)
     given = of_crests(static_spines=True)

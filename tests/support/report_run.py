@@ -16,7 +16,7 @@ from gaitval.datasets.subject_file import builtin_subjects, load_subject
 from gaitval.gait.record import GaitRecord
 from gaitval.metrics.held_out import predicted_curves, with_predicted
 from gaitval.metrics.results import CorrectionResult, IdentificationResult
-from gaitval.metrics.validation import validate
+from gaitval.metrics.validation import StageResults, validate
 from gaitval.metrics.walk_results import PARTS, MomentShare, StoredPushes
 from gaitval.model.body import BodyModel
 from gaitval.model.urdf import write_urdf
@@ -261,14 +261,16 @@ def build_run(
         made["nominal"],
         made.get("identified"),
         configuration,
-        identification=IdentificationResult.model_validate(_identification())
-        if identified
-        else None,
-        correction=CorrectionResult.model_validate(_correction()) if identified else None,
-        pushes=StoredPushes.model_validate(_pushes()).recovery,
+        StageResults(
+            identification=IdentificationResult.model_validate(_identification())
+            if identified
+            else None,
+            correction=CorrectionResult.model_validate(_correction()) if identified else None,
+            pushes=StoredPushes.model_validate(_pushes()).recovery,
+            torque_shares=_torque_shares(),
+            second_engine=replace(last, starts=last.starts[:1]),
+        ),
         others=builtin_subjects(),
-        torque_shares=_torque_shares(),
-        second_engine=replace(last, starts=last.starts[:1]),
     )
     if is_predicted(configuration.record):
         people = builtin_subjects()

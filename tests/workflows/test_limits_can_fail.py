@@ -38,7 +38,7 @@ from gaitval.metrics.push_recovery import Push, evenly_spaced, required_pushes
 from gaitval.metrics.recording_limits import AFTER_REDUCTION
 from gaitval.metrics.tolerances import JUDGED_UNITS, WALK_UNITS, Tolerance, load_registry
 from gaitval.metrics.unrecorded import STEP_WIDTH, TRUNK_TILT_SD
-from gaitval.metrics.validation import validate
+from gaitval.metrics.validation import StageResults, validate
 from gaitval.metrics.walk_results import PushRecovery
 from gaitval.model.body import SEGMENTS
 from gaitval.model.markers import ModelMarker
@@ -434,7 +434,7 @@ def metrics_of(simulated: Simulated) -> dict:
         patch.setattr("gaitval.metrics.baselines.predictions", lambda *_: guesses())
         # a guess that is nearer fails it too (tests/metrics/test_acceptance.py); here limits alone
         patch.setattr(
-            "gaitval.metrics.validation.Opponents", lambda _, *others: Opponents([], *others)
+            "gaitval.metrics.comparator.Opponents", lambda _, *others: Opponents([], *others)
         )
         return validate(
             SUBJECT,
@@ -443,7 +443,7 @@ def metrics_of(simulated: Simulated) -> dict:
             walks,
             None,
             CONFIGURATION,
-            pushes=recovery,
+            StageResults(pushes=recovery),
             others=builtin_subjects(),
         ).as_dict()
 

@@ -14,12 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitval.apps.devices.device_walk import LOGGED, DeviceWalk, at_states
 from gaitval.apps.devices.walking import (
-    LOGGED,
     DeviceEnvironment,
     DeviceTask,
-    DeviceWalk,
-    at_states,
 )
 from gaitval.arrays import Array
 from gaitval.constants import GRAVITY

@@ -17,6 +17,7 @@ SAMPLES = 300_000
     "gaitval device 5 my_orthosis.toml --out reports/orthosis",
     "gaitval device patient.toml                 # with the devices of the subject's file",
     "gaitval device 5 backpack --samples 0       # without learning",
+    "gaitval device 5 --load 20 --samples 0      # a vest of 20 % of body mass",
     after="report",
 )
 def device(
@@ -48,6 +49,13 @@ def device(
             show_default=False,
         ),
     ] = None,
+    load: Annotated[
+        float | None,
+        typer.Option(
+            "--load", metavar="PERCENT", help="A vest of so much of body mass, up to 40 %.",
+            show_default=False,
+        ),
+    ] = None,
     samples: Annotated[
         int,
         typer.Option(
@@ -60,7 +68,7 @@ def device(
 
     The person walks without and with the devices, by three assumptions on how people adapt: the
     motion is kept, the control is kept, or walking is learned anew. Nobody knows which is right;
-    the report shows all. There are no muscles, so nothing is said of metabolic cost. One to two
+    the report shows all: moments, work, loads and metabolic rate without and with. One to two
     minutes.
     """
     from gaitval.apps.devices.page import write_report
@@ -68,10 +76,13 @@ def device(
     from gaitval.apps.devices.study import outcomes, wearer
     from gaitval.folder_lock import locked
     from gaitval.model.devices.device import load_devices
+    from gaitval.model.devices.loads import trunk_load
 
     # Wrong devices are refused before the person is made, which takes seconds.
     given = [each for name in devices or () for each in load_devices(name)]
     person = wearer(walker, given)
+    if load is not None:
+        given.append(trunk_load(load, person.task.model.mass))
     fitted = [*person.own, *given]
     names = "-".join(each.name for each in fitted)
     folder = out or Path("reports") / f"{person.name}-{names}"

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from gaitval.apps.devices.walking import DeviceWalk
+from gaitval.apps.devices.device_walk import DeviceWalk
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.constants import GRAVITY

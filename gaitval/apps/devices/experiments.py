@@ -10,9 +10,10 @@ from scipy.stats import t
 
 from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
 from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
+from gaitval.apps.devices.device_walk import DeviceWalk
 from gaitval.apps.devices.learning import EFFORT, adapt
 from gaitval.apps.devices.study import Wearer
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
+from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 from gaitval.artefacts import read_toml
 from gaitval.configuration import Configuration
 from gaitval.coordinates import Side

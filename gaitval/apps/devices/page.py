@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from gaitval import __version__
 from gaitval.apps.devices.answer import answers, kept_in_words, torques
+from gaitval.apps.devices.costs import cost_changes, in_words, model_names, signed
 from gaitval.apps.devices.curves import JOINTS, WalkCurves
 from gaitval.apps.devices.regressions import predicted_power
 from gaitval.apps.devices.replayed import replayed, shown_method
@@ -26,6 +27,7 @@ from gaitval.model.devices.device import Device, write_devices
 from gaitval.model.devices.drawn import DEVICES_FILE
 from gaitval.model.urdf import write_urdf
 from gaitval.policy.storage import Policy, save_policy
+from gaitval.quantities.metabolic_cost import LEFT_OUT
 from gaitval.reporting.drawing import link, new_figure, svg
 from gaitval.reporting.page import write_page
 from gaitval.reporting.replay import SCRIPTS
@@ -199,6 +201,11 @@ def write_report(
         "answers": answers(outcomes, devices),
         "torques": torques(outcomes),
         "held": kept_in_words(outcomes),
+        "costs": (changes := cost_changes(outcomes)),
+        "cost_words": in_words(changes),
+        "cost_models": model_names(changes),
+        "left_out": LEFT_OUT,
+        "signed": signed,
         "kept": [at_kept_speed(each, outcomes[0]) for each in outcomes],
         "tables": tables,
         "pushes": len(PUSHES),

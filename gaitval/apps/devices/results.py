@@ -116,6 +116,9 @@ def figures(outcomes: "Sequence[DeviceOutcome]") -> list[DeviceFigure]:
         if outcome.survived is not None:
             survived = float(outcome.survived)
             found.append(DeviceFigure("pushes survived", outcome.assumption, "pushes", survived))
+        for model, rate in ({} if outcome.cost is None else outcome.cost.gross).items():
+            of = f"{model}, {outcome.assumption}"
+            found.append(DeviceFigure("gross metabolic rate", of, "W/kg", rate))
         for side in SIDES:
             for name, value in figures_of(outcome, side).items():
                 quantity, _, unit = name.rpartition(" (")

@@ -17,6 +17,7 @@ import numpy as np
 
 from gaitval import file_gate
 from gaitval.apps.devices.adaptation import walk_without
+from gaitval.apps.devices.costs import joints_rate
 from gaitval.apps.devices.curves import JOINTS, WalkCurves, walk_curves
 from gaitval.apps.devices.study import AFTER, Say, Wearer, pace_of, pushed, pushes_of
 from gaitval.apps.devices.walking import DeviceEnvironment, DeviceTask, walk_with, with_devices
@@ -98,6 +99,8 @@ def value(aim: Aim, curves: WalkCurves) -> float:
         return sum(float(np.abs(curves.own[aim.joint, side]).max()) for side in SIDES)
     if aim.quantity == "legs":
         return sum(curves.work.values())
+    if aim.quantity == "cost":
+        return joints_rate(curves)
     return asymmetry(curves)
 
 
@@ -187,19 +190,7 @@ def search_spline(
             now = value(aim, curves)
         return now / without + rough + 10.0 * beyond + outside
 
-    about = {
-        **aim.model_dump(exclude={"generations"}),
-        "person": person.name,
-        "speed": "kept" if pace is not None else "free",
-        # One name may be of several walkers: trained again, corrected, with another body.
-        "walker": value_hash(
-            [
-                *(person.policy.key, person.mu.tolist(), model_hash(person.task.model)),
-                *(person.task.reference.positions.tolist(), person.task.reference.stride_time),
-            ]
-        ),
-        "devices": value_hash([each.model_dump(mode="json") for each in (device, *others)]),
-    }
+    about = _asked(person, (device, *others), aim, pace)
     x, best, history = _searched(cost, Path(folder), aim, about, on_generation)
     spline = spline_of(x, motor.torque)
     tuned = with_controller(device, aim.joint, spline).model_copy(update={"search": None})
@@ -207,6 +198,26 @@ def search_spline(
     return SearchResult(
         tuned, aim, spline.bumps, best * without, without, POPULATION * count, count
     )
+
+
+def _asked(
+    person: Wearer, devices: Sequence[Device], aim: Aim, pace: float | None
+) -> dict[str, object]:
+    """What a stored state of a search is of: another one must not go on from it."""
+    reference = person.task.reference
+    return {
+        **aim.model_dump(exclude={"generations"}),
+        "person": person.name,
+        "speed": "kept" if pace is not None else "free",
+        # One name may be of several walkers: trained again, corrected, with another body.
+        "walker": value_hash(
+            [
+                *(person.policy.key, person.mu.tolist(), model_hash(person.task.model)),
+                *(reference.positions.tolist(), reference.stride_time),
+            ]
+        ),
+        "devices": value_hash([each.model_dump(mode="json") for each in devices]),
+    }
 
 
 def tuned(

@@ -3,16 +3,18 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import gaitval
 from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
 from gaitval.apps.devices.curves import WalkCurves, walk_curves
+from gaitval.apps.devices.device_walk import DeviceWalk
 from gaitval.apps.devices.learning import EFFORT, adapt
 from gaitval.apps.devices.scores import RolloutScore, score_rollout
 from gaitval.apps.devices.sound_leg import check_side
-from gaitval.apps.devices.walking import DeviceEnvironment, DeviceWalk, walk_with, with_devices
+from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
 from gaitval.arrays import Array
 from gaitval.configuration import Configuration
 from gaitval.coordinates import Side
@@ -20,11 +22,13 @@ from gaitval.datasets.subject_file import load_subject
 from gaitval.errors import ConfigurationError, GaitvalError, RecordError
 from gaitval.metrics.cycles import find_cycles
 from gaitval.metrics.walk_muscles import walk_motion
+from gaitval.model.devices.composite import fitted as body_with
 from gaitval.model.devices.device import Device, devices_of
 from gaitval.model.parameters import apply_parameters, nominal_parameters
 from gaitval.musculature.gait import MuscleGait, muscles_of
 from gaitval.policy.environment import WalkingEnvironment
 from gaitval.policy.storage import Policy
+from gaitval.quantities.metabolic_cost import MetabolicCost, metabolic_cost
 from gaitval.scaling.scaling import scale_subject
 from gaitval.simulation.walker import WalkingTask
 from gaitval.study.stored_policy import general_walker
@@ -119,6 +123,8 @@ class DeviceOutcome:
     survived : of `PUSHES`; None where nothing can fall.
     held : whether the walker was held to the speed without devices, as on a treadmill.
     muscles : of the walk; None where they cannot be worked out.
+    cost : metabolic rate of the walk, per kg of the person; None where muscles are not known, or
+        a prosthesis has a part of a leg.
     """
 
     assumption: str
@@ -129,6 +135,7 @@ class DeviceOutcome:
     survived: int | None
     held: bool = False
     muscles: MuscleGait | None = None
+    cost: MetabolicCost | None = None
 
 
 def slower(outcome: DeviceOutcome, without: DeviceOutcome) -> float | None:
@@ -172,12 +179,13 @@ def pushed(environment: WalkingEnvironment, policy: Policy, mu: Array, push: _Pu
 
 def device_muscles(
     person: Wearer, devices: Sequence[Device], walk: DeviceWalk, own: Array | None
-) -> MuscleGait | None:
-    """Muscles of a `walk` with `devices`, whose torques they need not make; None where they cannot
-    be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for `walk_curves`.
+) -> tuple[MuscleGait | None, MetabolicCost | None]:
+    """Muscles of a `walk` with `devices`, whose torques they need not make, and what it costs; None
+    where they cannot be worked out. `own` (T, 25) Nm are moments to take for the muscles', as for
+    `walk_curves`.
     """
     if person.height is None:
-        return None
+        return None, None
     configuration = person.task.configuration
     rollout = walk.rollout
     made = rollout.moments if own is None else own
@@ -194,11 +202,39 @@ def device_muscles(
         height=person.height,
         lost=lost,
         torques=walk.total_moments - made,
+        laden=apply_parameters(body_with(person.task.model, devices), person.mu)
+        if devices
+        else None,
     )
     try:
-        return muscles_of([motion])
+        found = muscles_of([motion])
     except GaitvalError:
-        return None
+        return None, None
+    return found, metabolic_cost([motion], found)
+
+
+def _outcome(
+    person: Wearer,
+    devices: Sequence[Device],
+    assumption: str,
+    walk: DeviceWalk,
+    survived: int | None,
+    own: Array | None = None,
+    *,
+    held: bool = False,
+) -> DeviceOutcome:
+    """What a `walk` by an `assumption` came to; `own` as for `device_muscles`."""
+    rollout, task = walk.rollout, person.task
+    try:
+        curves = walk_curves(walk, task.configuration, task.model.mass, own)
+    except RecordError:
+        curves = None
+    walked = float(rollout.phase[-1] - rollout.start_phase[0])
+    worn = () if assumption == "without" else devices
+    muscles, cost = (None, None) if curves is None else device_muscles(person, worn, walk, own)
+    return DeviceOutcome(
+        assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles, cost
+    )
 
 
 def outcomes(
@@ -231,26 +267,7 @@ def outcomes(
     plain = walk_without(task, person.policy, person.mu, cycles)
     stumps = any(each.stumps for each in devices)
     pace = None if stumps or plain.rollout.fell[0] else pace_of(plain, person.task)
-    person_mass = person.task.model.mass
-
-    def found(
-        assumption: str,
-        walk: DeviceWalk,
-        survived: int | None,
-        moments: Array | None = None,
-        *,
-        held: bool = False,
-    ) -> DeviceOutcome:
-        try:
-            curves = walk_curves(walk, task.configuration, person_mass, moments)
-        except RecordError:
-            curves = None
-        rollout = walk.rollout
-        walked = float(rollout.phase[-1] - rollout.start_phase[0])
-        muscles = None if curves is None else device_muscles(person, devices, walk, moments)
-        return DeviceOutcome(
-            assumption, walk, curves, walked, bool(rollout.fell[0]), survived, held, muscles
-        )
+    found = partial(_outcome, person, devices)
 
     def walked(assumption: str, policy: Policy) -> DeviceOutcome:
         survived = pushes_survived(environment, policy, person.mu)

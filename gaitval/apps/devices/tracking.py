@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gaitval.apps.devices.walking import DeviceWalk
+from gaitval.apps.devices.device_walk import DeviceWalk
 from gaitval.arrays import Array
 from gaitval.model.devices.device import Device
 from gaitval.model.devices.springs_and_motors import Motor

@@ -1,4 +1,4 @@
-"""Whether the numbers of a motion can be angles in the unit that its header gives.
+"""Whether the numbers of a motion can be angles in the unit that its header gives, and metres.
 
 A header may be wrong: a motion in radians called degrees hardly moves, one in degrees called
 radians turns its joints several times round. The joints of the legs show it, for nobody's knee
@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from gaitval.apps.judge.opensim.model import OsimModel
 from gaitval.apps.judge.opensim.placing import Motion
 from gaitval.apps.judge.skeleton import Skeleton
 from gaitval.arrays import Array
@@ -19,6 +20,8 @@ from gaitval.errors import RecordError
 LEGS: Final = ("hip_flexion", "knee_angle", "ankle_angle")
 FULL_TURN: Final = 2 * np.pi
 """rad. No joint of a leg is ever turned so far."""
+FARTHEST_M: Final = 20.0
+"""m. No walk is recorded so far from the origin."""
 STILL: Final = np.deg2rad(3.0)
 """rad. In a walk, and in everything else that moves the legs, one of their joints moves by more."""
 MOVES: Final = np.deg2rad(15.0)
@@ -50,6 +53,7 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
             f"gives ({header}), but no joint of a leg turns right round. The numbers go up to "
             f"{_number(largest, in_degrees):.4g}; {why}."
         )
+    _check_knees(known, motion, source)
     if not in_degrees:
         return []
     ranges = _ranges(known)
@@ -71,6 +75,47 @@ def check_unit(known: Skeleton, motion: Motion, in_degrees: bool, source: str) -
         for name in other
         if moved[name] < STILL and moved[most] > MOVES
     ]
+
+
+def check_lengths(model: OsimModel, motion: Motion, source: str) -> None:
+    """Raise RecordError if the translations of the root in a `motion`, read from `source`, cannot
+    be metres.
+    """
+    root = model.root()
+    moved = {
+        name: float(np.median(np.abs(motion.values[name])))
+        for name in (root.coordinates if root else ())
+        if name in motion.given and model.coordinates[name].motion == "translational"
+    }
+    most = max(moved, key=lambda name: moved[name], default=None)
+    if most is not None and moved[most] > FARTHEST_M:
+        unit = "millimetres" if moved[most] > 10 * FARTHEST_M else "centimetres"
+        raise RecordError(
+            f"{source}: {most} is {moved[most]:.0f} m in the median, and no laboratory is so long; "
+            f"translations look like {unit}. OpenSim has them in metres: export the motion "
+            "again, or divide these columns."
+        )
+
+
+def _check_knees(known: Skeleton, motion: Motion, source: str) -> None:
+    """Refuse a motion whose knees bend forward as far as knees bend backward in walking: it is of a
+    model with the other sign.
+    """
+    wrong = {}
+    for ours in ("knee_angle_r", "knee_angle_l"):
+        name, sense = known.coordinates.get(ours, ""), known.senses.get(ours, 0)
+        if not sense or name not in motion.given:
+            continue
+        flexion = sense * motion.values[name]
+        if flexion.min() < RANGES[ours][0] - 2 * BEYOND and flexion.max() < BEYOND:
+            wrong[name] = float(np.degrees(motion.values[name][np.argmin(flexion)]))
+    if wrong:
+        raise RecordError(
+            f"{source}: in this model {' and '.join(wrong)} of {min(wrong.values(), key=abs):.0f}° "
+            "are knees that bend forward, and they never bend backward: the motion is of a model "
+            "with the other sign (of Gait2354 and Gait2392 flexion is negative, of Rajagopal's "
+            "positive). Give the model that inverse kinematics was run with."
+        )
 
 
 def _of_legs(known: Skeleton, motion: Motion) -> Mapping[str, Array]:

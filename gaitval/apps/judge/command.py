@@ -12,11 +12,23 @@ if TYPE_CHECKING:
     from gaitval.apps.judge.results import JudgeResult
 
 
-def _file(option: str, what: str) -> typer.models.OptionInfo:
+def _given(
+    option: str,
+    what: str,
+    metavar: str | None = None,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+) -> typer.models.OptionInfo:
+    """An `option` that may be left out; numbers are from `low` to `high`."""
     found: typer.models.OptionInfo = typer.Option(
-        option, metavar="FILE", help=what, show_default=False
+        option, metavar=metavar, help=what, min=low, max=high, show_default=False
     )
     return found
+
+
+def _file(option: str, what: str) -> typer.models.OptionInfo:
+    return _given(option, what, "FILE")
 
 
 @added_command(
@@ -53,28 +65,17 @@ def judge(
         Path | None, _file("--reactions", "Of JointReaction: …_ReactionLoads.sto.")
     ] = None,
     beside: Annotated[
-        Path | None,
-        typer.Option(
-            "--beside",
-            metavar="FOLDER",
-            help="Of `gaitval muscles`, same walk.",
-            show_default=False,
-        ),
+        Path | None, _given("--beside", "Of `gaitval muscles`, same walk.", "FOLDER")
     ] = None,
-    mass: Annotated[
-        float | None, typer.Option("--mass", help="Of the person, kg.", show_default=False)
-    ] = None,
-    height: Annotated[
-        float | None, typer.Option("--height", help="Of the person, m.", show_default=False)
-    ] = None,
+    mass: Annotated[float | None, _given("--mass", "Of the person, kg.")] = None,
+    height: Annotated[float | None, _given("--height", "Of the person, m.")] = None,
     belt: Annotated[
         float | None,
-        typer.Option(
+        _given(
             "--belt",
-            min=0.0,
-            max=5.0,
-            show_default=False,
-            help="Speed of the treadmill's belt, m/s; as the flat feet move if left out.",
+            "Speed of the treadmill's belt, m/s; as the flat feet move if left out.",
+            low=0.0,
+            high=5.0,
         ),
     ] = None,
     reduced: Annotated[
@@ -102,36 +103,18 @@ def judge(
     """
     from gaitval.apps.judge.judge import judge as judged
     from gaitval.apps.judge.request import JudgeRequest
-    from gaitval.apps.judge.write import NAME, write_judgement, write_result
-    from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
-    from gaitval.errors import ConfigurationError
+    from gaitval.apps.judge.write import write_what_can_be
     from gaitval.folder_lock import locked
 
-    if mass is not None and height is not None:
-        problems = mass_and_height_problems(mass, height)
-    else:
-        given = (("mass", mass, MASS, "kg"), ("height", height, HEIGHT, "m"))
-        problems = [
-            f"--{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
-            for name, value, (low, high), unit in given
-            if value is not None and not low <= value <= high
-        ]
-    if problems:
-        raise ConfigurationError(" ".join(problems))
     request = JudgeRequest(
         model=model, ik=ik, id=id, markers=markers, marker_errors=marker_errors,
         ik_setup=ik_setup, grf=grf, external_loads=external_loads, mass=mass, height=height,
-        belt=belt,
-        reduced=reduced, activations=activations, muscle_forces=muscle_forces,
+        belt=belt, reduced=reduced, activations=activations, muscle_forces=muscle_forces,
         reactions=reactions, beside=beside,
     )  # fmt: skip
     found = judged(request)
     with locked(out):  # or the page of one and the numbers of another could lie side by side
-        try:
-            result, page = write_judgement(found, out), f"Page: {out / NAME}.html"
-        except ConfigurationError as error:
-            result = write_result(found, out)
-            page = f"Written: {out / NAME}.json. No page: {error}"
+        result, page = write_what_can_be(found, out)
     _say(result, model.name, page)
     if result.verdict == "not judged" or (strict and not result.passed):
         raise typer.Exit(1)

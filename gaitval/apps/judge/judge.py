@@ -9,12 +9,19 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from gaitval.apps.judge import markers as of_markers
-from gaitval.apps.judge.angle_units import check_unit
+from gaitval.apps.judge.angle_units import check_lengths, check_unit
 from gaitval.apps.judge.beside_import import OfImport, with_import
 from gaitval.apps.judge.body import body_measures, stature_of_legs
 from gaitval.apps.judge.gait import JudgedGait, find_gait, mean_curve, valid, weight_ratio
 from gaitval.apps.judge.loads import read_loads
-from gaitval.apps.judge.moments import BANDED, SIZED, Band, bands, speed_group
+from gaitval.apps.judge.moments import (
+    BANDED,
+    SIZED,
+    Band,
+    bands,
+    speed_group,
+    unit_of_moments,
+)
 from gaitval.apps.judge.muscles import JudgedMuscles, judge_muscles
 from gaitval.apps.judge.opensim.model import OsimModel
 from gaitval.apps.judge.opensim.model_file import read_model
@@ -120,8 +127,9 @@ class Judgement:
 
 def judge(request: JudgeRequest) -> Judgement:
     """Read the files of `request` and judge what they allow to be judged. Raises GaitvalError if a
-    file cannot be used, or the files do not belong together.
+    file cannot be used, the files do not belong together, or mass or height are no person's.
     """
+    request.check()
     # What a reader passes over in a file is a sentence beside the limits, not a warning of Python.
     with warnings.catch_warnings(record=True) as passed_over:
         warnings.simplefilter("always", RecordWarning)
@@ -152,6 +160,7 @@ def _judged(request: JudgeRequest) -> Judgement:
         return found
     table = read_storage(request.ik)
     found.motion = motion_of(model, table, str(request.ik))
+    check_lengths(model, found.motion, str(request.ik))
     units = check_unit(found.skeleton, found.motion, table.in_degrees, str(request.ik))
     found.findings += units
     found.undecided += units
@@ -495,6 +504,15 @@ def _moments(found: Judgement, time: Array, forces: Mapping[str, Array]) -> None
         found.not_judged.append("Moments against literature: the walking speed is not known.")
         return
     group = speed_group(gait.speed, floor_leg(leg))
+    shares = [
+        bands()[group, n[:-2]].share(c) for n, (c, _) in found.moments.items() if n[:-2] in SIZED
+    ]
+    if unit := unit_of_moments(shares, found.model.mass):
+        raise RecordError(
+            f"{found.request.id}: the moments of the ankles are {min(shares):.3g} times healthy "
+            f"people's at this speed, if they are in Nm; in {unit} they would be like theirs. "
+            "Inverse dynamics' results are in Nm and N: write them so, or export them again."
+        )
     for name, (mean, _) in found.moments.items():
         if name[:-2] not in BANDED:
             continue

@@ -1,7 +1,7 @@
 """Joint moments against the published bands of healthy people at the same walking speed."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -27,6 +27,9 @@ SIZED: Final = ("ankle_angle",)
 """Curves whose size all healthy people share. Those of hip and knee do not: the middle fits best
 0.5 to 1.3 and -1.2 to 1.5 times into those of the ten built-in adults."""
 SMALLEST: Final = 0.01
+USUAL: Final = 3.0
+"""No walk has an ankle moment so many times larger or smaller than healthy people's at its speed
+and a shape like theirs; the units are further apart."""
 PERCENT: Final = np.arange(0, 101, 2)
 
 
@@ -47,11 +50,15 @@ class Band:
         half = (self.high - self.low) / 2
         return float(np.sqrt(((curve - self.middle) ** 2).mean() / (half**2).mean()))
 
+    def share(self, curve: Array) -> float:
+        """The multiple of the middle that fits a curve (101,) best."""
+        return float((curve * self.middle).sum() / (self.middle**2).sum())
+
     def factor(self, curve: Array) -> float:
-        """How many times a curve (101,) is larger or smaller than the middle, by the multiple of it
-        that fits best; at most `SMALLEST`'s inverse, which is also that of the opposite sign.
+        """How many times a curve (101,) is larger or smaller than the middle, by its `share`; at
+        most `SMALLEST`'s inverse, which is also that of the opposite sign.
         """
-        share = max(float((curve * self.middle).sum() / (self.middle**2).sum()), SMALLEST)
+        share = max(self.share(curve), SMALLEST)
         return max(share, 1.0 / share)
 
 
@@ -76,3 +83,13 @@ def speed_group(speed: float, leg_length: float) -> str:
     # Dimensionless speed v / sqrt(g l): people of different size walk alike at the same one.
     froude = speed / np.sqrt(STANDARD_GRAVITY * leg_length)
     return next(name for name, upto in GROUPS if froude < upto)
+
+
+def unit_of_moments(shares: Sequence[float], mass: float) -> str | None:
+    """The unit in which moments are that were taken for Nm, by the `shares` of healthy people's
+    that those of the ankles are, of a body of `mass` kg; None if they are Nm or nothing fits.
+    """
+    for unit, newton_metres in (("Nm", 1.0), ("Nm/kg", mass), ("Nmm", 1e-3)):
+        if shares and all(1.0 / USUAL < share * newton_metres < USUAL for share in shares):
+            return None if unit == "Nm" else unit
+    return None

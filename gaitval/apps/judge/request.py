@@ -4,6 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from gaitval.datasets.plausible import HEIGHT, MASS, mass_and_height_problems
+from gaitval.errors import ConfigurationError
+
 
 @dataclass(frozen=True)
 class JudgeRequest:
@@ -40,6 +43,20 @@ class JudgeRequest:
     muscle_forces: Path | None = None
     reactions: Path | None = None
     beside: Path | None = None
+
+    def check(self) -> None:
+        """Raises ConfigurationError if mass and height are not those of a person."""
+        if self.mass is not None and self.height is not None:
+            problems = mass_and_height_problems(self.mass, self.height)
+        else:
+            given = (("mass", self.mass, MASS, "kg"), ("height", self.height, HEIGHT, "m"))
+            problems = [
+                f"{name} {value:g}: outside {low:g} to {high:g} {unit}. Check value and unit."
+                for name, value, (low, high), unit in given
+                if value is not None and not low <= value <= high
+            ]
+        if problems:
+            raise ConfigurationError(" ".join(problems))
 
     def files(self) -> Iterator[tuple[str, Path]]:
         """The files that were given, by role."""

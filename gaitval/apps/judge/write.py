@@ -14,6 +14,7 @@ from gaitval.apps.judge.muscles import JudgedMuscles
 from gaitval.apps.judge.results import JUDGE_VERSION, JudgeResult
 from gaitval.artefacts import file_hash, versions, write_json
 from gaitval.coordinates import SIDES
+from gaitval.errors import ConfigurationError
 from gaitval.metrics.typed import tidy
 from gaitval.missing_extras import raise_named
 
@@ -35,6 +36,16 @@ def write_judgement(found: Judgement, folder: Path) -> JudgeResult:
         raise
     write_judge_page(found, result, folder)
     return result
+
+
+def write_what_can_be(found: Judgement, folder: Path) -> tuple[JudgeResult, str]:
+    """As `write_judgement`, but without the page where its libraries are missing; also returns what
+    to say of the page.
+    """
+    try:
+        return write_judgement(found, folder), f"Page: {folder / NAME}.html"
+    except ConfigurationError as error:
+        return result_of(found), f"Written: {folder / NAME}.json. No page: {error}"
 
 
 def write_result(found: Judgement, folder: Path) -> JudgeResult:

@@ -1,12 +1,16 @@
 """The command that shares the moments of a gait to muscles."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gaitval.terminal import display
 from gaitval.terminal.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval.apps.muscles.sharing import Shared
+    from gaitval.musculature.gait import MuscleGait
 
 
 @added_command(
@@ -27,7 +31,9 @@ def muscles(
     criterion: Annotated[
         str,
         typer.Option(
-            "--criterion", help="What is kept small: contact, squares, cubes, volume, spared knee."
+            "--criterion",
+            help="What is kept small: contact, contact by volume, squares, cubes, volume, spared "
+            "knee.",
         ),
     ] = "contact",
     bands: Annotated[
@@ -52,59 +58,97 @@ def muscles(
             "--height", help="Stature, m, where an import was refused.", show_default=False
         ),
     ] = None,
+    emg: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--emg",
+            metavar="FILE",
+            help="C3D or STO with electromyograms, called as the trial: what was computed is "
+            "compared with them. Once for each trial.",
+            show_default=False,
+        ),
+    ] = None,
+    emg_side: Annotated[
+        str | None,
+        typer.Option(
+            "--emg-side",
+            metavar="right|left",
+            help="Leg of channels whose names do not say it.",
+            show_default=False,
+        ),
+    ] = None,
+    emg_weight: Annotated[
+        float,
+        typer.Option("--emg-weight", help="Stay near the electromyograms, such as 10; 0 compares."),
+    ] = 0.0,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder to write; FOLDER/muscles.", show_default=False),
     ] = None,
 ) -> None:
-    """Muscle activations and forces, and what hip, knee, patella and ankle carry.
+    """Muscle activations and forces, what hip, knee, patella and ankle carry, what walking costs.
 
     Static optimisation over 40 muscles a leg, from the moments of the import or the walk. One cycle
     of one side suffices. Writes muscles.html, muscles.pdf, curves.csv, muscles.json, and for each
     stretch activations, forces and contact forces over time as .sto, which OpenSim opens, with the
     person as an OpenSim model with muscles.
     """
+    from gaitval.apps.muscles.sharing import MuscleSettings, shared_motions
     from gaitval.apps.muscles.sources import motions_in
     from gaitval.apps.muscles.write import PAGE, RESULT, write_muscles
-    from gaitval.coordinates import SIDES
-    from gaitval.errors import ConfigurationError
     from gaitval.folder_lock import locked
-    from gaitval.musculature.gait import muscles_of
+    from gaitval.quantities.metabolic_cost import metabolic_cost
 
-    if side is not None and side not in SIDES:
-        raise ConfigurationError(f"--side {side}: give right or left, or leave it out for both.")
-    if not 0.05 <= strength <= 5.0:
-        raise ConfigurationError(
-            f"--strength {strength:g}: a factor from 0.05 to 5; 1 is that of healthy adults of "
-            "this size."
-        )
-    motions = motions_in(folder, height=height)
-    found = muscles_of(
-        motions,
+    settings = MuscleSettings(
         criterion=criterion,
-        sides=SIDES if side is None else (side,),
+        side=side,  # type: ignore[arg-type]
         strength=strength,
-        dynamics_of_activation=activation_dynamics,
-        draws=200 if bands else 0,
+        bands=bands,
+        activation_dynamics=activation_dynamics,
+        emg=tuple(emg or ()),
+        emg_side=emg_side,  # type: ignore[arg-type]
+        emg_weight=emg_weight,
     )
+    motions = motions_in(folder, height=height)
+    shared = shared_motions(motions, settings)
+    found = shared.muscles
+    cost = metabolic_cost(motions, found)
     target = folder / "muscles" if out is None else out
-    about = {"strength": strength, "activation_dynamics": activation_dynamics}
     with locked(target):
-        written = write_muscles(target, found, about, motions[0])
-    rows = [["contact force, BW", "side", "peak", "at, %", *(["90 %"] if bands else [])]]
-    for leg_side, leg in found.legs.items():
-        for name, curve in leg.contact.items():
-            at = int(curve.argmax())
-            row = [name, leg_side, f"{curve[at]:.2f}", str(at)]
-            if bands:
-                low, high = leg.contact_band[name][:, at]
-                row.append(f"{low:.2f} to {high:.2f}")
-            rows.append(row)
+        written = write_muscles(target, shared, settings, motions[0], cost)
     if found.legs:
-        display.print_rows(rows, found.title())
+        display.print_rows(_contact_rows(found), found.title())
     else:
         display.plain(f"{found.title()}: over time only, for no gait cycle is whole.")
+    if shared.seen:
+        display.print_rows(_seen_rows(shared), "Beside electromyograms")
+    if cost is not None:
+        display.plain(cost.title())
     for remark in found.remarks:
         display.plain(remark)
     page = target / (f"{PAGE}.html" if found.legs else RESULT)
     display.plain(f"{page} and {len(written) - 1} more files")
+
+
+def _contact_rows(found: "MuscleGait") -> list[list[str]]:
+    """Peaks of contact forces, with their bands if there are any."""
+    bands = any(leg.contact_band for leg in found.legs.values())
+    rows = [["contact force, BW", "side", "peak", "at, %", *(["90 %"] if bands else [])]]
+    for side, leg in found.legs.items():
+        for name, curve in leg.contact.items():
+            at = int(curve.argmax())
+            row = [name, side, f"{curve[at]:.2f}", str(at)]
+            if bands:
+                low, high = leg.contact_band[name][:, at]
+                row.append(f"{low:.2f} to {high:.2f}")
+            rows.append(row)
+    return rows
+
+
+def _seen_rows(shared: "Shared") -> list[list[str]]:
+    """Every electromyogram beside what was computed."""
+    rows = [["electromyogram", "side", "correlation", "on and off agree", "by chance"]]
+    for each in shared.seen:
+        shares = [f"{100 * share:.0f} %" for share in (each.agrees, each.by_chance)]
+        rows.append([each.channel, each.side, f"{each.correlation:.2f}", *shares])
+    return rows

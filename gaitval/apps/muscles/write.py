@@ -1,11 +1,13 @@
 """Files of the muscles of a gait: tables, OpenSim's storage files, figures, a page."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
+from gaitval.apps.muscles.sharing import MuscleSettings, Shared
 from gaitval.artefacts import versions, write_json
 from gaitval.build_info import now, source_commit
 from gaitval.configuration import ContactSettings
@@ -16,22 +18,36 @@ from gaitval.musculature.gait import CONTACTS, GROUPS, LoadedMotion, MuscleGait
 from gaitval.musculature.paths import COORDINATES
 from gaitval.opensim.muscle_motion import write_storages
 from gaitval.opensim.osim import write_osim
+from gaitval.quantities.metabolic_cost import JOINTS, LEFT_OUT, MetabolicCost
+from gaitval.quantities.metabolic_rate import TITLES
 from gaitval.reporting.muscle_figures import DrawnMuscles
 
 RESULT: Final = "muscles.json"
 PAGE: Final = "muscles"
 VERSION: Final = 1
 MODEL: Final = "model_with_muscles.osim"
+_SUFFIXES: Final = {"BW": "bw", "1": "1", "W/kg": "w_kg"}
 
 
 def write_muscles(
-    folder: Path, found: MuscleGait, about: dict[str, Any], motion: LoadedMotion
+    folder: Path,
+    shared: Shared,
+    settings: MuscleSettings,
+    motion: LoadedMotion,
+    cost: MetabolicCost | None = None,
 ) -> list[Path]:
-    """Write everything of `found` into `folder`; returns the files. `about` says what was asked
-    for; `motion` has the body, which becomes an OpenSim model with muscles. Raises ArtefactError
-    if it cannot be written to.
+    """Write everything of `shared` into `folder`; returns the files. `settings` say what was asked
+    for; `motion` has the body, which becomes an OpenSim model with muscles; `cost` is what the walk
+    costs, where that is known. Raises ArtefactError if it cannot be written to.
     """
     from gaitval.reporting.page import write_page
+
+    found = shared.muscles
+    about = {
+        "strength": settings.strength,
+        "activation_dynamics": settings.activation_dynamics,
+        "emg_weight": settings.emg_weight,
+    }
 
     folder.mkdir(parents=True, exist_ok=True)
     written = list(write_storages(folder, found))
@@ -52,21 +68,58 @@ def write_muscles(
             "drawings": {"activations": drawn.activations, "contacts": drawn.contacts},
             "data": drawn.tables(),
             "reserves": reserves(found),
+            "seen": shared.seen,
+            "cost": cost,
+            "left_out": LEFT_OUT,
+            "model_titles": {**TITLES, JOINTS: "Joints alone"},
             "versions": versions(),
             "commit": source_commit(),
             "written": now(),
         }
         write_page(folder, PAGE, "gaitval.apps.muscles:muscles.html.j2", context)
         written += [folder / f"{PAGE}.html", folder / f"{PAGE}.pdf"]
-    write_json(folder / RESULT, result(found, about))
+    more = {"electromyograms": _seen(shared), "metabolic": cost_result(cost)}
+    write_json(folder / RESULT, result(found, about) | more)
     return [*written, folder / RESULT]
+
+
+def _seen(shared: Shared) -> list[dict[str, Any]]:
+    """Every channel; a correlation of what does not vary is null."""
+    return [
+        {
+            **asdict(each),
+            "muscles": list(each.muscles),
+            "correlation": each.correlation if np.isfinite(each.correlation) else None,
+        }
+        for each in shared.seen
+    ]
+
+
+def cost_result(cost: MetabolicCost | None) -> dict[str, Any] | None:
+    """What `RESULT` holds of a `cost`: W/kg and J/kg/m by model, and the band of 90 %."""
+    if cost is None:
+        return None
+    low, high = cost.band()
+    speed = cost.speed
+    return {
+        "walking_speed_m_s": None if speed is None else round(speed, 4),
+        "gross_w_kg": {name: round(rate, 4) for name, rate in cost.gross.items()},
+        "net_w_kg": {name: round(cost.net(name), 4) for name in cost.gross},
+        "gross_j_kg_m": {
+            name: None if (each := cost.per_metre(name)) is None else round(each, 4)
+            for name in cost.gross
+        },
+        "middle_w_kg": round(cost.middle, 4),
+        "low_w_kg": round(low, 4),
+        "high_w_kg": round(high, 4),
+    }
 
 
 def curve_table(found: MuscleGait) -> pd.DataFrame:
     """Mean curves and bands, a column each, 0 to 100 % of the side's cycle."""
     columns: dict[str, Any] = {"percent": np.arange(101.0)}
     for name, unit, mean, band in found.curves():
-        key = f"{name.replace(' ', '_')}_{'bw' if unit == 'BW' else '1'}"
+        key = f"{name.replace(' ', '_')}_{_SUFFIXES[unit]}"
         columns[key] = mean
         if band is not None:
             columns[f"{key}_low"], columns[f"{key}_high"] = band

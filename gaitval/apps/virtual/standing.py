@@ -10,10 +10,10 @@ from gaitval.coordinates import COORDINATES
 from gaitval.model.body import SEGMENTS, BodyModel
 from gaitval.model.tree import enter_rotation_vector, segment_frames
 from gaitval.scaling.foot_shape import FOOT_SHAPE
+from gaitval.scaling.hip_regressions import hip_joint_centre
 from gaitval.scaling.joint_centres import (
     ACROMION_TO_SHOULDER,
     MARKER_OFFSET,
-    hip_joint_centre,
 )
 from gaitval.scaling.measurements import Limbs, Measurements
 

@@ -46,6 +46,11 @@ AXES: Final = ("OALP", "XYZ")
 """Last letters of the points that draw the axes of a segment: of Vicon, all four; of others."""
 
 
+MIDDLE: Final = {"PSIS": "Sacrum"}
+"""Where the marker is whose name is that of a place on both sides, and says no side: two markers do
+not have one name."""
+
+
 @dataclass(frozen=True)
 class ParsedName:
     """What a name says: the side ("R", "L"; "" where it says none) and the places, if any."""
@@ -139,7 +144,7 @@ def _parsed(name: str, right: str, left: str) -> ParsedName:
             places = _places(name[: at + 1] + name[at + 1 + len(word) :]) if len(word) == 1 else ()
             if places and not _places(name):
                 return ParsedName(side, places)
-    return ParsedName("", _places(name))
+    return ParsedName("", tuple(MIDDLE.get(place, place) for place in _places(name)))
 
 
 def _places(stem: str) -> tuple[str, ...]:

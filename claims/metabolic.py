@@ -1,0 +1,342 @@
+"""Metabolic rate of walking against what people were measured to need.
+
+Every walk is that of a stored policy; with a load or a device its motion is kept, so what changes
+is what the muscles have to do. What is known is kept below `work`.
+"""
+
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+import claims
+from claims import Claim
+from claims.rows import STARTED
+
+if TYPE_CHECKING:
+    from gaitval.apps.devices.study import Wearer
+    from gaitval.arrays import Array
+    from gaitval.quantities.metabolic_cost import MetabolicCost
+    from gaitval.simulation.rollout import Rollout
+
+TEN: Final = tuple(range(1, 11))
+CYCLES: Final = 5.0
+STRIDES: Final = 100.0
+LOADS: Final = {"sildbw0": 0.0, "sild10w0": 10.0, "sild20w0": 20.0, "sild30w0": 30.0}
+"""% of body mass of the conditions on the level that were given of Silder and others."""
+LEGS: Final = ("foot_2kg", "shank_2kg", "thigh_2kg", "foot_4kg", "shank_4kg", "thigh_4kg")
+MORE: Final = (
+    *(("foot_4kg", "foot_2kg"), ("shank_4kg", "shank_2kg"), ("thigh_4kg", "thigh_2kg")),
+    *(("foot_2kg", "shank_2kg"), ("shank_2kg", "thigh_2kg"), ("foot_2kg", "thigh_2kg")),
+    *(("foot_4kg", "shank_4kg"), ("shank_4kg", "thigh_4kg"), ("foot_4kg", "thigh_4kg")),
+)
+"""The first of each pair costs more: net rate rises with the load's mass and with how distal it is
+(Browning et al. 2007, Med Sci Sports Exerc 39:515, abstract)."""
+ANKLE: Final = ("jackpower2", "jackpower3", "jackpower4", "jackpower5", "jackpower6")
+"""Conditions of Jackson and Collins (2015), J Appl Physiol 119:541, in the order in which the rates
+of `measured.csv` fall. `jackpower1` has the lowest but one and no net work that is known: it is
+left out."""
+NO_WORK: Final = "jackpower3"
+"""The nearest to no net work: with most work the rate is 17 % lower than in it (their abstract)."""
+WORK_RATES: Final = (-0.054, 0.25)
+"""W/kg, least and most net work of the exoskeleton on one ankle (their abstract); those between
+are taken to be evenly spaced."""
+TORQUE: Final = 0.12
+"""Nm/kg, its mean torque over the stride in all of them (their abstract)."""
+SPEEDS: Final = tuple(np.arange(0.7, 1.81, 0.1).round(2).tolist())
+
+
+def _ankle_torque(rate: "Array", work: float) -> "Array":
+    """(T,) Nm/kg, plantarflexing (negative), over a stride whose ankle turns by `rate` (T,) rad/s:
+    of a share that resists dorsiflexion and one that pushes off, so much of each that mean torque
+    and net `work` rate are those wanted.
+    """
+    phase = np.linspace(0.0, 1.0, len(rate))
+    bumps = [np.exp(-0.5 * ((phase - at) / wide) ** 2) for at, wide in ((0.32, 0.08), (0.52, 0.05))]
+    table = np.array([[each.mean() for each in bumps], [(-each * rate).mean() for each in bumps]])
+    return -np.asarray(np.linalg.solve(table, [TORQUE, work]) @ np.array(bumps))
+
+
+def _costs(number: int, path: Path) -> dict[str, Any]:
+    """Gross rates W/kg by condition and model of one person; `path` keeps those that are known, so
+    that a run which was stopped goes on.
+    """
+    from gaitval.apps.devices.adaptation import kinematics_kept, walk_without
+    from gaitval.apps.devices.study import device_muscles, wearer
+    from gaitval.apps.devices.walking import DeviceEnvironment, with_devices
+    from gaitval.model.devices.device import shipped_device
+    from gaitval.model.devices.loads import trunk_load
+
+    found: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    if set(found) >= {"speed", "none", *LOADS, *LEGS, *ANKLE} - {"sildbw0"}:
+        return found
+    person = wearer(str(number))
+    plain = walk_without(with_devices(person.task, ()), person.policy, person.mu, CYCLES)
+
+    def keep(name: str, cost: "MetabolicCost | None") -> None:
+        assert cost is not None
+        found.update({name: dict(cost.gross), "speed": cost.speed})
+        path.write_text(json.dumps(found), encoding="utf-8")
+        print(number, name, {each: round(rate, 2) for each, rate in cost.gross.items()}, flush=True)
+
+    if "none" not in found:
+        keep("none", device_muscles(person, (), plain, None)[1])
+    worn = {each: trunk_load(of, person.task.model.mass) for each, of in LOADS.items() if of}
+    worn |= {each: shipped_device(each) for each in LEGS}
+    for name, device in worn.items():
+        if name not in found:
+            task = with_devices(person.task, (device,))
+            kept = kinematics_kept(DeviceEnvironment(task), plain.rollout)
+            keep(name, device_muscles(person, (device,), kept.walk, kept.own)[1])
+    for name, work in zip(ANKLE, np.linspace(*WORK_RATES, len(ANKLE)), strict=True):
+        if name not in found:
+            keep(name, _helped(person, plain.rollout, float(work)))
+    return found
+
+
+def _helped(person: "Wearer", rollout: "Rollout", work: float) -> "MetabolicCost | None":
+    """What a walk costs whose right ankle is helped with a net `work` rate, W/kg."""
+    from gaitval.coordinates import ACTUATED
+    from gaitval.metrics.cycles import find_cycles
+    from gaitval.metrics.walk_muscles import walk_motion
+    from gaitval.model.parameters import apply_parameters
+    from gaitval.model.tree import ROOT_DOFS
+    from gaitval.musculature.gait import muscles_of
+    from gaitval.quantities.metabolic_cost import metabolic_cost
+
+    assert person.height is not None
+    cycles = find_cycles(rollout, person.task.configuration)
+    body = apply_parameters(person.task.model, person.mu)
+    ankle = ACTUATED.index("ankle_angle_r")
+    torques = np.zeros_like(rollout.moments)
+    for a, b in zip(cycles.starts["right"], cycles.ends["right"], strict=True):
+        rate = rollout.velocities[a:b, ROOT_DOFS + ankle]
+        torques[a:b, ankle] = person.task.model.mass * _ankle_torque(rate, work)
+    motion = walk_motion(rollout, cycles, body, height=person.height, torques=torques)
+    return metabolic_cost([motion], muscles_of([motion]))
+
+
+def _all(given: claims.Given) -> dict[int, dict[str, Any]]:
+    folder = given.work / f"metabolic-{STARTED}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return {number: _costs(number, folder / f"{number}.json") for number in TEN}
+
+
+def _middle(rates: Mapping[str, float]) -> float:
+    return 0.5 * (rates["bhargava"] + rates["joints"])
+
+
+def _models(costs: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
+    """How a rate is read of one condition: by each model, and the mean of two."""
+    names = list(costs[TEN[0]]["none"])
+    return {"mean of two": _middle} | {name: lambda rates, n=name: rates[n] for name in names}
+
+
+@claims.measured()
+def level(given: claims.Given) -> list[Claim]:
+    """Gross rate of the ten people's level walks against published equations at their speeds."""
+    from gaitval.quantities.metabolic_cost import MetabolicCost
+    from gaitval.quantities.metabolic_rate import expected_rates
+
+    costs = _all(given)
+    rows = []
+    for name, read in _models(costs).items():
+        off = []
+        for each in costs.values():
+            expected = float(np.mean(list(expected_rates(each["speed"]).values())))
+            off.append(100.0 * (read(each["none"]) / expected - 1.0))
+        rows.append(Claim(f"gross rate, {name}: mean error", float(np.mean(off)), "%", len(off)))
+        largest = float(np.abs(off).max())
+        rows.append(Claim(f"gross rate, {name}: largest error", largest, "%", len(off)))
+    inside = []
+    for each in costs.values():
+        low, high = MetabolicCost("", 1.0, each["speed"], each["none"]).band()
+        inside += [low <= rate <= high for rate in expected_rates(each["speed"]).values()]
+    recorded = _recorded()
+    rows.append(
+        Claim("gross rate, joints of records: mean error", float(np.mean(recorded)), "%", 10)
+    )
+    rows.append(
+        Claim("gross rate, joints of records: largest", float(np.abs(recorded).max()), "%", 10)
+    )
+    rows.append(
+        Claim("published rates inside the band", 100.0 * float(np.mean(inside)), "%", len(inside))
+    )
+    return rows
+
+
+def _recorded() -> list[float]:
+    """% by which the joints' rate of each record is off what is expected at its speed."""
+    from gaitval.datasets.subject_file import load_subject
+    from gaitval.gait.cycle_curves import recorded_curves
+    from gaitval.quantities.metabolic_rate import expected_rates, joint_rates
+
+    off = []
+    for number in TEN:
+        record = load_subject(str(number)).record()
+        found = joint_rates(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
+        assert found is not None
+        gross = np.mean([rate for rate in found.figures["gross"].values() if rate is not None])
+        expected = np.mean(list(expected_rates(record.speed).values()))
+        off.append(100.0 * float(gross / expected - 1.0))
+    return off
+
+
+@claims.measured("data")
+def loads(given: claims.Given) -> list[Claim]:
+    """A vest of 10 to 30 % of body mass and masses on the legs, against Silder's and Browning's."""
+    from scipy.stats import spearmanr
+
+    measured = _measured(given.data, "silder", tuple(LOADS))
+    costs = _all(given)
+    rows = []
+    for name, read in _models(costs).items():
+        predicted = np.array(
+            [
+                np.mean([read(each["none" if not load else key]) for each in costs.values()])
+                for key, load in LOADS.items()
+            ]
+        )
+        print(name, predicted.round(2), measured.round(2), flush=True)
+        rank = float(spearmanr(predicted, measured).statistic)
+        slope = float(np.polyfit(measured, predicted, 1)[0])
+        rows.append(Claim(f"vest, {name}: rank correlation", rank, "1", len(LOADS)))
+        rows.append(Claim(f"vest, {name}: slope on measured", slope, "1", len(LOADS)))
+        means = {key: np.mean([read(each[key]) for each in costs.values()]) for key in LEGS}
+        right = [bool(means[more] > means[less]) for more, less in MORE]
+        rows.append(
+            Claim(f"masses on legs, {name}: pairs in order", 100.0 * np.mean(right), "%", len(MORE))
+        )
+    inside = [
+        _within(costs, key, "none", float(measured[i] - measured[0]))
+        for i, key in enumerate(LOADS)
+        if i
+    ]
+    rows.append(Claim("vest: measured changes inside the band", _percent(inside), "%", len(inside)))
+    return rows
+
+
+def _within(costs: Mapping[int, Mapping[str, Any]], now: str, before: str, change: float) -> bool:
+    """Whether a measured `change` of the mean rate lies in the band of the models."""
+    from gaitval.apps.devices.costs import model_band
+
+    changes = [
+        float(np.mean([each[now][model] - each[before][model] for each in costs.values()]))
+        for model in costs[TEN[0]][now]
+    ]
+    low, high = model_band(changes)
+    print(now, "against", before, f"{low:.2f} to {high:.2f}, measured {change:.2f}", flush=True)
+    return low <= change <= high
+
+
+def _percent(found: Sequence[bool]) -> float:
+    return 100.0 * float(np.mean(found))
+
+
+@claims.measured()
+def carried(given: claims.Given) -> list[Claim]:
+    """Whether the ten walk on with a vest of 20 and 30 % of body mass, the control kept, held to
+    their speed and cadence.
+    """
+    from gaitval.apps.devices.adaptation import walk_without
+    from gaitval.apps.devices.study import pace_of, wearer
+    from gaitval.apps.devices.walking import DeviceEnvironment, walk_with, with_devices
+    from gaitval.model.devices.loads import trunk_load
+
+    stood: dict[float, list[bool]] = {20.0: [], 30.0: []}
+    for number in TEN:
+        person = wearer(str(number))
+        task = with_devices(person.task, ())
+        plain = walk_without(task, person.policy, person.mu, CYCLES)
+        pace = pace_of(plain, person.task)
+        for load, found in stood.items():
+            laden = with_devices(person.task, (trunk_load(load, person.task.model.mass),))
+            environment = DeviceEnvironment(laden, pace=pace)
+            walk = walk_with(environment, person.policy, mu=person.mu, cycles=STRIDES)
+            found.append(not walk.rollout.fell[0])
+            cycles = float(walk.rollout.phase[-1])
+            print(number, load, "walked" if found[-1] else "fell", round(cycles, 1), flush=True)
+    return [
+        Claim(f"vest of {load:g} %: people who walk 100 cycles", float(sum(found)), "people", 10)
+        for load, found in stood.items()
+    ]
+
+
+@claims.measured("data")
+def ankle(given: claims.Given) -> list[Claim]:
+    """A powered ankle of five sizes, the motion kept: pairs whose order is that measured."""
+    measured = _measured(given.data, "jackson", ANKLE)
+    costs = _all(given)
+    rows = []
+    for name, read in _models(costs).items():
+        means = [np.mean([read(each[key]) for each in costs.values()]) for key in ANKLE]
+        print(name, np.round(means, 2), measured.round(2), flush=True)
+        right = [
+            (means[i] > means[j]) == (measured[i] > measured[j])
+            for i in range(len(ANKLE))
+            for j in range(i)
+        ]
+        rows.append(
+            Claim(f"ankle, {name}: pairs in order", 100.0 * np.mean(right), "%", len(right))
+        )
+    inside = [
+        _within(costs, key, NO_WORK, float(measured[i] - measured[ANKLE.index(NO_WORK)]))
+        for i, key in enumerate(ANKLE)
+        if key != NO_WORK
+    ]
+    rows.append(
+        Claim("ankle: measured changes inside the band", _percent(inside), "%", len(inside))
+    )
+    return rows
+
+
+@claims.measured()
+def cheapest(given: claims.Given) -> list[Claim]:
+    """Speed at which a metre costs the ten people least, by the joints of their records at speeds
+    that are predicted of them.
+    """
+    from gaitval.configuration import RecordSettings
+    from gaitval.datasets.subject_file import builtin_subjects, load_subject
+    from gaitval.errors import SubjectError
+    from gaitval.gait.cycle_curves import recorded_curves
+    from gaitval.prediction.known import known_record
+    from gaitval.quantities.metabolic_rate import joint_rates
+
+    people = builtin_subjects()
+    best = []
+    for number in TEN:
+        person = load_subject(str(number))
+        cost = {}
+        for speed in SPEEDS:
+            try:
+                record = known_record(
+                    person, RecordSettings(), people, speed=speed, forced=True
+                ).record
+            except SubjectError:
+                continue
+            found = joint_rates(recorded_curves(record), dict.fromkeys("rl", record.stride_time))
+            assert found is not None
+            gross = [rate for rate in found.figures["gross"].values() if rate is not None]
+            cost[speed] = float(np.mean(gross)) / speed
+        print(number, {k: round(v, 2) for k, v in cost.items()}, flush=True)
+        best.append(min(cost, key=cost.__getitem__))
+    return [
+        Claim("speed of the least cost, joints: median", float(np.median(best)), "m/s", len(best)),
+        Claim("speed of the least cost, joints: lowest", float(np.min(best)), "m/s", len(best)),
+        Claim("speed of the least cost, joints: highest", float(np.max(best)), "m/s", len(best)),
+    ]
+
+
+def _measured(data: Path, experiment: str, conditions: tuple[str, ...]) -> "Array":
+    """Mean rate, W/kg, of each of the `conditions`, of the people who did all of them."""
+    rates: dict[str, dict[str, float]] = {}
+    with (data / "metabolic" / "measured.csv").open(newline="") as file:
+        for row in csv.DictReader(file):
+            if row["experiment"] == experiment and row["condition"] in conditions:
+                own = rates.setdefault(row["subject"], {})
+                own[row["condition"]] = float(row["metabolic_w_kg"])
+    whole = [own for own in rates.values() if len(own) == len(conditions)]
+    return np.array([np.mean([own[each] for own in whole]) for each in conditions])

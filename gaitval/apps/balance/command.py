@@ -1,0 +1,149 @@
+"""The command that pushes a walker, lets it slip and trip, and lays that beside people."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import gaitval
+from gaitval.errors import ConfigurationError
+from gaitval.terminal import display
+from gaitval.terminal.app import added_command
+
+if TYPE_CHECKING:
+    from gaitval.apps.balance.disturb import Ground
+    from gaitval.coordinates import Side
+
+
+@added_command(
+    "gaitval perturb 5                               # all kinds",
+    "gaitval perturb runs/S05 --slip 0.1:0.3 --trip 0.5:0.1 --step-down 0.05",
+    "gaitval perturb 5 --pushes --largest            # and the largest pushes",
+    "gaitval perturb 5 --delay 100                   # it feels its body late",
+    after="report",
+)
+def perturb(
+    walker: Annotated[
+        str,
+        typer.Argument(
+            metavar="SUBJECT_OR_RUN",
+            help="A subject with a stored policy (5, S05), or a finished run folder.",
+            show_default=False,
+        ),
+    ],
+    pushes: Annotated[
+        bool, typer.Option("--pushes", help="Only pushes, and what else is asked for here.")
+    ] = False,
+    slip: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--slip", metavar="GRIP:METRES", show_default=False,
+            help="Friction falls to a share under a landing foot, until it has slid so far.",
+        ),
+    ] = None,
+    trip: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--trip", metavar="SWING:SECONDS", show_default=False,
+            help="The foot is stopped at a share of its swing, for so long.",
+        ),
+    ] = None,
+    step_down: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--step-down", metavar="METRES", show_default=False,
+            help="The ground is lower from a step on.",
+        ),
+    ] = None,
+    side: Annotated[
+        str, typer.Option("--side", metavar="right|left", help="The foot on that ground.")
+    ] = "right",
+    largest: Annotated[
+        bool, typer.Option("--largest", help="The largest pushes survived by all of five starts.")
+    ] = False,
+    delay: Annotated[
+        float,
+        typer.Option("--delay", metavar="MS", min=0.0, max=1000.0, help="What it feels is old."),
+    ] = 0.0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FOLDER", show_default=False,
+            help="Folder of the page; by default reports/S05-perturbed.",
+        ),
+    ] = None,
+) -> None:  # fmt: skip
+    """How a person's walker recovers from pushes, slips, trips and steps down, beside people.
+
+    Where it places its feet from the extrapolated centre of mass, when, and what its ankles do,
+    against published experiments, one who does not react, and a pendulum. Writes perturb.html,
+    perturb.pdf and perturb.json. A minute.
+    """
+    from gaitval.apps.balance.disturb import usual_grounds
+    from gaitval.apps.balance.stored import walker_of
+    from gaitval.apps.balance.study import recoveries
+    from gaitval.apps.balance.write import NAME, write_recoveries
+    from gaitval.folder_lock import locked
+
+    asked = _grounds(slip or (), trip or (), step_down or (), side)
+    grounds = asked if asked or pushes else usual_grounds(_side(side))
+    policy = gaitval.load_policy(walker)
+    identifier = policy.subject.identifier
+    folder = out or Path("reports") / f"{identifier}-perturbed"
+    with locked(folder):
+        with display.live_view() as live:
+            live.started("perturb", identifier)
+            who = walker_of(policy, delay=1e-3 * delay)
+            kinds: tuple[str, ...] = ("push", "slip", "trip", "step")
+            if asked and not pushes:
+                kinds = kinds[1:]
+            found = recoveries(identifier, who, kinds=kinds, grounds=grounds, largest=largest)
+        write_recoveries(found, who, folder)
+    result = found.result
+    if result.steady_fell:
+        display.plain("It falls without any disturbance.")
+    for row in result.quantities:
+        if not row.right_sign or row.inside is False:
+            display.plain(f"Not as people: {row.words} ({row.source})")
+    for each in result.grounds:
+        settings = ", ".join(f"{name} {value:g}" for name, value in each.settings.items())
+        stood = f"{sum(each.survived)} of {len(each.survived)} starts survived"
+        display.plain(f"{each.kind} ({settings}): {stood}")
+    if result.quantities:
+        right, count = result.as_people["walker"]
+        display.plain(f"As people: {right} of {count} published quantities")
+    display.plain(f"Page: {folder / NAME}.html")
+
+
+def _side(side: str) -> "Side":
+    from gaitval.coordinates import SIDES
+
+    for each in SIDES:
+        if each == side:
+            return each
+    raise ConfigurationError(f"--side {side}: give right or left.")
+
+
+def _grounds(
+    slips: Sequence[str], trips: Sequence[str], drops: Sequence[float], side: str
+) -> "list[Ground]":
+    from gaitval.apps.balance.disturb import Slip, StepDown, Trip, checked
+
+    foot = _side(side)
+    made: list[Ground] = [
+        *(Slip(foot, *_two("--slip", each, "0.1:0.3")) for each in slips),
+        *(Trip(foot, *_two("--trip", each, "0.5:0.1")) for each in trips),
+        *(StepDown(foot, each) for each in drops),
+    ]
+    return [checked(each) for each in made]
+
+
+def _two(option: str, text: str, example: str) -> tuple[float, float]:
+    try:
+        first, second = (float(each) for each in text.split(":"))
+    except ValueError:
+        raise ConfigurationError(
+            f"{option} {text}: give two numbers with a colon, such as {example}."
+        ) from None
+    return first, second

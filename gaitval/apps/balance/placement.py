@@ -1,0 +1,258 @@
+"""Where feet are placed after a disturbance, and by which law.
+
+What is compared is the difference from the undisturbed walk of the same start: the next foot's
+place, its distance from the extrapolated centre of mass (Hof 2010: it stays as it is), how the foot
+follows from the pelvis in the middle of stance (Wang and Srinivasan 2014), when the foot and the
+centre of pressure answer, and after how many steps the walk is as before.
+
+Beside the walk stand two guesses. *No reaction*: the next foot lands where it would have. *The
+pendulum*: the body falls over its stance foot as a linear inverted pendulum, and the foot lands
+with its usual distance from the extrapolated centre of mass.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gaitval.apps.balance.walked import OUTWARD, Step, Walked
+from gaitval.arrays import Array
+
+RECOVERED: Final = 0.02
+"""m; a foot that is this close to its usual place from the extrapolated centre of mass needs no
+further step: so far the ankle moves the centre of pressure (Hof 2010)."""
+LEAST: Final = 20
+"""Steps of which a linear map is made."""
+ANSWERED: Final = 0.5
+"""Share of a change by which it counts as there: its time is when it has passed half of it."""
+
+
+class Placement(NamedTuple):
+    """A step after a disturbance, beside the same step of the undisturbed walk.
+
+    Attributes
+    ----------
+    number : 1 for the first step whose heel strike is after the disturbance began.
+    column : 0 for the right foot, 1 for the left.
+    lead : s, from the beginning of the disturbance to the heel strike.
+    foot : (2,) m, change of the foot's place in the world, forward and to the left.
+    extrapolated : (2,) m, change of the extrapolated centre of mass at the heel strike.
+    offset : (2,) m, change of the foot's distance from it, forward and outward.
+    usual : (2,) m, that distance without the disturbance.
+    time : s, change of the time of the heel strike.
+    guess : (2,) m, change of the foot's place by the pendulum, forward and to the left; NaN if no
+        usual step follows.
+    """
+
+    number: int
+    column: int
+    lead: float
+    foot: Array
+    extrapolated: Array
+    offset: Array
+    usual: Array
+    time: float
+    guess: Array
+
+
+def placements(disturbed: Walked, plain: Walked, *, ends: float) -> Iterator[Placement]:
+    """The steps of a `disturbed` walk beside those of the `plain` one from the same start, as long
+    as feet alternate in both; the disturbance takes `ends` s.
+    """
+    theirs = [each for each in plain.steps if each.strike >= disturbed.onset]
+    guess = _pendulum(disturbed, plain, theirs, ends)
+    for number, (mine, usual) in enumerate(zip(disturbed.after(), theirs, strict=False), start=1):
+        if mine.side != usual.side:
+            return
+        foot = (
+            disturbed.feet[mine.strike, mine.column, :2] - plain.feet[usual.strike, mine.column, :2]
+        )
+        yield Placement(
+            number,
+            mine.column,
+            float(disturbed.time[mine.strike] - disturbed.time[disturbed.onset]),
+            foot,
+            disturbed.extrapolated[mine.strike] - plain.extrapolated[usual.strike],
+            disturbed.offset(mine) - plain.offset(usual),
+            plain.offset(usual),
+            float(disturbed.time[mine.strike] - plain.time[usual.strike]),
+            guess,
+        )
+
+
+def _pendulum(disturbed: Walked, plain: Walked, theirs: Sequence[Step], ends: float) -> Array:
+    """(2,) m, change of a foot's place by the capture point of a linear inverted pendulum that is
+    left alone from the end of the disturbance to the next of the usual heel strikes (`theirs`); NaN
+    if there is none. A walk that keeps its distance from there on stays as far from the usual one.
+
+    About the same centre of pressure a difference of extrapolated centres of mass grows as
+    exp(ω t), whatever that pressure does; so the pressure itself is not needed.
+    """
+    step = float(plain.time[1] - plain.time[0])
+    row = disturbed.onset + round(ends / step)
+    later = [each.strike for each in theirs if each.strike >= row]
+    if not later or row >= min(len(disturbed.time), len(plain.time)):
+        return np.full(2, np.nan)
+    away = disturbed.extrapolated[row] - plain.extrapolated[row]
+    return np.asarray(away * np.exp(plain.rate * (later[0] - row) * step))
+
+
+def answered(found: Iterable[Placement], least: float) -> Placement | None:
+    """The first of the `found` steps that there was time for: its heel strike is at least `least` s
+    after the disturbance began.
+    """
+    return next((each for each in found if each.lead >= least), None)
+
+
+def steps_to_recover(found: Sequence[Placement], axes: Sequence[int] = (0, 1)) -> int | None:
+    """Steps until the feet are placed as before, and stay so, from the extrapolated centre of mass
+    forward (0) and sideways (1), or along one of these `axes`: 0 if they always were, None if not
+    within the steps `found`.
+    """
+    last = 0
+    for each in found:
+        if not (np.abs(each.offset[list(axes)]) <= RECOVERED).all():
+            last = each.number
+    return None if not found or last == found[-1].number else last
+
+
+class LinearMap(NamedTuple):
+    """How the next foot follows from the pelvis in the middle of stance.
+
+    Attributes
+    ----------
+    gains : (2, 4) of the foot's place forward and sideways, both from the stance foot, on the
+        pelvis' place sideways and forward (m/m) and its velocity sideways and forward (m/(m/s));
+        sideways is towards the swinging foot.
+    explained : (2,) share of the variance that the map explains, forward and sideways.
+    steps : that it is of.
+    """
+
+    gains: Array
+    explained: Array
+    steps: int
+
+
+def linear_map(walks: Sequence[Walked]) -> LinearMap | None:
+    """The map by least squares over all steps of `walks`, of which each side has its own mean; None
+    with fewer than 20 steps. The middle of stance is as long after the heel strike as the pelvis
+    usually takes to be over the ankle: a time, not that place, so that the place may differ.
+    """
+    pairs = [
+        (walk, before, after)
+        for walk in walks
+        for before, after in zip(walk.steps, walk.steps[1:], strict=False)
+        if before.side != after.side
+    ]
+    kept = []
+    for column in range(2):
+        own = [each for each in pairs if each[1].column == column]
+        rows = [row for each in own if (row := _passing(*each)) is not None]
+        if rows:
+            middle = round(float(np.median(rows)))
+            kept.append([_state(*each, middle) for each in own if _lasts(*each, middle)])
+    kept = [side for side in kept if side]
+    if sum(len(side) for side in kept) < LEAST:
+        return None
+    tables = [np.array(side) for side in kept]
+    whole = np.concatenate([table - table.mean(axis=0) for table in tables])
+    inputs, outputs = whole[:, :4], whole[:, 4:]
+    gains, *_ = np.linalg.lstsq(inputs, outputs, rcond=None)
+    rest = outputs - inputs @ gains
+    explained = 1.0 - (rest**2).sum(axis=0) / (outputs**2).sum(axis=0)
+    return LinearMap(gains.T, explained, len(inputs))
+
+
+def _passing(walk: Walked, before: Step, after: Step) -> int | None:
+    """Rows from a heel strike until the pelvis passes over that ankle; None if it does not."""
+    rows = slice(before.strike, after.strike)
+    over = np.flatnonzero(walk.pelvis[rows, 0] >= walk.feet[rows, before.column, 0])
+    return int(over[0]) if len(over) else None
+
+
+def _lasts(walk: Walked, before: Step, after: Step, middle: int) -> bool:
+    """Whether the stance reaches its middle, and the next foot is on the ground in the walk."""
+    return before.strike + middle < after.strike < len(walk.time)
+
+
+def _state(walk: Walked, before: Step, after: Step, middle: int) -> list[float]:
+    """(6,) a row of the map: four numbers of the pelvis and two of the next foot, all from the
+    stance ankle in the middle of stance.
+    """
+    row, stance = before.strike + middle, before.column
+    # Towards the other foot: to the left of a right stance foot.
+    inward = -OUTWARD[stance]
+    ankle = walk.feet[row, stance, :2]
+    place = walk.pelvis[row, :2] - ankle
+    step = float(walk.time[1] - walk.time[0])
+    moving = (walk.pelvis[row + 1, :2] - walk.pelvis[row - 1, :2]) / (2.0 * step)
+    foot = walk.feet[after.strike, after.column, :2] - ankle
+    return [
+        *(inward * place[1], place[0], inward * moving[1], moving[0]),
+        *(foot[0], inward * foot[1]),
+    ]
+
+
+class Ankle(NamedTuple):
+    """What the centre of pressure under the stance foot does.
+
+    Attributes
+    ----------
+    shift : m, its largest change sideways while that foot alone carries the body, towards the side
+        to which the body falls.
+    delay : s, from the beginning of the disturbance until it has half of it.
+    """
+
+    shift: float
+    delay: float
+
+
+def ankle_answer(disturbed: Walked, plain: Walked) -> Ankle | None:
+    """The ankle's answer to a sideways disturbance in single stance; None in double support."""
+    row = disturbed.onset
+    loaded = plain.force[row, :, 2] > 0.0
+    carrying = np.isfinite(plain.pressure[row, :, 0]) & loaded
+    if carrying.sum() != 1:
+        return None
+    column = int(np.flatnonzero(carrying)[0])
+    later = [each.strike for each in (*disturbed.steps, *plain.steps) if each.strike > row]
+    if not later:
+        return None
+    rows = slice(row, min(later))
+    change = disturbed.pressure[rows, column, 1] - plain.pressure[rows, column, 1]
+    # The foot itself may be pushed along; what the ankle does is within the foot.
+    change = change - (disturbed.feet[rows, column, 1] - plain.feet[rows, column, 1])
+    fall = disturbed.extrapolated[rows, 1] - plain.extrapolated[rows, 1]
+    if not np.isfinite(change).all() or not len(change):
+        return None
+    at = int(np.abs(change).argmax())
+    half = int(np.flatnonzero(np.abs(change) >= ANSWERED * abs(change[at]))[0])
+    step = float(plain.time[1] - plain.time[0])
+    return Ankle(float(change[at] * np.sign(fall[-1])), half * step)
+
+
+def step_delay(found: Sequence[Placement]) -> float | None:
+    """s, the shortest time before a heel strike from which feet land by at least `ANSWERED` of what
+    keeps their distance from the extrapolated centre of mass, sideways, of single steps `found`
+    after pushes at many phases; None if none do.
+
+    It is the lead at which a line through share and lead crosses `ANSWERED`, over the leads around
+    it: below, most steps do less.
+    """
+    shares = [
+        (each.lead, float(each.foot[1] / each.extrapolated[1]))
+        for each in found
+        if abs(each.extrapolated[1]) > 0.01
+    ]
+    if len(shares) < 5:
+        return None
+    leads, share = np.array(sorted(shares)).T
+    # A running median of five, so that one step does not decide.
+    middle = np.array([np.median(share[max(0, i - 2) : i + 3]) for i in range(len(share))])
+    enough = middle >= ANSWERED
+    if not enough.any():
+        return None
+    # From the last step on that does less.
+    less = np.flatnonzero(~enough)
+    first = 0 if not len(less) else int(less[-1]) + 1
+    return float(leads[first]) if first < len(leads) else None

@@ -1,0 +1,135 @@
+"""Content of `perturb.json`, as typed models; `scripts/schemas.py` writes the schema beside it."""
+
+from typing import Annotated, Final, Literal
+
+from pydantic import Field
+
+from gaitval.metrics.typed import Count, Flag, Number, Result, Size, StrictPositive
+
+PERTURB_VERSION: Final = 1
+"""Of `perturb.json`."""
+
+_Figure = Number | None
+_Pair = Annotated[list[_Figure], Field(min_length=2, max_length=2)]
+
+
+class PushedStep(Result):
+    """A push, and the first step after it that there was time for. Pairs are forward and to the
+    left, m, but for `offset`: changes from the undisturbed walk.
+    """
+
+    phase: Number
+    """Of the right gait cycle."""
+    direction: Number
+    """Degrees from straight ahead, left positive."""
+    force: Size
+    """N."""
+    fell: Flag
+    number: Count | None
+    """Which step after the push; null without one."""
+    side: Literal["right", "left"] | None
+    lead: Size | None
+    """s, from the beginning of the push to the heel strike."""
+    foot: _Pair
+    extrapolated: _Pair
+    """Of the extrapolated centre of mass at the heel strike."""
+    offset: _Pair
+    """Of the foot's distance from it, forward and outward."""
+    pendulum: _Pair
+    """Of the foot by the pendulum's capture point."""
+    time: _Figure
+    """s, of the heel strike."""
+    recovered: Count | None
+    """Steps until feet are placed as before; null if not within the walk."""
+    spin: _Pair
+    """kg m²/s, largest change of angular momentum rolling to the right and pitching forward."""
+    lean: _Pair
+    """Degrees, largest change of the trunk's lean forward and to the left."""
+
+
+class LinearMapResult(Result):
+    """How the next foot follows from the pelvis in mid-stance, see `placement.LinearMap`."""
+
+    gains: Annotated[list[list[Number]], Field(min_length=2, max_length=2)]
+    explained: Annotated[list[Number], Field(min_length=2, max_length=2)]
+    steps: Count
+
+
+class GroundResult(Result):
+    """Walks on one kind of disturbed ground."""
+
+    kind: Literal["slip", "trip", "step"]
+    side: Literal["right", "left"]
+    settings: dict[str, Number]
+    survived: Annotated[list[Flag], Field(min_length=1)]
+    """By start, of starts that differ by micrometres and milliseconds."""
+    slid: Size
+    """m."""
+    momentum_residual: Size | None
+    """% of body weight, of the largest force that ground and gravity do not explain."""
+    values: dict[str, _Figure]
+    """By quantity."""
+
+
+class LargestPushes(Result):
+    """Largest push up to which all starts survive, N, by phase and direction."""
+
+    phases: list[Number]
+    directions: list[Number]
+    """Degrees."""
+    largest: list[list[Size]]
+    tried: Count
+    torn: Count
+    """Of the tried pushes, those on which the starts disagree."""
+
+
+class ComparedQuantity(Result):
+    """A quantity of the walker beside what was published, and two guesses."""
+
+    kind: Literal["push", "slip", "trip", "step"]
+    name: str
+    unit: str
+    words: str
+    of: str
+    source: str
+    locator: str
+    sign: Annotated[int, Field(ge=-1, le=1)] | None
+    published: _Figure
+    low: _Figure
+    high: _Figure
+    walker: _Figure
+    nothing: _Figure
+    """Of one who does not react; null where it has none."""
+    pendulum: _Figure
+    right_sign: Flag
+    inside: Flag | None
+    """Within the published bounds; null without any."""
+
+
+class PerturbResult(Result):
+    """What `gaitval perturb` found."""
+
+    schema_version: Literal[1]
+    versions: dict[str, str]
+    walker: str
+    mass_kg: StrictPositive
+    pendulum_m: StrictPositive
+    """Height of the centre of mass: the length of the pendulum."""
+    delay_s: Size
+    """By which the policy saw its body late."""
+    steady_fell: Flag
+    """Whether it fell without any disturbance; then there is nothing else."""
+    pushes: list[PushedStep]
+    steady: LinearMapResult | None
+    """Of walks that begin with noise and are not pushed."""
+    moved: LinearMapResult | None
+    """Of pushed walks."""
+    grounds: list[GroundResult]
+    largest: LargestPushes | None
+    quantities: list[ComparedQuantity]
+    as_people: dict[
+        Literal["walker", "nothing", "pendulum"],
+        Annotated[list[Count], Field(min_length=2, max_length=2)],
+    ]
+    """In how many of the compared quantities each has the published sign, and is within what was
+    published where that has bounds; and of how many it says something."""

@@ -1,0 +1,49 @@
+"""Write what `gaitval perturb` found: `perturb.json` and a page."""
+
+from pathlib import Path
+from typing import Any, Final
+
+from gaitval.apps.balance.compared import Pushes
+from gaitval.apps.balance.experiment import Walker
+from gaitval.apps.balance.study import PHASES, Recoveries
+from gaitval.artefacts import write_json
+from gaitval.build_info import now, source_commit
+from gaitval.missing_extras import raise_named
+
+NAME: Final = "perturb"
+
+
+def write_recoveries(found: Recoveries, walker: Walker, folder: Path) -> None:
+    """Write `perturb.json`, `.html` and `.pdf` of what was `found` of a `walker` into `folder`.
+    Raises ConfigurationError, when the first is written, without the libraries that make pages.
+    """
+    write_json(folder / f"{NAME}.json", found.result.as_dict())
+    try:
+        from gaitval.apps.balance.figures import DrawnSteps
+        from gaitval.reporting.page import write_page
+    except ModuleNotFoundError as error:
+        raise_named(error)
+        raise
+    result = found.result
+    drawn = None
+    if found.walks:
+        seconds = walker.task.configuration.environment.push_seconds
+        split = len(found.walks) - 2 * PHASES
+        aside, along = (
+            Pushes.of(found.plain, each, seconds)
+            for each in (found.walks[:split], found.walks[split:])
+        )
+        drawn = DrawnSteps.of(aside, along, walker.task.reference.stride_time)
+    known = {row.name: row for row in result.quantities}
+    offset = known.get("offset_change")
+    context: dict[str, Any] = {
+        "result": result,
+        "offset": None if offset is None else offset.walker,
+        "steps": 0 if drawn is None else len(drawn.aside),
+        "drawn": drawn is not None,
+        "drawings": {} if drawn is None else {"placement": drawn.placement},
+        "data": {} if drawn is None else drawn.tables(),
+        "commit": source_commit(),
+        "written": now(),
+    }
+    write_page(folder, NAME, "gaitval.apps.balance:perturb.html.j2", context)

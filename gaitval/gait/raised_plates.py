@@ -1,0 +1,70 @@
+"""Force plates that no foot can be on: handrails, seats, walls.
+
+Axes: the project's (REP-103, z up).
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.quality_flags import QualityFlag
+from gaitval.mocap.foot_markers import foot_markers
+from gaitval.mocap.recording import Plate, Recording
+
+LOWEST_M: Final = 0.3
+"""m above the lowest marker of the feet. What is lower may be a step or a sloping treadmill."""
+CLEAR_M: Final = 0.1
+"""m above the highest place at which a whole foot ever is: the markers are on top of the shoe."""
+USUAL: Final = 98.0
+"""Percentile of a foot's heights that stands for the highest: a marker may be a ghost for once."""
+LOADED_N: Final = 10.0
+"""N. The point of a smaller force is not known."""
+
+
+def without_raised(
+    recording: Recording, landmarks: Mapping[str, str], *, aid: str | None = None
+) -> tuple[Recording, tuple[QualityFlag, ...]]:
+    """The trial without the plates that are above both feet all the time, and what is said of each.
+
+    Parameters
+    ----------
+    recording : cleaned, in the project's axes.
+    landmarks : see `foot_markers`.
+    aid : what carries a part of the body, as the user says it; then nothing has to be said.
+    """
+    heights = [_height(plate) for plate in recording.plates]
+    if not np.isfinite(heights).any():
+        return recording, ()
+    feet = [each.outline[..., 2] for each in foot_markers(recording, landmarks).values()]
+    floor = float(np.nanpercentile(np.concatenate(feet, axis=1), 100.0 - USUAL))
+    lowest = [each[np.isfinite(each).any(axis=1)] for each in feet]
+    reached = max(float(np.percentile(np.nanmin(each, axis=1), USUAL)) for each in lowest)
+    head = float(np.nanmax(recording.markers[..., 2]))
+    kept, flags = list[Plate](), list[QualityFlag]()
+    for plate, height in zip(recording.plates, heights, strict=True):
+        if not max(floor + LOWEST_M, reached + CLEAR_M) < height < head:
+            kept.append(plate)
+            continue
+        load = float(np.linalg.norm(plate.force - np.median(plate.force, axis=0), axis=1).max())
+        flags.append(
+            QualityFlag(
+                "plate above the feet", f"plate {plate.name}", height - floor, LOWEST_M, "m",
+                f"it is {height - floor:.2f} m above the floor, where no foot ever is: a handrail, "
+                "a seat or what else the body leans on. It is used for no foot (its force changes "
+                f"by up to {load:.0f} N). If the person held on to it, say so with --aid rail",
+                plate=plate.name,
+            )
+        )  # fmt: skip
+    return replace(recording, plates=tuple(kept)), () if aid else tuple(flags)
+
+
+def _height(plate: Plate) -> float:
+    """m, of the surface of a plate, or of the points of its force; NaN if nothing tells it."""
+    if np.isfinite(plate.corners).all():
+        return float(plate.corners[:, 2].mean())
+    heights: Array = plate.centre_of_pressure[np.linalg.norm(plate.force, axis=1) > LOADED_N, 2]
+    heights = heights[np.isfinite(heights)]
+    return float(np.median(heights)) if len(heights) else float("nan")

@@ -1,0 +1,97 @@
+"""What the walks of a run are measured against."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gaitval.configuration import Configuration, RecordSettings
+from gaitval.coordinates import Side
+from gaitval.gait.cycle_curves import Curves, recorded_curves
+from gaitval.gait.record import GaitRecord
+from gaitval.metrics.acceptance import Opponents, known_to
+from gaitval.metrics.baselines import predicted_parts
+from gaitval.metrics.origin import Origins, record_origins
+from gaitval.metrics.record_results import Kind, PredictionResult, RecordResult, SideOrigins
+from gaitval.metrics.recorded import by_kind, recorded_part
+from gaitval.metrics.repetitions import repeats
+from gaitval.metrics.walk_muscles import lost_joints
+from gaitval.model.body import BodyModel
+from gaitval.prediction.known import is_predicted
+
+if TYPE_CHECKING:
+    from gaitval.datasets.subject import Subject
+
+
+@dataclass(frozen=True)
+class Comparator:
+    """What the walks of a run are measured against.
+
+    Attributes
+    ----------
+    record : with which they are compared.
+    curves : of the record, rad, Nm/kg and body weights.
+    recorded, guesses : its part of `metrics.json`, and that of the predictions without a model.
+    origins : where what is compared comes from.
+    model, leg_length : the body before mu; m.
+    height : of the person, m.
+    lost : coordinates of joints that a prosthesis has, by side.
+    opponents : the guesses that know no more than the run was told.
+    known : what the record itself is known to, in the units of the curves.
+    """
+
+    record: GaitRecord
+    curves: Curves
+    recorded: RecordResult
+    guesses: Sequence[PredictionResult]
+    origins: Origins
+    model: BodyModel
+    leg_length: float
+    height: float
+    lost: Mapping[Side, Collection[str]]
+    opponents: Opponents
+    known: Mapping[tuple[Kind, str], float]
+
+
+def _own_told(settings: RecordSettings) -> Collection[Kind]:
+    """Kinds of curves of the person's other trials that a run was told: it is predicted from them,
+    or never reads them.
+    """
+    if not is_predicted(settings):
+        return ()
+    told: tuple[Kind, ...] = ("angles", "moments", "forces")
+    return told if settings.use == "all" else told[:1]
+
+
+def compared_with(
+    subject: "Subject",
+    record: GaitRecord,
+    others: Sequence["Subject"],
+    model: BodyModel,
+    configuration: Configuration,
+) -> Comparator:
+    """What the walks of `subject` in a run with `configuration` are measured against: `record`, and
+    predictions without a model from `others`. `model` is the body before mu.
+    """
+    origins = record_origins(subject, configuration.record)
+    curves = recorded_curves(record)
+    stored = {quantity: SideOrigins(**sides) for quantity, sides in origins.items()}
+    # what repeats the walk's own trial measures the same thing again and is no guess, unless it is
+    # all that a prediction knows
+    alone = subject
+    if not is_predicted(configuration.record):
+        other = tuple(trial for trial in subject.trials if not repeats(trial, subject))
+        alone = subject.model_copy(update={"trials": other})
+    guesses = predicted_parts(alone, others, by_kind(curves), origins)
+    return Comparator(
+        record=record,
+        curves=curves,
+        recorded=recorded_part(record, subject).model_copy(update={"origins": stored}),
+        guesses=guesses,
+        origins=origins,
+        model=model,
+        leg_length=subject.leg_length_m,
+        height=subject.height_m,
+        lost=lost_joints(subject),
+        opponents=Opponents(guesses, _own_told(configuration.record), origins),
+        known=known_to(subject.uncertainty),
+    )

@@ -1,0 +1,74 @@
+"""Metabolic rate of the muscles of a leg, from what static optimisation found of them."""
+
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.musculature.curves import active_length
+from gaitval.musculature.forces import LegForces, rate
+from gaitval.musculature.metabolics import (
+    DENSITY,
+    MODELS,
+    Fibres,
+    FibreStates,
+    MuscleRates,
+    slow_shares,
+)
+from gaitval.musculature.person import SPECIFIC_TENSION, LegMuscles
+
+_STEEPEST: Final = 0.1
+"""Cosine of the pennation that a fibre may reach: a shorter one would stand across its tendon."""
+
+
+def fibres_of(muscles: LegMuscles) -> Fibres:
+    """What the muscles of a leg are made of; those that the person lacks have no mass."""
+    force = np.where(muscles.present, muscles.max_force, 0.0)
+    return Fibres(
+        mass=DENSITY * force * muscles.optimal_fibre / SPECIFIC_TENSION,
+        slow=slow_shares(muscles.names),
+        max_force=force,
+        optimal=muscles.optimal_fibre,
+    )
+
+
+def fibre_states(
+    time: Array, muscles: LegMuscles, activation: Array, force: Array, passive: Array, fibre: Array
+) -> FibreStates:
+    """What the fibres of a leg do at `time` (T,) s. `force` and `passive` (T, 40) N are along the
+    tendons, `fibre` in optimal lengths. Excitation is taken to be `activation`: static optimisation
+    knows no delay between them.
+
+    Speeds are of the solved fibre lengths, also where a tendon stretches, so that fibres and
+    tendons together do the work of the whole muscle.
+    """
+    along = np.sqrt(np.maximum(1.0 - (np.sin(muscles.pennation) / fibre) ** 2, _STEEPEST**2))
+    return FibreStates(
+        excitation=activation,
+        activation=activation,
+        length=fibre,
+        speed=rate(time, fibre) * muscles.optimal_fibre,
+        active=(force - passive) / along,
+        passive=passive / along,
+        isometric=active_length(fibre),
+    )
+
+
+def muscle_rates(
+    time: Array, muscles: LegMuscles, activation: Array, force: Array, passive: Array, fibre: Array
+) -> dict[str, MuscleRates]:
+    """W of each muscle of a leg, (T, 40), by the name of the model (`metabolics.MODELS`);
+    arguments as of `fibre_states`.
+    """
+    states = fibre_states(time, muscles, activation, force, passive, fibre)
+    fibres = fibres_of(muscles)
+    return {name: model(states, fibres) for name, model in MODELS.items()}
+
+
+def leg_rates(time: Array, leg: LegForces) -> dict[str, Array]:
+    """(T,) W of all muscles of a `leg` together, by the name of the model."""
+    rates = muscle_rates(time, leg.muscles, leg.activation, leg.force, leg.passive, leg.fibre)
+    return {name: each.total.sum(axis=1) for name, each in rates.items()}
+
+
+__all__ = ["fibre_states", "fibres_of", "leg_rates", "muscle_rates"]

@@ -1,0 +1,209 @@
+"""What walking costs: metabolic rate, from the muscles and from the joints alone.
+
+Two models side by side, for nobody's muscles are measured. That of the muscles
+(`gaitval.musculature.metabolics`) has heat and work of forty muscles a leg; that of the joints has
+heat by the size of their moments and work by their power, as Kim and Roberts (2015) Int J Numer
+Meth Biomed Eng e02721 and Roberts et al. (2016) PLoS ONE 11:e0168070 have it, with two numbers of
+our own (`HEAT`, `WORK`): their tables could not be read.
+
+Each side's figures are those of a person both of whose legs are like that one; the person's are the
+mean of both sides.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gaitval.arrays import Array
+from gaitval.gait.cycle_curves import Curves
+from gaitval.musculature.gait import MuscleGait
+from gaitval.musculature.metabolics import MODELS, REST
+from gaitval.quantities.joint_power import JOINTS, joint_power
+from gaitval.quantities.quantity import (
+    Figures,
+    FigureTable,
+    Found,
+    OverTime,
+    Quantity,
+    StrideTimes,
+)
+
+HEAT: Final = 0.601
+"""W/kg for each Nm/kg of the size of the moments of hip, knee and ankle, sagittal."""
+WORK: Final = 1.762
+"""W for each W of their positive power: less than the 1 / 0.25 of a muscle's work, for tendons
+return work and muscles of two joints pass it on.
+
+Both are of forty people of another laboratory, of whom no figure is shipped (Bovi et al. 2011, Gait
+Posture 33:6, twenty adults and twenty young people, nine conditions of 0.84 to 1.59 m/s), whose
+rates are taken to be the mean of `expected_rates`: RMS of the nine 0.098 W/kg, and 0.123 where each
+is left out (`experiments/joint_metabolics.py`). So the level of this model says nothing new about
+level walking; what it says of a load or a device is a prediction."""
+
+CENTRAL: Final = "bhargava"
+"""The model of muscles that stands for them: of seven, it and one more followed measured rates of
+people best over speeds and slopes, r 0.95 (Koelewijn et al. 2019, PLoS ONE 14:e0222037)."""
+
+TITLES: Final[Mapping[str, str]] = {
+    "bhargava": "Bhargava 2004",
+    "umberger": "Umberger 2010",
+    "uchida": "Uchida 2016",
+}
+
+_BODY: Final = "body"
+
+
+def expected_rates(speed: float) -> dict[str, float]:
+    """Gross metabolic rate, W/kg, that published equations expect of level walking at `speed` m/s,
+    those that hold there.
+
+    * "load carriage": 1.44 + 1.94 v^0.43 + 0.24 v^4, up to 1.96 m/s, Looney et al. (2019) Med Sci
+      Sports Exerc 51:1954, whose error for a person is 0.20 W/kg (the abstract; the equation as
+      three public programs have it);
+    * "sports medicine": 3.5 + 0.1 v (v in m/min) ml of oxygen a minute and kg, of the American
+      College of Sports Medicine, for `SPORTS_MEDICINE`, at `OXYGEN` J/ml.
+    """
+    found = {"load carriage": 1.44 + 1.94 * speed**0.43 + 0.24 * speed**4}
+    low, high = SPORTS_MEDICINE
+    if low <= speed <= high:
+        found["sports medicine"] = (3.5 + 0.1 * 60.0 * speed) * OXYGEN / 60.0
+    return found
+
+
+SPORTS_MEDICINE: Final = (50.0 / 60.0, 100.0 / 60.0)
+"""m/s: 50 to 100 m/min, between which its equation is of walking whoever walks."""
+OXYGEN: Final = 20.9
+"""J for each ml of oxygen, on a mixed diet mostly of carbohydrate."""
+
+
+def _figures(rates: Mapping[str, float]) -> Figures:
+    """Of the mean rates of both legs, W/kg, by name with side."""
+    return {
+        "gross": {name: REST + rate for name, rate in rates.items()},
+        "net": dict(rates),
+    }
+
+
+def joint_rates(curves: Curves, stride_time: StrideTimes) -> Found | None:
+    """Metabolic rate of each leg by the model of the joints, W/kg (101,), from the `curves` of a
+    walk (n, 101) or a record (101,); None without a cycle, or where a joint was not measured.
+    """
+    power = joint_power(curves, stride_time)
+    if power is None:
+        return None
+    found: dict[str, Array] = {}
+    for side, time in stride_time.items():
+        total = np.zeros(101)
+        for joint in JOINTS:
+            name = f"{joint}_{side}"
+            moment = np.atleast_2d(curves.moments[name])
+            rate = np.gradient(
+                np.atleast_2d(curves.angles[name]), 0.01 * (time or np.nan), axis=1, edge_order=2
+            )
+            total += (HEAT * np.abs(moment) + WORK * np.clip(moment * rate, 0.0, None)).mean(axis=0)
+        found[f"leg_{side}"] = total
+    return Found(found, _of_legs(found))
+
+
+def _of_legs(curves: Mapping[str, Array]) -> Figures:
+    """Figures of curves by "name_side": those of a name "leg" are called `_BODY`."""
+    return _figures(
+        {
+            name.replace("leg_", f"{_BODY}_"): 2.0 * float(curve[:-1].mean())
+            for name, curve in curves.items()
+            if np.isfinite(curve).all()
+        }
+    )
+
+
+def muscle_rates(muscles: MuscleGait) -> Found | None:
+    """Metabolic rate of the muscles of each leg by each of `MODELS`, W/kg (101,), and of the body;
+    None without a whole cycle, or where a prosthesis has a part of the leg.
+    """
+    curves = {
+        f"{model}_{side[0]}": leg.metabolic[model]
+        for side, leg in muscles.legs.items()
+        if leg.present.all()
+        for model in MODELS
+        if model in leg.metabolic
+    }
+    return Found(curves, _of_legs(curves)) if curves else None
+
+
+def _over_time(motion: OverTime) -> dict[str, Array]:
+    """W, of each leg."""
+    return {
+        f"leg_{side}": np.asarray(
+            sum(
+                HEAT * np.abs(motion.moment(f"{joint}_{side}"))
+                + WORK * np.clip(motion.power(f"{joint}_{side}"), 0.0, None)
+                for joint in JOINTS
+            )
+        )
+        for side in "rl"
+    }
+
+
+_LEFT_OUT: Final = (
+    "Trunk, arms, breathing and co-contraction are left out; 1.2 W/kg of rest is added to the "
+    "gross rate. A difference between two walks of a person is more credible than a level."
+)
+
+METABOLIC_MUSCLES: Final = Quantity(
+    name="metabolic_muscles",
+    title="Metabolic rate, from muscles",
+    axis="metabolic rate",
+    unit="W/kg",
+    note="Heat and work of the muscles of a leg, by three published models. The body’s rate is "
+    f"that of two such legs. {_LEFT_OUT}",
+    needs=("angles", "moments"),
+    curves=dict(TITLES),
+    of_muscles=muscle_rates,
+    figures={"gross": "W/kg", "net": "W/kg", "per_metre": "J/kg/m"},
+    figures_of=_of_legs,
+    per_metre={"gross": "per_metre"},
+    tables=(
+        FigureTable(
+            "Gross metabolic rate, from muscles",
+            "W/kg",
+            2,
+            tuple((model, "gross", name) for name, model in TITLES.items()),
+        ),
+        FigureTable(
+            "Gross metabolic cost, from muscles",
+            "J/kg/m",
+            2,
+            ((TITLES[CENTRAL], "per_metre", CENTRAL),),
+        ),
+    ),
+)
+
+METABOLIC_JOINTS: Final = Quantity(
+    name="metabolic_joints",
+    title="Metabolic rate, from joints",
+    axis="metabolic rate",
+    unit="W/kg",
+    note="Heat by the moments and work by the positive power of hip, knee and ankle of a leg. The "
+    "body’s rate is that of two such legs. Its two numbers were found so that other people’s level "
+    f"walking costs what published equations say. {_LEFT_OUT}",
+    needs=("angles", "moments"),
+    curves={"leg": "Metabolic rate of a leg, from joints"},
+    of_curves=joint_rates,
+    figures={"gross": "W/kg", "net": "W/kg", "per_metre": "J/kg/m"},
+    figures_of=_of_legs,
+    per_metre={"gross": "per_metre"},
+    tables=(
+        FigureTable(
+            "Metabolic rate, from joints",
+            "W/kg",
+            2,
+            (("Gross", "gross", _BODY), ("Net", "net", _BODY)),
+        ),
+        FigureTable("Metabolic cost, from joints", "J/kg/m", 2, (("Gross", "per_metre", _BODY),)),
+    ),
+    of_time=_over_time,
+    time_unit="W",
+)
+
+__all__ = ["METABOLIC_JOINTS", "METABOLIC_MUSCLES", "expected_rates", "joint_rates", "muscle_rates"]

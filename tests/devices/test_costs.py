@@ -1,0 +1,127 @@
+"""What devices do to metabolic rate: bands of models, who decides the sign, loads by share."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gaitval.apps.devices.costs import change_of, cost_changes, in_words, model_band
+from gaitval.apps.devices.curves import JOINTS as JOINTS_OF_LEG
+from gaitval.apps.devices.search import value
+from gaitval.coordinates import SIDES
+from gaitval.datasets.subject_file import load_subject
+from gaitval.errors import ConfigurationError
+from gaitval.model.devices.aim import Aim
+from gaitval.model.devices.composite import fitted
+from gaitval.model.devices.loads import ALONG, LARGEST, trunk_load
+from gaitval.musculature.metabolics import REST
+from gaitval.quantities.metabolic_cost import JOINTS, MetabolicCost
+from gaitval.quantities.metabolic_rate import HEAT, WORK
+from gaitval.scaling.scaling import scale_subject
+
+MODELS = ("bhargava", "umberger", "uchida", JOINTS)
+
+
+def _outcome(assumption, rates, *, speed=1.2, fell=False):
+    gross = dict(zip(MODELS, rates, strict=True))
+    return SimpleNamespace(
+        assumption=assumption,
+        cost=MetabolicCost("S05", 60.0, speed, gross),
+        curves=SimpleNamespace(speed=speed),
+        fell=fell,
+    )
+
+
+WITHOUT = _outcome("without", (4.0, 4.5, 3.4, 3.8))
+
+
+def _with(assumption, *changes, **options):
+    rates = np.add((4.0, 4.5, 3.4, 3.8), changes)
+    return _outcome(assumption, rates, **options)
+
+
+def test_a_change_is_the_mean_of_two_models_within_a_band_of_all():
+    change = change_of(_with("kinematics kept", 0.4, 0.5, 0.3, 0.2), WITHOUT)
+    assert change.before == pytest.approx(3.9)
+    assert change.middle == pytest.approx(0.3)
+    assert change.percent == pytest.approx(100 * 0.3 / 3.9)
+    assert change.low < 0.2
+    assert change.high > 0.5
+
+
+def test_a_search_may_want_the_cheapest_walk():
+    names = [(joint, side) for joint in JOINTS_OF_LEG for side in SIDES]
+    curves = SimpleNamespace(
+        own={name: np.full(101, -0.4) for name in names},
+        work=dict.fromkeys(names, 0.1),
+        stride_time=dict.fromkeys(SIDES, 1.1),
+    )
+    aim = Aim(joint="ankle_angle", quantity="cost")
+    expected = REST + 6 * (HEAT * 0.4 + WORK * 0.1 / 1.1)
+    assert value(aim, curves) == pytest.approx(expected)
+    assert aim.unit == "W/kg"
+    assert "metabolic" in aim.in_words()
+
+
+def test_the_band_is_where_one_more_model_lies():
+    random = np.random.default_rng(1)
+    inside = 0
+    for _ in range(4000):
+        *seen, further = random.normal(size=5)
+        low, high = model_band(seen)
+        inside += low <= further <= high
+    assert inside / 4000 == pytest.approx(0.90, abs=0.015)
+
+
+def test_a_slower_or_fallen_walk_has_no_cost_beside_that_without():
+    slower = _with("moments kept", -0.5, -0.5, -0.5, -0.5, speed=1.1)
+    fallen = _with("learned", -0.5, -0.5, -0.5, -0.5, fell=True)
+    kept = _with("kinematics kept", -0.1, -0.1, -0.1, -0.1)
+    assert [each.assumption for each in cost_changes([WITHOUT, kept, slower, fallen])] == [
+        "kinematics kept"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ([(0.5, 0.52, 0.48, 0.5), (0.3, 0.31, 0.29, 0.3)], "costs more, by every assumption"),
+        ([(-0.5, -0.52, -0.48, -0.5)], "costs less, by every assumption"),
+        ([(0.5, 0.5, 0.5, 0.5), (-0.5, -0.5, -0.5, -0.5)], "assumption decides the sign"),
+        ([(0.5, -0.3, 0.6, 0.1)], "models decide the sign, not the device"),
+        ([(0.5, 0.5, 0.5, 0.5), (-0.6, 0.3, -0.6, -0.1)], "Nor do the assumptions"),
+        ([], ""),
+    ],
+)
+def test_the_page_says_who_decides_the_sign(changes, words):
+    names = ("kinematics kept", "moments kept")
+    found = [
+        change_of(_with(name, *each), WITHOUT) for name, each in zip(names, changes, strict=False)
+    ]
+    said = in_words(found)
+    assert words in said
+    assert bool(said) == bool(words)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return scale_subject(load_subject("S05")).model
+
+
+def test_a_vest_is_a_share_of_the_body_around_its_trunk(model):
+    load = trunk_load(20.0, model.mass)
+    laden = fitted(model, [load])
+    assert laden.mass == pytest.approx(1.2 * model.mass)
+    before, after = model["torso"], laden["torso"]
+    assert after.mass - before.mass == pytest.approx(0.2 * model.mass)
+    place = (after.mass * after.centre_of_mass - before.mass * before.centre_of_mass) / (
+        0.2 * model.mass
+    )
+    height = model["upper_arm_r"].joint_position[2]
+    np.testing.assert_allclose(place[1:], [0.0, ALONG * height], atol=1e-12)
+
+
+@pytest.mark.parametrize("percent", [0.0, -10.0, LARGEST + 1.0, float("nan")])
+def test_a_load_that_nobody_was_measured_with_is_refused(percent):
+    with pytest.raises(ConfigurationError, match=r"--load .*up to 40.*docs/how-to/devices"):
+        trunk_load(percent, 60.0)

@@ -1,0 +1,78 @@
+"""Metabolic rate of the joints, and rates over the walking speed."""
+
+import numpy as np
+import pytest
+
+from gaitval.gait.cycle_curves import Curves
+from gaitval.metrics.quantity_results import found_quantities, quantity_results
+from gaitval.musculature.metabolics import REST
+from gaitval.quantities import METABOLIC_JOINTS
+from gaitval.quantities.joint_power import JOINTS
+from gaitval.quantities.metabolic_rate import (
+    HEAT,
+    SPORTS_MEDICINE,
+    WORK,
+    expected_rates,
+    joint_rates,
+)
+
+TIMES = {"r": 1.1, "l": 1.1}
+PHASE = np.linspace(0.0, 1.0, 101)
+
+
+def _curves(angle, moment):
+    names = [f"{joint}_{side}" for joint in JOINTS for side in "rl"]
+    return Curves(dict.fromkeys(names, angle), dict.fromkeys(names, moment), {})
+
+
+def test_a_held_moment_costs_heat_alone():
+    found = joint_rates(_curves(np.zeros(101), np.full(101, -0.5)), TIMES)
+    for side in "rl":
+        np.testing.assert_allclose(found.curves[f"leg_{side}"], 3 * HEAT * 0.5)
+        net = found.figures["net"][f"body_{side}"]
+        assert net == pytest.approx(2 * 3 * HEAT * 0.5)
+        assert found.figures["gross"][f"body_{side}"] == pytest.approx(REST + net)
+
+
+def test_work_that_is_absorbed_costs_no_work():
+    angle = np.sin(2 * np.pi * PHASE)
+    rate = 2 * np.pi / 1.1 * np.cos(2 * np.pi * PHASE)
+    along, against = (joint_rates(_curves(angle, sign * rate), TIMES) for sign in (1.0, -1.0))
+    heat = 3 * HEAT * np.abs(rate)[:-1].mean()
+    work = 3 * WORK * (rate**2)[:-1].mean()
+    net = {name: found.figures["net"]["body_r"] for name, found in
+           (("along", along), ("against", against))}  # fmt: skip
+    assert net["along"] == pytest.approx(2 * (heat + work), rel=0.01)
+    assert net["against"] == pytest.approx(2 * heat, rel=0.01)
+
+
+def test_a_joint_that_was_not_measured_leaves_it_out():
+    whole = _curves(np.zeros(101), np.ones(101))
+    del whole.moments["knee_angle_l"]
+    assert joint_rates(whole, TIMES) is None
+
+
+@pytest.mark.parametrize("speed", [None, float("nan"), 0.0])
+def test_without_a_speed_there_is_no_cost_of_a_metre(speed):
+    found = found_quantities(_curves(np.zeros(101), np.ones(101)), TIMES, speed=speed)
+    assert "per_metre" not in found[METABOLIC_JOINTS.name].figures
+
+
+def test_files_have_the_cost_of_a_metre():
+    found = found_quantities(_curves(np.zeros(101), np.ones(101)), TIMES, speed=1.25)
+    stored = quantity_results(found)[METABOLIC_JOINTS.name]
+    for side in "rl":
+        gross = stored.figures["gross"][f"body_{side}"]
+        assert stored.figures["per_metre"][f"body_{side}"] == pytest.approx(gross / 1.25)
+    assert stored.figure_units == {"gross": "W/kg", "net": "W/kg", "per_metre": "J/kg/m"}
+
+
+def test_published_rates_are_those_that_hold_at_a_speed():
+    low, high = SPORTS_MEDICINE
+    assert set(expected_rates(low - 0.01)) == {"load carriage"}
+    assert set(expected_rates(high + 0.01)) == {"load carriage"}
+    both = expected_rates(1.34)
+    # 80.4 m/min: 3.5 + 8.04 = 11.54 ml a minute and kg.
+    assert both["sports medicine"] == pytest.approx(11.54 * 20.9 / 60.0)
+    assert both["load carriage"] == pytest.approx(1.44 + 1.94 * 1.34**0.43 + 0.24 * 1.34**4)
+    assert abs(both["load carriage"] / both["sports medicine"] - 1.0) < 0.12
